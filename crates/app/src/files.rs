@@ -1,0 +1,94 @@
+//! Results reach the disk whole or not at all.
+
+use std::io::Write;
+
+use camino::{Utf8Path, Utf8PathBuf};
+
+use crate::Failure;
+
+/// Whether an existing file may be replaced (`--force`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Overwrite {
+    /// Refuse when the target exists.
+    Never,
+    /// Replace it.
+    Force,
+}
+
+/// The whole file at `path`.
+///
+/// # Errors
+/// Bad input (exit 2) when it is not there or cannot be read.
+pub fn read(path: &Utf8Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(path).map_err(|error| Failure::bad_input(format!("{path}: {error}")))
+}
+
+/// Writes `bytes` to `path` through a temporary file beside it and a rename, so that no reader ever sees a part.
+///
+/// # Errors
+/// Bad input (exit 2) when the target exists and `overwrite` is [`Overwrite::Never`]; exit 3 when the disk refuses.
+pub fn write(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), Failure> {
+    refuse_existing(path, overwrite)?;
+    let failed = |error: std::io::Error| Failure::instrument(format!("{path}: cannot write: {error}"));
+    let folder = path.parent().filter(|folder| !folder.as_str().is_empty()).unwrap_or(Utf8Path::new("."));
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    let name = path.file_name().unwrap_or("result");
+    let part = folder.join(format!(".{name}.{}.part", std::process::id()));
+    let written = (|| {
+        let mut file = std::fs::File::create(&part)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        std::fs::rename(&part, path)
+    })();
+    written.map_err(|error| {
+        let _ = std::fs::remove_file(&part);
+        failed(error)
+    })
+}
+
+/// Fails when `path` exists and must not be replaced: called before long work, so that nobody waits for a refusal.
+///
+/// # Errors
+/// Bad input (exit 2).
+pub fn refuse_existing(path: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
+    if overwrite == Overwrite::Never && path.exists() {
+        return Err(Failure::bad_input(format!("{path} exists")).help("choose another name, or give --force to replace it"));
+    }
+    Ok(())
+}
+
+/// The output folder of a command, created; refused when it already holds something and may not be overwritten.
+///
+/// # Errors
+/// Bad input (exit 2) when it is a file or not empty; exit 3 when it cannot be made.
+pub fn output_folder(path: &Utf8Path, overwrite: Overwrite) -> Result<Utf8PathBuf, Failure> {
+    if path.is_file() {
+        return Err(Failure::bad_input(format!("{path} is a file, not a folder")));
+    }
+    let occupied = std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some());
+    if occupied && overwrite == Overwrite::Never {
+        return Err(
+            Failure::bad_input(format!("{path} is not empty")).help("choose another folder, or give --force to replace its files")
+        );
+    }
+    std::fs::create_dir_all(path).map_err(|error| Failure::instrument(format!("{path}: {error}")))?;
+    Ok(path.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn writes_whole_and_refuses_to_replace() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = Utf8PathBuf::try_from(folder.path().join("a/b.txt")).unwrap();
+        write(&path, b"one", Overwrite::Never).unwrap();
+        let refused = write(&path, b"two", Overwrite::Never).unwrap_err();
+        assert_eq!(refused.kind, crate::FailureKind::BadInput);
+        assert_eq!(read(&path).unwrap(), b"one");
+        write(&path, b"two", Overwrite::Force).unwrap();
+        assert_eq!(read(&path).unwrap(), b"two");
+        assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1, "no temporary file is left");
+    }
+}

@@ -1,0 +1,10 @@
+//! Use cases of `isolux`, shared by the command line and the local page.
+//!
+//! A front end calls one function a command, hands it a [`progress::Progress`] and prints what comes back. Nothing here
+//! writes to a terminal; nothing in a front end holds physics.
+
+pub mod failure;
+pub mod files;
+pub mod progress;
+
+pub use failure::{Failure, FailureKind};

@@ -1,0 +1,69 @@
+//! Words for people: results on standard output, everything else on standard error.
+
+use std::cell::RefCell;
+use std::io::Write;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use isolux_app::Failure;
+use isolux_app::progress::{Event, Progress};
+
+/// Prints a line of results to standard output. A closed pipe (`isolux … | head`) is no error.
+pub fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stdout().lock(), "{line}");
+}
+
+/// Prints why a command failed and what to do about it.
+pub fn complain(failure: &Failure) {
+    let mut stderr = std::io::stderr().lock();
+    let _ = writeln!(stderr, "isolux: {}", failure.message);
+    if let Some(help) = &failure.help {
+        let _ = writeln!(stderr, "  help: {help}");
+    }
+}
+
+/// Progress on standard error: a moving bar on a terminal, one line a step elsewhere.
+#[derive(Default)]
+pub struct Bars {
+    current: RefCell<Option<(ProgressBar, String)>>,
+}
+
+impl Progress for Bars {
+    fn event(&self, event: Event<'_>) {
+        let mut current = self.current.borrow_mut();
+        match event {
+            Event::Began { step, total } => {
+                let bar = match total {
+                    Some(total) => ProgressBar::new(total).with_style(style("{prefix:>12} [{bar:32}] {pos}/{len} {wide_msg}")),
+                    None => ProgressBar::new_spinner().with_style(style("{prefix:>12} {spinner} {wide_msg}")),
+                };
+                bar.set_prefix(step.to_owned());
+                *current = Some((bar, step.to_owned()));
+            }
+            Event::At { done, what } => {
+                if let Some((bar, _)) = current.as_ref() {
+                    bar.set_position(done);
+                    bar.set_message(what.to_owned());
+                }
+            }
+            Event::Ended(sentence) => {
+                if let Some((bar, step)) = current.take() {
+                    bar.finish_and_clear();
+                    let _ = writeln!(std::io::stderr().lock(), "{step:>12}  {sentence}");
+                }
+            }
+            Event::Note(sentence) => {
+                let print = || {
+                    let _ = writeln!(std::io::stderr().lock(), "{:>12}  {sentence}", "note");
+                };
+                match current.as_ref() {
+                    Some((bar, _)) => bar.suspend(print),
+                    None => print(),
+                }
+            }
+        }
+    }
+}
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}

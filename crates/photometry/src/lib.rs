@@ -1,0 +1,1 @@
+//! C-γ grid and intensity distribution.

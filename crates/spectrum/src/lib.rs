@@ -1,0 +1,1 @@
+//! Spectra, photopic weighting and colour.
