@@ -1,0 +1,1 @@
+//! Byte links: serial, TCP, in memory, record and replay.

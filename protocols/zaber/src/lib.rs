@@ -1,0 +1,1 @@
+//! The Zaber ASCII protocol as a sans-IO codec.

@@ -1,0 +1,1 @@
+//! The house rules, proved over cargo metadata.
