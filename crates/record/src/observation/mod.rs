@@ -1,0 +1,1 @@
+//! What was observed, whatever file it comes from: readings, sensor maps, spectra.
