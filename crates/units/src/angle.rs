@@ -25,7 +25,10 @@ impl CPlane {
     /// [`NotFinite`] for NaN and ±∞.
     pub fn new(degrees: f64) -> Result<Self, NotFinite> {
         if !degrees.is_finite() {
-            return Err(NotFinite { value: degrees, unit: "°" });
+            return Err(NotFinite {
+                value: degrees,
+                unit: "°",
+            });
         }
         // rem_euclid of a tiny negative number rounds up to 360 itself.
         let wrapped = degrees.rem_euclid(360.0);
@@ -40,7 +43,11 @@ impl CPlane {
     /// The half-plane that continues this one beyond γ = 0, C + 180°.
     #[must_use]
     pub fn opposite(self) -> Self {
-        Self(if self.0 >= 180.0 { self.0 - 180.0 } else { self.0 + 180.0 })
+        Self(if self.0 >= 180.0 {
+            self.0 - 180.0
+        } else {
+            self.0 + 180.0
+        })
     }
 }
 
@@ -63,7 +70,11 @@ impl Gamma {
     /// # Errors
     /// [`GammaOutOfRange`] outside [−180°, 180°] and for NaN: γ does not wrap.
     pub fn new(degrees: f64) -> Result<Self, GammaOutOfRange> {
-        if (-180.0..=180.0).contains(&degrees) { Ok(Self(degrees)) } else { Err(GammaOutOfRange { degrees }) }
+        if (-180.0..=180.0).contains(&degrees) {
+            Ok(Self(degrees))
+        } else {
+            Err(GammaOutOfRange { degrees })
+        }
     }
 
     /// The angle in degrees, in [−180, 180].
@@ -74,7 +85,11 @@ impl Gamma {
     /// The same direction with γ ≥ 0.
     #[must_use]
     pub fn unsigned(self, c: CPlane) -> (CPlane, Self) {
-        if self.0 < 0.0 { (c.opposite(), Self(-self.0)) } else { (c, self) }
+        if self.0 < 0.0 {
+            (c.opposite(), Self(-self.0))
+        } else {
+            (c, self)
+        }
     }
 }
 

@@ -149,7 +149,13 @@ mod tests {
     #[test]
     fn refuses_what_is_not_a_number_and_keeps_negative_readings() {
         assert!(Lux::new(f64::NAN).is_err());
-        assert_eq!(Lux::new(f64::INFINITY), Err(NotFinite { value: f64::INFINITY, unit: "lx" }));
+        assert_eq!(
+            Lux::new(f64::INFINITY),
+            Err(NotFinite {
+                value: f64::INFINITY,
+                unit: "lx"
+            })
+        );
         assert_eq!(Lux::new(-0.02).map(Lux::value), Ok(-0.02));
         assert_eq!(Lux::new(3.4).unwrap().to_string(), "3.4 lx");
     }
