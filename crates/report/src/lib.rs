@@ -1,0 +1,8 @@
+//! Plots as SVG and self-contained HTML reports.
+//!
+//! Every picture is a function from data to an SVG string; a report is a page that carries its pictures, its numbers and
+//! its styles inside one file, so that it opens on a machine without a network.
+
+pub mod axes;
+pub mod html;
+pub mod svg;
