@@ -1,0 +1,215 @@
+//! From `driver:target` to an open device, without discovery.
+
+use async_trait::async_trait;
+use std::fmt;
+
+use crate::{Axis, AxisSettings, DeviceError, LuxMeter, Spectroradiometer, Switch, Thermometer};
+
+/// Opens axes of one driver.
+#[async_trait]
+pub trait AxisFactory: Send + Sync {
+    /// Opens the axis at `target`, asks who it is, and sets speed and acceleration. Moves nothing.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    async fn open_axis(&self, target: &Target, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError>;
+}
+
+/// Opens lux meters of one driver.
+#[async_trait]
+pub trait LuxMeterFactory: Send + Sync {
+    /// Opens the meter at `target` and brings it into remote control.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    async fn open_lux_meter(&self, target: &Target) -> Result<Box<dyn LuxMeter>, OpenError>;
+}
+
+/// Opens spectroradiometers of one driver.
+#[async_trait]
+pub trait SpectroradiometerFactory: Send + Sync {
+    /// Opens the instrument at `target` and reads its calibration.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    async fn open_spectroradiometer(&self, target: &Target) -> Result<Box<dyn Spectroradiometer>, OpenError>;
+}
+
+/// Opens switches of one driver.
+#[async_trait]
+pub trait SwitchFactory: Send + Sync {
+    /// Opens the switch at `target`. Switches nothing.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    async fn open_switch(&self, target: &Target) -> Result<Box<dyn Switch>, OpenError>;
+}
+
+/// Opens thermometers of one driver.
+#[async_trait]
+pub trait ThermometerFactory: Send + Sync {
+    /// Opens the thermometer at `target`.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    async fn open_thermometer(&self, target: &Target) -> Result<Box<dyn Thermometer>, OpenError>;
+}
+
+/// Why a device could not be opened.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum OpenError {
+    /// The address is not one: bad input, nothing was touched.
+    #[error("\"{address}\": {reason}")]
+    Address {
+        /// As written.
+        address: String,
+        /// What is wrong and what is expected.
+        reason: String,
+    },
+    /// The link could not be opened.
+    #[error("{target}: cannot open the link: {reason}")]
+    Link {
+        /// Where.
+        target: String,
+        /// What the operating system said.
+        reason: String,
+        /// What to do about it.
+        advice: Option<String>,
+    },
+    /// The link is open but the device did not answer as it should.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+}
+
+/// The part of `open = "driver:target"` after the driver: a link and its options, `link?key=value&key=value`.
+///
+/// A link is a path (`/dev/ttyUSB0`, `COM3`), `tcp://host:port`, or `memory:name` inside this process.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Target {
+    driver: String,
+    link: String,
+    options: Vec<(String, String)>,
+}
+
+impl Target {
+    /// Splits `driver:link?key=value&…`.
+    ///
+    /// # Errors
+    /// [`OpenError::Address`] without driver or link, with an option that is not `key=value`, or with one given twice.
+    pub fn parse(open: &str) -> Result<Self, OpenError> {
+        let wrong = |reason: &str| OpenError::Address {
+            address: open.to_owned(),
+            reason: reason.to_owned(),
+        };
+        let (driver, rest) = open.split_once(':').ok_or_else(|| wrong("expected driver:target"))?;
+        let (link, query) = rest.split_once('?').unwrap_or((rest, ""));
+        if driver.is_empty() || link.is_empty() {
+            return Err(wrong("expected driver:target, for example zaber:/dev/ttyUSB0?axis=1"));
+        }
+        let mut options: Vec<(String, String)> = Vec::new();
+        for pair in query.split('&').filter(|pair| !pair.is_empty()) {
+            let (key, value) = pair
+                .split_once('=')
+                .ok_or_else(|| wrong("options are key=value, joined by &"))?;
+            if options.iter().any(|(known, _)| known == key) {
+                return Err(wrong(&format!("option {key} is given twice")));
+            }
+            options.push((key.to_owned(), value.to_owned()));
+        }
+        Ok(Self {
+            driver: driver.to_owned(),
+            link: link.to_owned(),
+            options,
+        })
+    }
+
+    /// Name of the driver.
+    pub fn driver(&self) -> &str {
+        &self.driver
+    }
+
+    /// The link, without driver and options.
+    pub fn link(&self) -> &str {
+        &self.link
+    }
+
+    /// The value of option `key`.
+    pub fn option(&self, key: &str) -> Option<&str> {
+        self.options
+            .iter()
+            .find(|(known, _)| known == key)
+            .map(|(_, value)| value.as_str())
+    }
+
+    /// The value of option `key` as a number, `default` when it is not given.
+    ///
+    /// # Errors
+    /// [`OpenError::Address`] when it is not a `T`.
+    pub fn number<T: std::str::FromStr>(&self, key: &str, default: T) -> Result<T, OpenError> {
+        match self.option(key) {
+            None => Ok(default),
+            Some(value) => value
+                .parse()
+                .map_err(|_| self.wrong(format!("option {key}={value} is not a number that fits"))),
+        }
+    }
+
+    /// Refuses options that the driver does not know: a misspelt one must not pass for a default.
+    ///
+    /// # Errors
+    /// [`OpenError::Address`] names the option and the known ones.
+    pub fn only(&self, known: &[&str]) -> Result<(), OpenError> {
+        match self.options.iter().find(|(key, _)| !known.contains(&key.as_str())) {
+            None => Ok(()),
+            Some((key, _)) => Err(self.wrong(format!("unknown option {key}; known: {}", known.join(", ")))),
+        }
+    }
+
+    /// An [`OpenError::Address`] about this target.
+    pub fn wrong(&self, reason: impl Into<String>) -> OpenError {
+        OpenError::Address {
+            address: self.to_string(),
+            reason: reason.into(),
+        }
+    }
+}
+
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.driver, self.link)?;
+        for (i, (key, value)) in self.options.iter().enumerate() {
+            write!(f, "{}{key}={value}", if i == 0 { '?' } else { '&' })?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_of_the_contract_are_understood() {
+        let axis = Target::parse("zaber:/dev/ttyUSB0?axis=1").unwrap();
+        assert_eq!(
+            (axis.driver(), axis.link(), axis.option("axis")),
+            ("zaber", "/dev/ttyUSB0", Some("1"))
+        );
+        assert_eq!(axis.number("axis", 9_u8), Ok(1));
+        assert_eq!(axis.number("device", 1_u8), Ok(1));
+        let az = Target::parse("oriental-az:tcp://10.0.0.5:502").unwrap();
+        assert_eq!((az.driver(), az.link()), ("oriental-az", "tcp://10.0.0.5:502"));
+        assert_eq!(Target::parse("ocean-ooi:usb:serial=X").unwrap().link(), "usb:serial=X");
+        assert_eq!(axis.to_string(), "zaber:/dev/ttyUSB0?axis=1");
+    }
+
+    #[test]
+    fn a_wrong_address_is_refused_with_its_reason() {
+        for open in ["zaber", ":x", "zaber:", "zaber:x?axis", "zaber:x?a=1&a=2"] {
+            assert!(matches!(Target::parse(open), Err(OpenError::Address { .. })), "{open}");
+        }
+        let target = Target::parse("zaber:x?axes=1").unwrap();
+        assert!(target.only(&["axis"]).unwrap_err().to_string().contains("axes"));
+        assert!(Target::parse("zaber:x?axis=one").unwrap().number("axis", 1_u8).is_err());
+    }
+}

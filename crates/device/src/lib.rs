@@ -1,0 +1,30 @@
+//! What the bench asks of its instruments, and nothing more.
+//!
+//! Five narrow, object-safe traits: [`Axis`], [`LuxMeter`], [`Spectroradiometer`], [`Switch`] (lamp, shutter, baffle) and
+//! [`Thermometer`]. Every method takes `&self`: a handle talks by messages to the one task that owns the bus, so `stop`
+//! can be called while another task waits for a move. Deadlines and times of measurement are
+//! [`tokio::time::Instant`]s, so that a whole day can run with the clock paused.
+//!
+//! A handle that is dropped in the middle of a call leaves its bus usable: the owner finishes or drains the exchange.
+
+mod axis;
+mod axis_scale;
+mod error;
+mod factory;
+mod identity;
+mod luxmeter;
+mod spectroradiometer;
+mod switch;
+mod thermometer;
+
+pub use axis::{Axis, AxisPosition, AxisSettings, InvalidSettings, Motion};
+pub use axis_scale::{AxisScale, InvalidScale, Sense};
+pub use error::{DeviceError, ErrorKind};
+pub use factory::{
+    AxisFactory, LuxMeterFactory, OpenError, SpectroradiometerFactory, SwitchFactory, Target, ThermometerFactory,
+};
+pub use identity::Identity;
+pub use luxmeter::{Caution, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange, LuxReading};
+pub use spectroradiometer::{LinearisationError, RawSpectrum, Spectroradiometer, SpectroradiometerProperties};
+pub use switch::Switch;
+pub use thermometer::{TemperatureReading, Thermometer};

@@ -1,0 +1,105 @@
+//! A photometer head that gives illuminance.
+
+use std::time::Duration;
+
+use async_trait::async_trait;
+use isolux_units::Lux;
+use tokio::time::Instant;
+
+use crate::{DeviceError, Identity};
+
+/// A lux meter.
+#[async_trait]
+pub trait LuxMeter: Send + Sync {
+    /// What the meter said of itself when it was opened.
+    fn identity(&self) -> &Identity;
+
+    /// Ranges and timing.
+    fn properties(&self) -> &LuxMeterProperties;
+
+    /// A *new* reading, of light that fell on the head after `not_before` alone: pass the moment at which the axes came to
+    /// rest. Waits as long as that takes, and never returns the same conversion twice.
+    ///
+    /// # Errors
+    /// [`Timeout`](DeviceError::Timeout) at `deadline`; [`Fault`](DeviceError::Fault) for a broken or unpowered head. A
+    /// signal outside the range is no error but [`LuxOutcome::OverRange`] or [`LuxOutcome::UnderRange`].
+    async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError>;
+
+    /// Chooses a measuring range for the readings that follow.
+    ///
+    /// # Errors
+    /// [`Unsupported`](DeviceError::Unsupported) for a range that the meter does not have.
+    async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError>;
+}
+
+/// A measuring range as asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LuxRange {
+    /// The meter chooses.
+    Auto,
+    /// Held at this range, in the meter's own numbering (1 is the most sensitive).
+    Fixed(u8),
+}
+
+/// What is fixed about a meter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LuxMeterProperties {
+    /// Upper end of each range, rising; index 0 is range 1.
+    pub range_full_scale: Vec<Lux>,
+    /// A new conversion appears this often.
+    pub update_interval: Duration,
+    /// Each conversion integrates the light of at most this long.
+    pub integration: Duration,
+}
+
+/// What a reading says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LuxOutcome {
+    /// A number; may be negative (noise around a dark offset).
+    Measured(Lux),
+    /// More light than the range takes. There is no number.
+    OverRange,
+    /// Less light than the range resolves, said by the meter. There is no number.
+    UnderRange,
+}
+
+/// Something that does not spoil a reading but should be known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Caution {
+    /// The meter reports a low battery.
+    LowBattery,
+}
+
+/// One reading of a lux meter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LuxReading {
+    /// The number, or why there is none.
+    pub outcome: LuxOutcome,
+    /// Range in which it was taken, in the meter's own numbering; 0 when the meter does not say.
+    pub range: u8,
+    /// One digit of the answer: the full width of the rectangular distribution that rounding makes.
+    pub digit: Lux,
+    /// No light before this moment contributed.
+    pub began: Instant,
+    /// No light after this moment contributed.
+    pub ended: Instant,
+    /// Something to know about it.
+    pub caution: Option<Caution>,
+    /// The answer as it came over the wire.
+    pub evidence: Vec<u8>,
+}
+
+impl LuxReading {
+    /// The number, when there is one.
+    pub const fn illuminance(&self) -> Option<Lux> {
+        match self.outcome {
+            LuxOutcome::Measured(lux) => Some(lux),
+            LuxOutcome::OverRange | LuxOutcome::UnderRange => None,
+        }
+    }
+
+    /// Middle of the interval whose light contributed.
+    pub fn middle(&self) -> Instant {
+        self.began + self.ended.saturating_duration_since(self.began) / 2
+    }
+}
