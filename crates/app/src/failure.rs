@@ -41,17 +41,29 @@ pub struct Failure {
 impl Failure {
     /// Bad usage or bad input (exit 2).
     pub fn bad_input(error: impl fmt::Display) -> Self {
-        Self { kind: FailureKind::BadInput, message: error.to_string(), help: None }
+        Self {
+            kind: FailureKind::BadInput,
+            message: error.to_string(),
+            help: None,
+        }
     }
 
     /// An instrument or the operating system failed (exit 3).
     pub fn instrument(error: impl fmt::Display) -> Self {
-        Self { kind: FailureKind::Instrument, message: error.to_string(), help: None }
+        Self {
+            kind: FailureKind::Instrument,
+            message: error.to_string(),
+            help: None,
+        }
     }
 
     /// The answer is "no" (exit 1).
     pub fn no(error: impl fmt::Display) -> Self {
-        Self { kind: FailureKind::No, message: error.to_string(), help: None }
+        Self {
+            kind: FailureKind::No,
+            message: error.to_string(),
+            help: None,
+        }
     }
 
     /// The same failure with advice.

@@ -30,7 +30,10 @@ pub fn read(path: &Utf8Path) -> Result<Vec<u8>, Failure> {
 pub fn write(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), Failure> {
     refuse_existing(path, overwrite)?;
     let failed = |error: std::io::Error| Failure::instrument(format!("{path}: cannot write: {error}"));
-    let folder = path.parent().filter(|folder| !folder.as_str().is_empty()).unwrap_or(Utf8Path::new("."));
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_str().is_empty())
+        .unwrap_or(Utf8Path::new("."));
     std::fs::create_dir_all(folder).map_err(failed)?;
     let name = path.file_name().unwrap_or("result");
     let part = folder.join(format!(".{name}.{}.part", std::process::id()));
@@ -52,7 +55,9 @@ pub fn write(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), 
 /// Bad input (exit 2).
 pub fn refuse_existing(path: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
     if overwrite == Overwrite::Never && path.exists() {
-        return Err(Failure::bad_input(format!("{path} exists")).help("choose another name, or give --force to replace it"));
+        return Err(
+            Failure::bad_input(format!("{path} exists")).help("choose another name, or give --force to replace it")
+        );
     }
     Ok(())
 }
@@ -67,9 +72,8 @@ pub fn output_folder(path: &Utf8Path, overwrite: Overwrite) -> Result<Utf8PathBu
     }
     let occupied = std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some());
     if occupied && overwrite == Overwrite::Never {
-        return Err(
-            Failure::bad_input(format!("{path} is not empty")).help("choose another folder, or give --force to replace its files")
-        );
+        return Err(Failure::bad_input(format!("{path} is not empty"))
+            .help("choose another folder, or give --force to replace its files"));
     }
     std::fs::create_dir_all(path).map_err(|error| Failure::instrument(format!("{path}: {error}")))?;
     Ok(path.to_owned())
@@ -89,6 +93,10 @@ mod tests {
         assert_eq!(read(&path).unwrap(), b"one");
         write(&path, b"two", Overwrite::Force).unwrap();
         assert_eq!(read(&path).unwrap(), b"two");
-        assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1, "no temporary file is left");
+        assert_eq!(
+            std::fs::read_dir(path.parent().unwrap()).unwrap().count(),
+            1,
+            "no temporary file is left"
+        );
     }
 }

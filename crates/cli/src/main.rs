@@ -12,8 +12,10 @@ use crate::commands::Command;
 /// Drives a goniophotometer, writes photometric files, lights a sensor with them, finds where the two disagree.
 #[derive(Debug, Parser)]
 #[command(name = "isolux", version, propagate_version = true)]
-#[command(after_help = "Exit codes: 0 done, 1 the answer is no, 2 bad usage or input (nothing written), \
-3 an instrument or the system failed, 130 interrupted (axes stopped first).")]
+#[command(
+    after_help = "Exit codes: 0 done, 1 the answer is no, 2 bad usage or input (nothing written), \
+3 an instrument or the system failed, 130 interrupted (axes stopped first)."
+)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

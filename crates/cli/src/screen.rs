@@ -33,7 +33,9 @@ impl Progress for Bars {
         match event {
             Event::Began { step, total } => {
                 let bar = match total {
-                    Some(total) => ProgressBar::new(total).with_style(style("{prefix:>12} [{bar:32}] {pos}/{len} {wide_msg}")),
+                    Some(total) => {
+                        ProgressBar::new(total).with_style(style("{prefix:>12} [{bar:32}] {pos}/{len} {wide_msg}"))
+                    }
                     None => ProgressBar::new_spinner().with_style(style("{prefix:>12} {spinner} {wide_msg}")),
                 };
                 bar.set_prefix(step.to_owned());

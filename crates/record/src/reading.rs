@@ -83,7 +83,12 @@ impl FromStr for ReadingKind {
             "baffled" => Self::Baffled,
             "lamp_off" => Self::LampOff,
             "capped" => Self::Capped,
-            _ => return Err(UnknownWord { found: word.to_owned(), expected: "lit, baffled, lamp_off, capped" }),
+            _ => {
+                return Err(UnknownWord {
+                    found: word.to_owned(),
+                    expected: "lit, baffled, lamp_off, capped",
+                });
+            }
         })
     }
 }
@@ -96,7 +101,12 @@ impl FromStr for Quality {
             "over_range" => Self::OverRange,
             "under_range" => Self::UnderRange,
             "failed" => Self::Failed,
-            _ => return Err(UnknownWord { found: word.to_owned(), expected: "ok, over_range, under_range, failed" }),
+            _ => {
+                return Err(UnknownWord {
+                    found: word.to_owned(),
+                    expected: "ok, over_range, under_range, failed",
+                });
+            }
         })
     }
 }
@@ -127,7 +137,12 @@ impl FromStr for Role {
         Ok(match word {
             "point" => Self::Point,
             "reference" => Self::Reference,
-            _ => return Err(UnknownWord { found: word.to_owned(), expected: "point, reference" }),
+            _ => {
+                return Err(UnknownWord {
+                    found: word.to_owned(),
+                    expected: "point, reference",
+                });
+            }
         })
     }
 }

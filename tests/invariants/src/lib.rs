@@ -1,1 +1,1 @@
-//! The house rules, proved over cargo metadata.
+//! The house rules of `docs/architecture.md`, proved over `cargo metadata`: see `tests/house.rs`.

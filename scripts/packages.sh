@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Installs the Debian packages that building and testing need and that a fresh Debian 12 with a Rust toolchain may lack.
+# Run as root, or with sudo at hand; does nothing where everything is there.
+set -euo pipefail
+needed=(gcc:gcc pkg-config:pkg-config)
+missing=()
+for entry in "${needed[@]}"; do
+  command -v "${entry%%:*}" >/dev/null 2>&1 || missing+=("${entry##*:}")
+done
+[ "${#missing[@]}" -eq 0 ] && { echo "nothing is missing"; exit 0; }
+run=()
+[ "$(id -u)" -eq 0 ] || run=(sudo)
+"${run[@]}" apt-get update -qq
+"${run[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}"
