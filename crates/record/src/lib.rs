@@ -2,7 +2,15 @@
 //!
 //! Everything here is data on disk and its validation. Nothing here asks a clock: whoever writes a record says when.
 
+pub mod document;
+pub mod job;
 pub mod observation;
+pub mod plan;
 pub mod reading;
+pub mod station;
 
+pub use document::DocumentError;
+pub use job::Job;
+pub use plan::Plan;
 pub use reading::{Quality, Reading, ReadingKind, Role, UnknownWord};
+pub use station::Station;

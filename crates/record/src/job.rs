@@ -1,0 +1,117 @@
+//! `isolux-job/1`: which station, plan and scene make a day.
+
+use camino::{Utf8Path, Utf8PathBuf};
+use serde::{Deserialize, Serialize};
+
+use crate::document::{DocumentError, Fault, Source, read_text};
+
+/// Value of `format` in a job file.
+pub const FORMAT: &str = "isolux-job/1";
+
+/// A job file as written. Paths are relative to it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JobDocument {
+    format: String,
+    station: Utf8PathBuf,
+    plan: Utf8PathBuf,
+    scene: Utf8PathBuf,
+    #[serde(default)]
+    diagnose: Option<DiagnoseDocument>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DiagnoseDocument {
+    model: Utf8PathBuf,
+    observations: Vec<Utf8PathBuf>,
+}
+
+/// A valid job: every path resolved against the folder of the job file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    station: Utf8PathBuf,
+    plan: Utf8PathBuf,
+    scene: Utf8PathBuf,
+    diagnose: Option<(Utf8PathBuf, Vec<Utf8PathBuf>)>,
+}
+
+impl Job {
+    /// Reads and validates a job file; the files that it names must be there.
+    ///
+    /// # Errors
+    /// [`DocumentError`] with file and line.
+    pub fn load(file: &Utf8Path) -> Result<Self, DocumentError> {
+        let text = read_text(file)?;
+        let source = Source { file, text: &text };
+        let job: JobDocument = source.parse(FORMAT)?;
+        let folder = file.parent().unwrap_or(Utf8Path::new(""));
+        let resolve = |key: &str, path: &Utf8Path| {
+            let resolved = folder.join(path);
+            if resolved.exists() {
+                Ok(resolved)
+            } else {
+                Err(source.locate(&Fault::new(key, format!("{resolved} is not there"))))
+            }
+        };
+        Ok(Self {
+            station: resolve("station", &job.station)?,
+            plan: resolve("plan", &job.plan)?,
+            scene: resolve("scene", &job.scene)?,
+            diagnose: job
+                .diagnose
+                .map(|diagnose| {
+                    let observations = diagnose
+                        .observations
+                        .iter()
+                        .map(|path| resolve("diagnose.observations", path))
+                        .collect::<Result<_, _>>()?;
+                    Ok((resolve("diagnose.model", &diagnose.model)?, observations))
+                })
+                .transpose()?,
+        })
+    }
+
+    /// The station file.
+    pub fn station(&self) -> &Utf8Path {
+        &self.station
+    }
+
+    /// The plan file.
+    pub fn plan(&self) -> &Utf8Path {
+        &self.plan
+    }
+
+    /// The scene file.
+    pub fn scene(&self) -> &Utf8Path {
+        &self.scene
+    }
+
+    /// Model and observations of a diagnosis, if the job asks for one.
+    pub fn diagnose(&self) -> Option<(&Utf8Path, &[Utf8PathBuf])> {
+        self.diagnose
+            .as_ref()
+            .map(|(model, observations)| (model.as_path(), observations.as_slice()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_relative_to_the_job_and_must_be_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = Utf8Path::from_path(folder.path()).unwrap();
+        for name in ["s.toml", "p.toml"] {
+            std::fs::write(folder.join(name), "").unwrap();
+        }
+        let file = folder.join("job.toml");
+        let text = "format = \"isolux-job/1\"\nstation = \"s.toml\"\nplan = \"p.toml\"\nscene = \"c.toml\"\n";
+        std::fs::write(&file, text).unwrap();
+        let error = Job::load(&file).unwrap_err();
+        assert_eq!(error.line, Some(4), "{error}");
+        std::fs::write(folder.join("c.toml"), "").unwrap();
+        assert_eq!(Job::load(&file).unwrap().scene(), folder.join("c.toml"));
+    }
+}

@@ -1,0 +1,409 @@
+//! `isolux-plan/1`: what to measure, in blocks.
+
+use camino::Utf8Path;
+use serde::de::{SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::document::{DocumentError, Fault, Source, read_text};
+use crate::reading::ReadingKind;
+
+/// Value of `format` in a plan file.
+pub const FORMAT: &str = "isolux-plan/1";
+
+/// More points than this in one block are a slip of the pen.
+const MOST_POINTS: usize = 10_000_000;
+
+/// A valid plan: at least one block, every block with its grid spelt out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "PlanDocument", into = "PlanDocument")]
+pub struct Plan {
+    document: PlanDocument,
+    blocks: Vec<Block>,
+}
+
+/// A plan file as written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlanDocument {
+    /// [`FORMAT`].
+    pub format: String,
+    /// A name for people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The blocks, in the order of their measurement.
+    #[serde(default)]
+    pub block: Vec<BlockDocument>,
+}
+
+/// One block as written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BlockDocument {
+    /// Unique name.
+    pub name: String,
+    /// What the detector can see.
+    pub kind: ReadingKind,
+    /// Which instrument reads.
+    #[serde(default)]
+    pub instrument: Instrument,
+    /// Half-planes, a number or a list.
+    #[serde(default, deserialize_with = "one_or_many", skip_serializing_if = "Option::is_none")]
+    pub c_deg: Option<Vec<f64>>,
+    /// Half-planes `[from, to, step]`, both ends included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub c_range: Option<[f64; 3]>,
+    /// γ, a number or a list.
+    #[serde(default, deserialize_with = "one_or_many", skip_serializing_if = "Option::is_none")]
+    pub gamma_deg: Option<Vec<f64>>,
+    /// γ `[from, to, step]`, both ends included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gamma_range: Option<[f64; 3]>,
+    /// Distance of the detector; without it the instrument's own of the station.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance_mm: Option<f64>,
+    /// Order of γ within the half-planes.
+    #[serde(default)]
+    pub order: Order,
+    /// A visit to the reference point (C 0°, γ 0°) before the block, after every so many points, and at its end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference_every: Option<u32>,
+    /// Readings a point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<u32>,
+    /// Or: readings until the mean's relative standard uncertainty is at most this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_rel: Option<f64>,
+    /// What a person is asked to do before the block; the axes are stopped while they do it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prompt: Option<String>,
+}
+
+/// Which instrument reads a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Instrument {
+    /// The lux meter.
+    #[default]
+    Luxmeter,
+    /// The spectroradiometer.
+    Spectroradiometer,
+}
+
+/// Order of γ within the half-planes of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Order {
+    /// γ as the block lists it, in every half-plane.
+    #[default]
+    Forward,
+    /// γ from its last value to its first, in every half-plane.
+    Reverse,
+    /// Forward in the first half-plane, reverse in the next, and so on: the least travel.
+    Serpentine,
+    /// Every half-plane forward, then reverse: every direction is read once in each direction of travel.
+    Both,
+}
+
+/// How often a point is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Repeats {
+    /// So many times.
+    Exactly(u32),
+    /// Until the mean's relative standard uncertainty is at most this fraction.
+    Until(f64),
+}
+
+/// One valid block.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Block {
+    /// Unique name.
+    pub name: String,
+    /// What the detector can see.
+    pub kind: ReadingKind,
+    /// Which instrument reads.
+    pub instrument: Instrument,
+    /// Half-planes in order, degrees.
+    pub c_deg: Vec<f64>,
+    /// γ in order, degrees.
+    pub gamma_deg: Vec<f64>,
+    /// Distance of the detector; none: the instrument's own.
+    pub distance_mm: Option<f64>,
+    /// Order of γ.
+    pub order: Order,
+    /// Points between two visits to the reference point.
+    pub reference_every: Option<u32>,
+    /// How often a point is read.
+    pub repeats: Repeats,
+    /// What a person is asked to do first.
+    pub prompt: Option<String>,
+}
+
+impl Plan {
+    /// Reads and validates a plan file.
+    ///
+    /// # Errors
+    /// [`DocumentError`] with file and line.
+    pub fn load(file: &Utf8Path) -> Result<Self, DocumentError> {
+        Self::parse(file, &read_text(file)?)
+    }
+
+    /// Validates the text of a plan file; `file` is for messages.
+    ///
+    /// # Errors
+    /// [`DocumentError`] with file and line.
+    pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, DocumentError> {
+        let source = Source { file, text };
+        Self::try_from(source.parse::<PlanDocument>(FORMAT)?).map_err(|fault| source.locate(&fault))
+    }
+
+    /// The blocks, at least one.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// The file's content, for a copy of it.
+    pub fn document(&self) -> &PlanDocument {
+        &self.document
+    }
+}
+
+impl TryFrom<PlanDocument> for Plan {
+    type Error = Fault;
+
+    fn try_from(document: PlanDocument) -> Result<Self, Fault> {
+        if document.block.is_empty() {
+            return Err(Fault::new("block", "the plan has no [[block]]; add one"));
+        }
+        let mut blocks: Vec<Block> = Vec::with_capacity(document.block.len());
+        for (index, block) in document.block.iter().enumerate() {
+            let valid = validate(&format!("block.{index}"), block)?;
+            if blocks.iter().any(|earlier| earlier.name == valid.name) {
+                return Err(Fault::new(
+                    format!("block.{index}.name"),
+                    format!("`{}` is used twice", valid.name),
+                ));
+            }
+            blocks.push(valid);
+        }
+        Ok(Self { document, blocks })
+    }
+}
+
+impl From<Plan> for PlanDocument {
+    fn from(plan: Plan) -> Self {
+        plan.document
+    }
+}
+
+fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
+    let key = |name: &str| format!("{path}.{name}");
+    if block.name.trim().is_empty() || block.name.chars().any(|c| c.is_control() || c == ',' || c == '"') {
+        return Err(Fault::new(
+            key("name"),
+            "is a word without commas, quotes and line ends",
+        ));
+    }
+    let c_deg = grid(path, ("c_deg", block.c_deg.as_deref()), ("c_range", block.c_range))?;
+    let gamma_deg = grid(
+        path,
+        ("gamma_deg", block.gamma_deg.as_deref()),
+        ("gamma_range", block.gamma_range),
+    )?;
+    if let Some(&outside) = gamma_deg.iter().find(|gamma| gamma.abs() > 180.0) {
+        let name = if block.gamma_deg.is_some() {
+            "gamma_deg"
+        } else {
+            "gamma_range"
+        };
+        return Err(Fault::new(key(name), format!("{outside}° is outside −180°…180°")));
+    }
+    if c_deg.len().saturating_mul(gamma_deg.len()) > MOST_POINTS {
+        return Err(Fault::new(
+            path,
+            format!("has more than {MOST_POINTS} points; check the steps"),
+        ));
+    }
+    if let Some(distance) = block.distance_mm
+        && !(distance.is_finite() && distance > 0.0)
+    {
+        return Err(Fault::new(
+            key("distance_mm"),
+            format!("is {distance}, expected above 0"),
+        ));
+    }
+    let repeats = match (block.repeats, block.u_rel) {
+        (Some(_), Some(_)) => return Err(Fault::new(key("u_rel"), "give `repeats` or `u_rel`, not both")),
+        (Some(0), None) => return Err(Fault::new(key("repeats"), "is 0, expected at least 1")),
+        (Some(count), None) => Repeats::Exactly(count),
+        (None, Some(u)) if u.is_finite() && u > 0.0 && u < 1.0 => Repeats::Until(u),
+        (None, Some(u)) => {
+            return Err(Fault::new(
+                key("u_rel"),
+                format!("is {u}, expected a fraction between 0 and 1"),
+            ));
+        }
+        (None, None) => Repeats::Exactly(1),
+    };
+    if block.reference_every == Some(0) {
+        return Err(Fault::new(
+            key("reference_every"),
+            "is 0; give the points between two visits, or leave it out",
+        ));
+    }
+    if block.instrument == Instrument::Spectroradiometer && block.reference_every.is_some() {
+        return Err(Fault::new(key("reference_every"), "belongs to blocks of the lux meter"));
+    }
+    if block.reference_every.is_some() && block.kind != ReadingKind::Lit {
+        return Err(Fault::new(
+            key("reference_every"),
+            "belongs to lit blocks: the reference point is a lit reading",
+        ));
+    }
+    if block.prompt.as_ref().is_some_and(|prompt| prompt.trim().is_empty()) {
+        return Err(Fault::new(
+            key("prompt"),
+            "is empty; write what the person is to do, or leave it out",
+        ));
+    }
+    Ok(Block {
+        name: block.name.clone(),
+        kind: block.kind,
+        instrument: block.instrument,
+        c_deg,
+        gamma_deg,
+        distance_mm: block.distance_mm,
+        order: block.order,
+        reference_every: block.reference_every,
+        repeats,
+        prompt: block.prompt.clone(),
+    })
+}
+
+fn grid(path: &str, list: (&str, Option<&[f64]>), range: (&str, Option<[f64; 3]>)) -> Result<Vec<f64>, Fault> {
+    let fault = |name: &str, message: String| Err(Fault::new(format!("{path}.{name}"), message));
+    match (list.1, range.1) {
+        (Some(_), Some(_)) => fault(range.0, format!("give `{}` or `{}`, not both", list.0, range.0)),
+        (None, None) => fault(
+            list.0,
+            format!("give `{}` = [..] or `{}` = [from, to, step]", list.0, range.0),
+        ),
+        (Some(angles), None) => {
+            if angles.is_empty() {
+                return fault(list.0, "is empty".to_owned());
+            }
+            match angles.iter().find(|angle| !angle.is_finite()) {
+                Some(angle) => fault(list.0, format!("{angle} is no angle")),
+                None => Ok(angles.to_vec()),
+            }
+        }
+        (None, Some([from, to, step])) => {
+            if !(from.is_finite() && to.is_finite() && step.is_finite()) || step == 0.0 {
+                return fault(
+                    range.0,
+                    "is [from, to, step], finite, with a step other than 0".to_owned(),
+                );
+            }
+            let steps = (to - from) / step;
+            if steps < -1e-9 {
+                return fault(range.0, format!("a step of {step}° never comes from {from}° to {to}°"));
+            }
+            if steps > MOST_POINTS as f64 {
+                return fault(range.0, format!("has more than {MOST_POINTS} angles; check the step"));
+            }
+            if (steps - steps.round()).abs() > 1e-6 {
+                return fault(
+                    range.0,
+                    format!("steps of {step}° do not lead from {from}° to {to}°; change one of the three"),
+                );
+            }
+            // Multiples, not sums; and the decimals that a person would write.
+            Ok((0..=steps.round() as usize)
+                .map(|i| ((from + i as f64 * step) * 1e9).round() / 1e9 + 0.0)
+                .collect())
+        }
+    }
+}
+
+fn one_or_many<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<f64>>, D::Error> {
+    struct OneOrMany;
+    impl<'de> Visitor<'de> for OneOrMany {
+        type Value = Vec<f64>;
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("an angle in degrees or a list of them")
+        }
+        fn visit_f64<E>(self, angle: f64) -> Result<Vec<f64>, E> {
+            Ok(vec![angle])
+        }
+        fn visit_i64<E>(self, angle: i64) -> Result<Vec<f64>, E> {
+            Ok(vec![angle as f64])
+        }
+        fn visit_seq<A: SeqAccess<'de>>(self, mut angles: A) -> Result<Vec<f64>, A::Error> {
+            let mut list = Vec::new();
+            while let Some(angle) = angles.next_element()? {
+                list.push(angle);
+            }
+            Ok(list)
+        }
+    }
+    deserializer.deserialize_any(OneOrMany).map(Some)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) const PLAN: &str = r#"format = "isolux-plan/1"
+[[block]]
+name = "lit"
+kind = "lit"
+c_range = [0, 360, 15]
+gamma_range = [0.0, 180.0, 2.0]
+reference_every = 91
+[[block]]
+name = "cap"
+kind = "capped"
+c_deg = 0
+gamma_deg = [0.0]
+repeats = 20
+"#;
+
+    fn complaint(from: &str, to: &str) -> String {
+        assert!(PLAN.contains(from));
+        Plan::parse(Utf8Path::new("p.toml"), &PLAN.replacen(from, to, 1))
+            .unwrap_err()
+            .to_string()
+    }
+
+    #[test]
+    fn spells_out_the_grid_of_the_day() {
+        let plan = Plan::parse(Utf8Path::new("p.toml"), PLAN).unwrap();
+        let lit = &plan.blocks()[0];
+        assert_eq!((lit.c_deg.len(), lit.gamma_deg.len()), (25, 91));
+        assert_eq!((lit.c_deg[24], lit.gamma_deg[90]), (360.0, 180.0));
+        assert_eq!(plan.blocks()[1].c_deg, [0.0]);
+        let tenths = PLAN.replace("[0.0, 180.0, 2.0]", "[-1.0, 1.0, 0.1]");
+        let plan = Plan::parse(Utf8Path::new("p.toml"), &tenths).unwrap();
+        assert_eq!(
+            plan.blocks()[0].gamma_deg[13],
+            0.3,
+            "decimals as written, not as summed"
+        );
+        let written = toml::to_string(&plan).unwrap();
+        assert_eq!(Plan::parse(Utf8Path::new("again.toml"), &written).unwrap(), plan);
+    }
+
+    #[test]
+    fn refuses_with_line_and_remedy() {
+        assert!(complaint("kind = \"lit\"", "kind = \"light\"").starts_with("p.toml:4:8:"));
+        assert!(complaint("[0.0, 180.0, 2.0]", "[0.0, 180.0, 7.0]").starts_with("p.toml:6:1: block.0.gamma_range"));
+        assert!(complaint("[0.0, 180.0, 2.0]", "[0.0, 180.0, -2.0]").starts_with("p.toml:6:1:"));
+        assert!(complaint("[0.0, 180.0, 2.0]", "[0.0, 190.0, 2.0]").contains("outside"));
+        assert!(complaint("[0.0, 180.0, 2.0]", "[0.0, nan, 2.0]").starts_with("p.toml:6:1:"));
+        assert!(complaint("repeats = 20", "repeats = 0").starts_with("p.toml:13:1:"));
+        assert!(complaint("repeats = 20", "repeat = 20").starts_with("p.toml:13:1: unknown field"));
+        assert!(complaint("name = \"cap\"", "name = \"lit\"").contains("used twice"));
+        assert!(complaint("gamma_deg = [0.0]\n", "").starts_with("p.toml:8:"));
+        assert!(Plan::parse(Utf8Path::new("p.toml"), "format = \"isolux-plan/1\"").is_err());
+    }
+}
