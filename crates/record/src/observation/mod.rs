@@ -1,1 +1,66 @@
 //! What was observed, whatever file it comes from: readings, sensor maps, spectra.
+//!
+//! A file of observations is also a file of coordinates: with [`Need::Coordinates`] the measured values may be absent,
+//! because `predict` asks only *where* something would be read.
+
+mod error;
+mod image;
+mod maps;
+mod readings;
+mod spectra;
+mod table;
+
+use camino::Utf8Path;
+
+pub use error::{ObservationError, Problem};
+pub use maps::{Cell, MapPose, MapSet, MapUnit};
+pub use readings::{ReadingCoordinates, ReadingRow, Readings};
+pub use spectra::{SpectraSet, SpectrumRow};
+
+/// What a file of observations must hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// Where and when alone is enough: `predict`.
+    Coordinates,
+    /// Measured values with their uncertainties: `diagnose`.
+    Values,
+}
+
+/// Observations of one kind from one place.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Observations {
+    /// Goniometer readings.
+    Readings(Readings),
+    /// Maps of a sensor.
+    Maps(MapSet),
+    /// Spectra.
+    Spectra(SpectraSet),
+}
+
+/// Opens a run directory, a readings CSV, a `maps.toml` or a `spectra.toml`.
+///
+/// # Errors
+/// [`ObservationError`] with file and line of the first thing that is wrong.
+pub fn open(path: &Utf8Path, need: Need) -> Result<Observations, ObservationError> {
+    if path.is_dir() {
+        let readings = path.join("readings.csv");
+        if !readings.is_file() {
+            return Err(ObservationError::new(path, None, Problem::NotARun));
+        }
+        return Readings::open_run(&readings, need).map(Observations::Readings);
+    }
+    match path.extension() {
+        Some("toml") => {
+            let text = table::read_text(path)?;
+            let document: toml::Table = table::parse_toml(path, &text)?;
+            if document.contains_key("map") || document.contains_key("sensor_mm") {
+                MapSet::open(path, need).map(Observations::Maps)
+            } else if document.contains_key("format") {
+                Err(ObservationError::new(path, None, Problem::NotObservations))
+            } else {
+                SpectraSet::open(path, need).map(Observations::Spectra)
+            }
+        }
+        _ => Readings::open(path, need).map(Observations::Readings),
+    }
+}

@@ -1,0 +1,338 @@
+//! Goniometer readings from any CSV with the columns of a run.
+
+use std::collections::HashMap;
+
+use camino::{Utf8Path, Utf8PathBuf};
+
+use super::table::{Fields, Table, read_text};
+use super::{Need, ObservationError, Problem};
+use crate::{Quality, ReadingKind};
+
+/// Where, when and how a reading was taken: all that a prediction needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReadingCoordinates {
+    /// What the detector could see.
+    pub kind: ReadingKind,
+    /// Middle of the integration, seconds since the lamp was switched on; none: not known, the lamp counts as stable.
+    pub time_s: Option<f64>,
+    /// Read-back C in degrees.
+    pub c_deg: f64,
+    /// Read-back γ in degrees, signed.
+    pub gamma_deg: f64,
+    /// From the intersection of the axes to the detector's reference plane.
+    pub distance_mm: f64,
+    /// Sign of the last γ motion; 0: none or not known, and no backlash applies.
+    pub travel: i8,
+    /// The meter's range, where it is known.
+    pub range: Option<i32>,
+    /// Temperature of the room in °C, where it is known.
+    pub ambient_c: Option<f64>,
+}
+
+/// One row of observations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadingRow {
+    /// One-based line in the file.
+    pub line: u64,
+    /// The row's own number, where it has one.
+    pub index: Option<i64>,
+    /// Name of the plan's block; empty where there is none.
+    pub block: String,
+    /// Where and when.
+    pub at: ReadingCoordinates,
+    /// What was read; present with [`Need::Values`] exactly when `quality` is ok.
+    pub illuminance_lx: Option<f64>,
+    /// Its stated standard uncertainty, above zero where present.
+    pub u_lx: Option<f64>,
+    /// What the reading is worth.
+    pub quality: Quality,
+}
+
+/// A file of readings, with every column as it was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Readings {
+    path: Utf8PathBuf,
+    header: Vec<String>,
+    text: Vec<Vec<String>>,
+    rows: Vec<ReadingRow>,
+}
+
+const COORDINATES: [&str; 10] = [
+    "index",
+    "block",
+    "kind",
+    "time_s",
+    "c_deg",
+    "gamma_deg",
+    "distance_mm",
+    "travel",
+    "range",
+    "ambient_c",
+];
+const NEEDED: &str =
+    "index, block, kind, time_s, c_deg, gamma_deg, distance_mm, travel, range, ambient_c, illuminance_lx, u_lx";
+const NEEDED_TO_PREDICT: &str = "index, block, kind, time_s, c_deg, gamma_deg, distance_mm, travel, range, ambient_c";
+
+impl Readings {
+    /// Readings from a CSV file.
+    ///
+    /// # Errors
+    /// [`ObservationError`]: a missing column, a field that is no number, an uncertainty that is not positive, an index
+    /// that is there twice, a row whose checksum does not fit.
+    pub fn open(path: &Utf8Path, need: Need) -> Result<Self, ObservationError> {
+        Self::parse(path, &read_text(path)?, need, false)
+    }
+
+    /// Readings of a run directory: a last line that a power cut tore is left out.
+    pub(super) fn open_run(path: &Utf8Path, need: Need) -> Result<Self, ObservationError> {
+        Self::parse(path, &read_text(path)?, need, true)
+    }
+
+    fn parse(path: &Utf8Path, text: &str, need: Need, torn_tail: bool) -> Result<Self, ObservationError> {
+        let table = Table::parse(path, text, torn_tail)?;
+        let columns = table.columns();
+        let values: &[&'static str] = if need == Need::Values {
+            &["illuminance_lx", "u_lx"]
+        } else {
+            &[]
+        };
+        for column in COORDINATES.iter().chain(values) {
+            if !columns.contains_key(column) {
+                let needed = if need == Need::Values {
+                    NEEDED
+                } else {
+                    NEEDED_TO_PREDICT
+                };
+                return Err(ObservationError::new(
+                    path,
+                    Some(1),
+                    Problem::MissingColumn { column, needed },
+                ));
+            }
+        }
+        let checksum_is_last = table.header.last().is_some_and(|name| name == "row_crc");
+        let mut rows = Vec::with_capacity(table.rows.len());
+        let mut lines_of: HashMap<i64, u64> = HashMap::new();
+        for (row, (line, fields)) in table.rows.iter().enumerate() {
+            let fields = Fields {
+                path,
+                line: *line,
+                columns: &columns,
+                fields,
+            };
+            if checksum_is_last {
+                let found = fields.text("row_crc");
+                let computed = format!("{:08x}", crc32fast::hash(table.before_last[row].as_bytes()));
+                if found != computed {
+                    return Err(fields.error(Problem::Checksum {
+                        found: found.to_owned(),
+                        computed,
+                    }));
+                }
+            }
+            let parsed = parse_row(&fields, need)?;
+            if let Some(index) = parsed.index
+                && let Some(first) = lines_of.insert(index, *line)
+            {
+                return Err(fields.error(Problem::Duplicate {
+                    what: format!("index {index}"),
+                    first,
+                }));
+            }
+            rows.push(parsed);
+        }
+        if rows.is_empty() {
+            return Err(ObservationError::new(path, None, Problem::NoRows("readings")));
+        }
+        let header = table.header.clone();
+        let text = table.rows.into_iter().map(|(_, fields)| fields).collect();
+        Ok(Self {
+            path: path.to_owned(),
+            header,
+            text,
+            rows,
+        })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Utf8Path {
+        &self.path
+    }
+
+    /// Column names as written.
+    pub fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// The fields of each row as written, in the order of [`header`](Self::header).
+    pub fn text(&self) -> &[Vec<String>] {
+        &self.text
+    }
+
+    /// The rows.
+    pub fn rows(&self) -> &[ReadingRow] {
+        &self.rows
+    }
+
+    /// Where and when each reading was taken.
+    pub fn coordinates(&self) -> Vec<ReadingCoordinates> {
+        self.rows.iter().map(|row| row.at).collect()
+    }
+}
+
+fn parse_row(fields: &Fields<'_>, need: Need) -> Result<ReadingRow, ObservationError> {
+    let word = fields.text("kind");
+    let kind: ReadingKind = word.parse().map_err(|_| {
+        let expected = "lit, baffled, lamp_off, capped";
+        fields.error(Problem::UnknownWord {
+            column: "kind",
+            found: word.to_owned(),
+            expected,
+        })
+    })?;
+    let quality = match fields.text("quality") {
+        "" => Quality::Ok,
+        word => word.parse().map_err(|_| {
+            let expected = "ok, over_range, under_range, failed";
+            fields.error(Problem::UnknownWord {
+                column: "quality",
+                found: word.to_owned(),
+                expected,
+            })
+        })?,
+    };
+    let gamma_deg = fields.number("gamma_deg")?;
+    if !(-180.0..=180.0).contains(&gamma_deg) {
+        let problem = Problem::OutOfRange {
+            column: "gamma_deg",
+            found: gamma_deg,
+            expected: "between -180 and 180",
+        };
+        return Err(fields.error(problem));
+    }
+    let travel = fields.whole("travel")?.unwrap_or(0);
+    if !(-1..=1).contains(&travel) {
+        let problem = Problem::OutOfRange {
+            column: "travel",
+            found: travel as f64,
+            expected: "-1, 0 or 1",
+        };
+        return Err(fields.error(problem));
+    }
+    let (illuminance_lx, u_lx) = match (need, quality) {
+        (Need::Values, Quality::Ok) => (Some(fields.number("illuminance_lx")?), Some(fields.positive("u_lx")?)),
+        (Need::Values, _) => (None, None),
+        (Need::Coordinates, _) => (None, None),
+    };
+    Ok(ReadingRow {
+        line: fields.line,
+        index: fields.whole("index")?,
+        block: fields.text("block").to_owned(),
+        at: ReadingCoordinates {
+            kind,
+            time_s: fields.optional("time_s")?,
+            c_deg: fields.number("c_deg")?,
+            gamma_deg,
+            distance_mm: fields.positive("distance_mm")?,
+            travel: travel as i8,
+            range: fields.whole("range")?.map(|range| range as i32),
+            ambient_c: fields.optional("ambient_c")?,
+        },
+        illuminance_lx,
+        u_lx,
+        quality,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEADER: &str =
+        "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,illuminance_lx,u_lx\n";
+
+    fn read(rows: &str, need: Need) -> Result<Readings, ObservationError> {
+        Readings::parse(Utf8Path::new("r.csv"), &format!("{HEADER}{rows}"), need, false)
+    }
+
+    #[test]
+    fn reads_what_a_run_writes() {
+        let readings = read(
+            "7,A,lit,252.0,0.0,-70.0,2000.0,1,0,,0.28,0.01\n8,A,capped,,0,0,2000,0,,,-0.1,0.01\n",
+            Need::Values,
+        )
+        .unwrap();
+        let row = &readings.rows()[0];
+        assert_eq!(
+            (row.line, row.index, row.at.gamma_deg, row.at.travel),
+            (2, Some(7), -70.0, 1)
+        );
+        assert_eq!(row.at.ambient_c, None);
+        assert_eq!(
+            readings.rows()[1].illuminance_lx,
+            Some(-0.1),
+            "a negative reading is data"
+        );
+        assert_eq!(readings.rows()[1].at.time_s, None);
+    }
+
+    #[test]
+    fn says_file_line_and_what_is_wrong() {
+        let complaint = |rows: &str| read(rows, Need::Values).unwrap_err().to_string();
+        assert_eq!(
+            complaint("0,A,lit,1,0,0,2000,1,0,,NaN,0.01\n"),
+            "r.csv:2: `illuminance_lx` = `NaN` is no finite number"
+        );
+        assert_eq!(
+            complaint("0,A,lit,1,0,0,2000,1,0,,1,0\n"),
+            "r.csv:2: `u_lx` = 0: it must be above zero"
+        );
+        assert_eq!(
+            complaint("0,A,lit,1,0,0,2000,1,0,,1,1\n0,A,lit,1,0,0,2000,1,0,,1,1\n"),
+            "r.csv:3: index 0 is there twice; the first is on line 2"
+        );
+        assert_eq!(
+            complaint("0,A,lit,1,0,0,2000,1,0,,1\n"),
+            "r.csv:2: has 11 fields where the header has 12"
+        );
+        assert_eq!(
+            complaint("0,A,dark,1,0,0,2000,1,0,,1,1\n"),
+            "r.csv:2: `kind` = `dark` is none of lit, baffled, lamp_off, capped"
+        );
+        assert_eq!(complaint(""), "r.csv: holds no readings");
+    }
+
+    #[test]
+    fn a_prediction_needs_no_values_and_keeps_extra_columns() {
+        let text = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,true_illuminance_lx\n\
+                    43,A,lit,396.0,15.0,70.0,2000.0,-1,0,24.75,0.27655843\n";
+        let path = Utf8Path::new("h.csv");
+        let readings = Readings::parse(path, text, Need::Coordinates, false).unwrap();
+        assert_eq!(readings.text()[0][10], "0.27655843");
+        let refused = Readings::parse(path, text, Need::Values, false).unwrap_err();
+        assert!(matches!(
+            refused.problem,
+            Problem::MissingColumn {
+                column: "illuminance_lx",
+                ..
+            }
+        ));
+    }
+
+    #[test]
+    fn a_changed_row_is_found_and_a_torn_tail_left_out() {
+        let row = "0,A,lit,1,0,0,2000,1,0,,1,1,ok,";
+        let crc = crc32fast::hash(row.as_bytes());
+        let header = format!("{},quality,row_crc\n", HEADER.trim_end());
+        let path = Utf8Path::new("r.csv");
+        let good = format!("{header}{row}{crc:08x}\n1,A,lit,1,0,0,20");
+        assert_eq!(
+            Readings::parse(path, &good, Need::Values, true).unwrap().rows().len(),
+            1
+        );
+        let changed = good.replace(",1,1,ok", ",2,1,ok");
+        let refused = Readings::parse(path, &changed, Need::Values, true).unwrap_err();
+        assert!(matches!(refused.problem, Problem::Checksum { .. }), "{refused}");
+        assert_eq!(refused.line, Some(2));
+    }
+}

@@ -1,0 +1,166 @@
+//! Spectra as observations: `spectra.toml` beside `spectra.csv`.
+
+use std::collections::HashMap;
+
+use camino::{Utf8Path, Utf8PathBuf};
+use serde::Deserialize;
+
+use super::table::{Fields, Table, parse_toml, read_text};
+use super::{Need, ObservationError, Problem};
+use crate::ReadingKind;
+
+/// One wavelength of one spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpectrumRow {
+    /// One-based line in the file.
+    pub line: u64,
+    /// The index as written: the number of the spectrum or of the row.
+    pub index: i64,
+    /// What the spectrometer could see.
+    pub kind: ReadingKind,
+    /// Wavelength as the instrument has it.
+    pub wavelength_nm: f64,
+    /// What was measured; present with [`Need::Values`].
+    pub value: Option<f64>,
+    /// Its standard uncertainty.
+    pub u: Option<f64>,
+}
+
+/// Spectra of one pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpectraSet {
+    path: Utf8PathBuf,
+    /// What was measured, in the file's words: `irradiance`, `counts`, `relative`, …
+    pub quantity: String,
+    /// Its unit in the file's words: `W/m2/nm`, …
+    pub unit: String,
+    /// From the light centre to the spectrometer.
+    pub distance_mm: f64,
+    /// Half-plane.
+    pub c_deg: f64,
+    /// Polar angle.
+    pub gamma_deg: f64,
+    rows: Vec<SpectrumRow>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    quantity: String,
+    unit: String,
+    distance_mm: f64,
+    #[serde(default)]
+    c_deg: f64,
+    #[serde(default)]
+    gamma_deg: f64,
+}
+
+impl SpectraSet {
+    /// Spectra from `spectra.toml` and the CSV of the same name beside it.
+    ///
+    /// # Errors
+    /// [`ObservationError`] with file and line.
+    pub fn open(path: &Utf8Path, need: Need) -> Result<Self, ObservationError> {
+        let document: Document = parse_toml(path, &read_text(path)?)?;
+        for (column, value, possible) in [
+            ("distance_mm", document.distance_mm, document.distance_mm > 0.0),
+            ("c_deg", document.c_deg, true),
+            ("gamma_deg", document.gamma_deg, true),
+        ] {
+            if !(value.is_finite() && possible) {
+                let expected = "finite, and a distance above zero";
+                return Err(ObservationError::new(
+                    path,
+                    None,
+                    Problem::OutOfRange {
+                        column,
+                        found: value,
+                        expected,
+                    },
+                ));
+            }
+        }
+        let csv_path = path.with_extension("csv");
+        let table = Table::parse(&csv_path, &read_text(&csv_path)?, false)?;
+        let columns = table.columns();
+        let values: &[&'static str] = if need == Need::Values { &["value", "u"] } else { &[] };
+        for column in ["index", "kind", "wavelength_nm"].iter().chain(values) {
+            if !columns.contains_key(column) {
+                let needed = "index, kind, wavelength_nm, value, u";
+                return Err(ObservationError::new(
+                    &csv_path,
+                    Some(1),
+                    Problem::MissingColumn { column, needed },
+                ));
+            }
+        }
+        let mut rows = Vec::with_capacity(table.rows.len());
+        let mut seen: HashMap<(i64, ReadingKind, u64), u64> = HashMap::new();
+        for (line, fields) in &table.rows {
+            let fields = Fields {
+                path: &csv_path,
+                line: *line,
+                columns: &columns,
+                fields,
+            };
+            let word = fields.text("kind");
+            let kind: ReadingKind = word.parse().map_err(|_| {
+                let expected = "lit, baffled, lamp_off, capped";
+                fields.error(Problem::UnknownWord {
+                    column: "kind",
+                    found: word.to_owned(),
+                    expected,
+                })
+            })?;
+            let index = fields
+                .whole("index")?
+                .ok_or_else(|| fields.error(Problem::Empty("index")))?;
+            let wavelength_nm = fields.positive("wavelength_nm")?;
+            if let Some(first) = seen.insert((index, kind, wavelength_nm.to_bits()), *line) {
+                let what = format!("{wavelength_nm} nm of spectrum {index}");
+                return Err(fields.error(Problem::Duplicate { what, first }));
+            }
+            let (value, u) = match need {
+                Need::Values => (Some(fields.number("value")?), Some(fields.positive("u")?)),
+                Need::Coordinates => (None, None),
+            };
+            rows.push(SpectrumRow {
+                line: *line,
+                index,
+                kind,
+                wavelength_nm,
+                value,
+                u,
+            });
+        }
+        if rows.is_empty() {
+            return Err(ObservationError::new(&csv_path, None, Problem::NoRows("spectra")));
+        }
+        let Document {
+            quantity,
+            unit,
+            distance_mm,
+            c_deg,
+            gamma_deg,
+        } = document;
+        Ok(Self {
+            path: csv_path,
+            quantity,
+            unit,
+            distance_mm,
+            c_deg,
+            gamma_deg,
+            rows,
+        })
+    }
+
+    /// The CSV file.
+    pub fn path(&self) -> &Utf8Path {
+        &self.path
+    }
+
+    /// One row a wavelength, in file order.
+    pub fn rows(&self) -> &[SpectrumRow] {
+        &self.rows
+    }
+}

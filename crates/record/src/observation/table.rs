@@ -1,0 +1,170 @@
+//! CSV rows with their lines, and TOML with the line of its first error.
+
+use std::collections::HashMap;
+
+use camino::Utf8Path;
+
+use super::{ObservationError, Problem};
+
+/// A CSV file in memory: header, rows, and the line of each row.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Table {
+    pub header: Vec<String>,
+    pub rows: Vec<(u64, Vec<String>)>,
+    /// The text of each row up to and including its last comma: what a row checksum covers.
+    pub before_last: Vec<String>,
+}
+
+pub(super) fn read_bytes(path: &Utf8Path) -> Result<Vec<u8>, ObservationError> {
+    std::fs::read(path).map_err(|error| ObservationError::new(path, None, Problem::Read(error.to_string())))
+}
+
+pub(super) fn read_text(path: &Utf8Path) -> Result<String, ObservationError> {
+    let text = String::from_utf8(read_bytes(path)?).map_err(|_| ObservationError::new(path, None, Problem::NotText))?;
+    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+}
+
+pub(super) fn parse_toml<T: serde::de::DeserializeOwned>(path: &Utf8Path, text: &str) -> Result<T, ObservationError> {
+    toml::from_str(text).map_err(|error| {
+        let line = error.span().map(|span| line_of(text, span.start));
+        ObservationError::new(path, line, Problem::Toml(error.message().trim().to_owned()))
+    })
+}
+
+pub(super) fn line_of(text: &str, at: usize) -> u64 {
+    1 + text.as_bytes()[..at.min(text.len())]
+        .iter()
+        .filter(|byte| **byte == b'\n')
+        .count() as u64
+}
+
+impl Table {
+    /// `torn_tail`: a last line without its line end is what a power cut leaves, and is no row.
+    pub fn parse(path: &Utf8Path, text: &str, torn_tail: bool) -> Result<Self, ObservationError> {
+        let whole = if torn_tail {
+            text.rfind('\n').map_or("", |end| &text[..=end])
+        } else {
+            text
+        };
+        let mut table = Self::default();
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .from_reader(whole.as_bytes());
+        for record in reader.records() {
+            let record = record.map_err(|error| {
+                let line = error.position().map(csv::Position::line);
+                ObservationError::new(path, line, Problem::Read(error.to_string()))
+            })?;
+            let position = record.position();
+            let line = position.map_or(0, csv::Position::line);
+            let fields: Vec<String> = record.iter().map(|field| field.trim().to_owned()).collect();
+            if table.header.is_empty() {
+                table.header = fields;
+                for (index, name) in table.header.iter().enumerate() {
+                    if !name.is_empty() && table.header[..index].contains(name) {
+                        return Err(ObservationError::new(
+                            path,
+                            Some(line),
+                            Problem::DuplicateColumn(name.clone()),
+                        ));
+                    }
+                }
+                continue;
+            }
+            if fields.len() != table.header.len() {
+                let problem = Problem::FieldCount {
+                    found: fields.len(),
+                    expected: table.header.len(),
+                };
+                return Err(ObservationError::new(path, Some(line), problem));
+            }
+            let start = position.map_or(0, |position| position.byte() as usize);
+            let row_text = whole.get(start..).unwrap_or("").trim_start_matches(['\r', '\n']);
+            let row_text = row_text.split(['\r', '\n']).next().unwrap_or("");
+            table.before_last.push(
+                row_text
+                    .rfind(',')
+                    .map_or(String::new(), |comma| row_text[..=comma].to_owned()),
+            );
+            table.rows.push((line, fields));
+        }
+        Ok(table)
+    }
+
+    /// Column numbers by name.
+    pub fn columns(&self) -> HashMap<&str, usize> {
+        self.header
+            .iter()
+            .enumerate()
+            .map(|(index, name)| (name.as_str(), index))
+            .collect()
+    }
+}
+
+/// Reads the fields of one row by column, with errors that say where.
+pub(super) struct Fields<'a> {
+    pub path: &'a Utf8Path,
+    pub line: u64,
+    pub columns: &'a HashMap<&'a str, usize>,
+    pub fields: &'a [String],
+}
+
+impl Fields<'_> {
+    pub fn error(&self, problem: Problem) -> ObservationError {
+        ObservationError::new(self.path, Some(self.line), problem)
+    }
+
+    /// The text; empty where the column is absent.
+    pub fn text(&self, column: &str) -> &str {
+        self.columns
+            .get(column)
+            .map_or("", |index| self.fields[*index].as_str())
+    }
+
+    pub fn optional(&self, column: &'static str) -> Result<Option<f64>, ObservationError> {
+        let text = self.text(column);
+        if text.is_empty() {
+            return Ok(None);
+        }
+        match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(Some(value)),
+            _ => Err(self.error(Problem::NotANumber {
+                column,
+                found: text.to_owned(),
+            })),
+        }
+    }
+
+    pub fn number(&self, column: &'static str) -> Result<f64, ObservationError> {
+        self.optional(column)?.ok_or_else(|| self.error(Problem::Empty(column)))
+    }
+
+    pub fn whole(&self, column: &'static str) -> Result<Option<i64>, ObservationError> {
+        let Some(value) = self.optional(column)? else {
+            return Ok(None);
+        };
+        if value.fract() == 0.0 && value.abs() < 9e15 {
+            Ok(Some(value as i64))
+        } else {
+            Err(self.error(Problem::OutOfRange {
+                column,
+                found: value,
+                expected: "a whole number",
+            }))
+        }
+    }
+
+    pub fn positive(&self, column: &'static str) -> Result<f64, ObservationError> {
+        let value = self.number(column)?;
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(self.error(Problem::OutOfRange {
+                column,
+                found: value,
+                expected: "above zero",
+            }))
+        }
+    }
+}
