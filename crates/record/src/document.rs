@@ -176,7 +176,7 @@ pub fn read_text(file: &Utf8Path) -> Result<String, DocumentError> {
     let bytes = std::fs::read(file).map_err(|error| failed(error.to_string()))?;
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..good].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        let line = String::from_utf8_lossy(&error.as_bytes()[..good]).matches('\n').count() + 1;
         DocumentError {
             line: Some(line),
             ..failed("is not UTF-8 text".to_owned())

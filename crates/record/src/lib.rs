@@ -7,10 +7,14 @@ pub mod job;
 pub mod observation;
 pub mod plan;
 pub mod reading;
+pub mod readings;
+pub mod run;
+pub mod spectra;
 pub mod station;
 
 pub use document::DocumentError;
 pub use job::Job;
 pub use plan::Plan;
 pub use reading::{Quality, Reading, ReadingKind, Role, UnknownWord};
+pub use run::{Run, RunDir, RunError, RunHeader};
 pub use station::Station;

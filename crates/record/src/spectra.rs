@@ -1,0 +1,448 @@
+//! `spectra/NNN.csv`: raw counts beside the irradiance made from them.
+
+use camino::{Utf8Path, Utf8PathBuf};
+use serde::{Deserialize, Serialize};
+
+use crate::reading::ReadingKind;
+
+/// What turns the counts of a spectroradiometer into irradiance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpectralCalibration {
+    /// Name of the calibration file.
+    pub file: String,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
+    /// Raw counts at which a pixel saturates.
+    pub saturation_counts: f64,
+    /// Counts at which it saturates after scaling.
+    pub full_scale_counts: f64,
+    /// Non-linearity polynomial of the dark-subtracted scaled counts, lowest power first; the counts are divided by it.
+    pub nonlinearity: Vec<f64>,
+    /// First and one past the last pixel that no light reaches.
+    pub dark_pixels: [usize; 2],
+}
+
+/// One spectrum: the mean of `averages` raw ones, and the mean of as many dark ones with the same integration time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpectrumRecord {
+    /// Number in the run, from 0; names the file.
+    pub index: u64,
+    /// Name of the plan's block.
+    pub block: String,
+    /// Number of the point in the plan.
+    pub point: u64,
+    /// What the instrument could see.
+    pub kind: ReadingKind,
+    /// Middle of the integrations in seconds since the lamp was switched on.
+    pub time_s: Option<f64>,
+    /// Read-back C in degrees.
+    pub c_deg: f64,
+    /// Read-back γ in degrees.
+    pub gamma_deg: f64,
+    /// Distance of the instrument's reference plane from the intersection of the axes.
+    pub distance_mm: f64,
+    /// Integration time of each spectrum.
+    pub integration_s: f64,
+    /// Spectra averaged.
+    pub averages: u32,
+    /// Temperature of the detector in °C, where it is measured.
+    pub detector_c: Option<f64>,
+    /// Temperature of the room in °C, where it is measured.
+    pub ambient_c: Option<f64>,
+    /// One entry a pixel.
+    pub pixels: Vec<Pixel>,
+}
+
+/// One pixel of a spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pixel {
+    /// Wavelength.
+    pub wavelength_nm: f64,
+    /// Mean raw counts.
+    pub counts: f64,
+    /// Standard uncertainty of that mean from the scatter of the averages.
+    pub u_counts: f64,
+    /// Mean raw counts of the dark.
+    pub dark_counts: f64,
+    /// Standard uncertainty of that mean.
+    pub u_dark_counts: f64,
+    /// Whether any of the averaged spectra was saturated here: then there is no irradiance.
+    pub saturated: bool,
+    /// Spectral irradiance of one linear count per second, W/m²/nm.
+    pub factor_w_m2_nm: f64,
+}
+
+/// Spectral irradiance of a spectrum, one entry a pixel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpectralIrradiance {
+    /// W/m²/nm; none where saturated.
+    pub irradiance_w_m2_nm: Vec<Option<f64>>,
+    /// Its standard uncertainty from the scatter of light and dark.
+    pub u_w_m2_nm: Vec<f64>,
+}
+
+/// What dark is subtracted when counts become irradiance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DarkSubtraction {
+    /// The dark spectrum of the same integration time.
+    Spectrum,
+    /// Nothing: the correction is switched off.
+    Off,
+}
+
+impl SpectrumRecord {
+    /// Irradiance of every pixel: scale to full scale, subtract dark, divide by the non-linearity polynomial, divide by the
+    /// integration time, multiply by the calibration factor (the order of the manufacturer's software).
+    ///
+    /// # Errors
+    /// [`SpectrumError::Polynomial`] when the polynomial is not above zero at a pixel.
+    pub fn irradiance(
+        &self,
+        calibration: &SpectralCalibration,
+        dark: DarkSubtraction,
+    ) -> Result<SpectralIrradiance, SpectrumError> {
+        let scale = calibration.full_scale_counts / calibration.saturation_counts;
+        let mut result = SpectralIrradiance {
+            irradiance_w_m2_nm: Vec::new(),
+            u_w_m2_nm: Vec::new(),
+        };
+        for pixel in &self.pixels {
+            let (dark_counts, u_dark) = match dark {
+                DarkSubtraction::Spectrum => (pixel.dark_counts, pixel.u_dark_counts),
+                DarkSubtraction::Off => (0.0, 0.0),
+            };
+            let net = (pixel.counts - dark_counts) * scale;
+            let polynomial = if calibration.nonlinearity.is_empty() {
+                1.0
+            } else {
+                calibration
+                    .nonlinearity
+                    .iter()
+                    .rev()
+                    .fold(0.0, |sum, coefficient| sum * net + coefficient)
+            };
+            if !(polynomial.is_finite() && polynomial > 0.0) {
+                return Err(SpectrumError::Polynomial {
+                    wavelength_nm: pixel.wavelength_nm,
+                    value: polynomial,
+                });
+            }
+            let per_count = pixel.factor_w_m2_nm / (polynomial * self.integration_s);
+            result
+                .irradiance_w_m2_nm
+                .push((!pixel.saturated).then_some(net * per_count));
+            result
+                .u_w_m2_nm
+                .push((pixel.u_counts.hypot(u_dark) * scale * per_count).abs());
+        }
+        Ok(result)
+    }
+
+    /// The file's bytes; the irradiance is written beside the counts it was made from.
+    ///
+    /// # Errors
+    /// As [`irradiance`](Self::irradiance).
+    pub fn to_csv(&self, calibration: &SpectralCalibration) -> Result<String, SpectrumError> {
+        let irradiance = self.irradiance(calibration, DarkSubtraction::Spectrum)?;
+        let optional = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+        let common = format!(
+            "{},{},{},{},{},{},{},{},{},{},{},{}",
+            self.integration_s,
+            self.averages,
+            optional(self.detector_c),
+            optional(self.ambient_c),
+            self.block,
+            self.point,
+            self.kind,
+            optional(self.time_s),
+            self.c_deg + 0.0,
+            self.gamma_deg + 0.0,
+            self.distance_mm,
+            self.index,
+        );
+        let mut text = format!("{HEADER}\n");
+        for (place, pixel) in self.pixels.iter().enumerate() {
+            text.push_str(&format!(
+                "{},{},{},{},{},{},{},{},{},{common}\n",
+                pixel.wavelength_nm,
+                pixel.counts,
+                pixel.u_counts,
+                pixel.dark_counts,
+                pixel.u_dark_counts,
+                u8::from(pixel.saturated),
+                pixel.factor_w_m2_nm,
+                optional(irradiance.irradiance_w_m2_nm[place]),
+                irradiance.u_w_m2_nm[place],
+            ));
+        }
+        Ok(text)
+    }
+
+    /// Reads a file of `spectra/`.
+    ///
+    /// # Errors
+    /// [`SpectrumError`] with line and column.
+    pub fn read(file: &Utf8Path) -> Result<Self, SpectrumError> {
+        let text = std::fs::read_to_string(file).map_err(|error| SpectrumError::Io {
+            file: file.to_owned(),
+            message: error.to_string(),
+        })?;
+        Self::parse(file, &text)
+    }
+
+    /// Parses a file of `spectra/`.
+    ///
+    /// # Errors
+    /// [`SpectrumError`] with line and column.
+    pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, SpectrumError> {
+        let columns: Vec<&str> = HEADER.split(',').collect();
+        let fault = |line: usize, column: usize, message: &str| SpectrumError::Content {
+            file: file.to_owned(),
+            line,
+            column: columns.get(column).map_or_else(String::new, ToString::to_string),
+            message: message.to_owned(),
+        };
+        let mut lines = text.lines();
+        if lines.next() != Some(HEADER) {
+            return Err(fault(1, 0, "not the header of a run's spectrum"));
+        }
+        let mut record: Option<Self> = None;
+        for (place, row) in lines.enumerate() {
+            let line = place + 2;
+            let fields: Vec<&str> = row.split(',').collect();
+            if fields.len() != columns.len() {
+                return Err(fault(
+                    line,
+                    0,
+                    &format!("{} columns, expected {}", fields.len(), columns.len()),
+                ));
+            }
+            let number = |column: usize| match fields[column].parse::<f64>() {
+                Ok(value) if value.is_finite() => Ok(value),
+                _ => Err(fault(
+                    line,
+                    column,
+                    &format!("`{}` is no finite number", fields[column]),
+                )),
+            };
+            let optional = |column: usize| {
+                if fields[column].is_empty() {
+                    Ok(None)
+                } else {
+                    number(column).map(Some)
+                }
+            };
+            let pixel = Pixel {
+                wavelength_nm: number(0)?,
+                counts: number(1)?,
+                u_counts: number(2)?,
+                dark_counts: number(3)?,
+                u_dark_counts: number(4)?,
+                saturated: fields[5] == "1",
+                factor_w_m2_nm: number(6)?,
+            };
+            if let Some(record) = &mut record {
+                if record
+                    .pixels
+                    .last()
+                    .is_some_and(|last| last.wavelength_nm >= pixel.wavelength_nm)
+                {
+                    return Err(fault(line, 0, "the wavelengths do not rise"));
+                }
+                record.pixels.push(pixel);
+            } else {
+                record = Some(Self {
+                    integration_s: number(9)?,
+                    averages: number(10)? as u32,
+                    detector_c: optional(11)?,
+                    ambient_c: optional(12)?,
+                    block: fields[13].to_owned(),
+                    point: number(14)? as u64,
+                    kind: fields[15]
+                        .parse()
+                        .map_err(|error| fault(line, 15, &format!("{error}")))?,
+                    time_s: optional(16)?,
+                    c_deg: number(17)?,
+                    gamma_deg: number(18)?,
+                    distance_mm: number(19)?,
+                    index: number(20)? as u64,
+                    pixels: vec![pixel],
+                });
+            }
+        }
+        record.ok_or_else(|| fault(1, 0, "the file holds no pixel"))
+    }
+}
+
+const HEADER: &str = "wavelength_nm,counts,u_counts,dark_counts,u_dark_counts,saturated,factor_w_m2_nm,irradiance_w_m2_nm,\
+u_w_m2_nm,integration_s,averages,detector_c,ambient_c,block,point,kind,time_s,c_deg,gamma_deg,distance_mm,index";
+
+/// A spectrum that cannot be read or made into irradiance.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SpectrumError {
+    /// It cannot be read at all.
+    #[error("{file}: {message}")]
+    Io {
+        /// The file.
+        file: Utf8PathBuf,
+        /// What the system said.
+        message: String,
+    },
+    /// A line that cannot be.
+    #[error("{file}:{line}: column {column}: {message}")]
+    Content {
+        /// The file.
+        file: Utf8PathBuf,
+        /// One-based line.
+        line: usize,
+        /// Name of the column.
+        column: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// The non-linearity polynomial has no meaning there.
+    #[error("the non-linearity polynomial is {value} at {wavelength_nm} nm")]
+    Polynomial {
+        /// Wavelength of the pixel.
+        wavelength_nm: f64,
+        /// Value of the polynomial.
+        value: f64,
+    },
+}
+
+/// A calibration: spectral irradiance of one linear count per second over wavelength, `wavelength_nm,factor` in a CSV.
+///
+/// # Errors
+/// [`SpectrumError::Content`] with line for a wrong header, numbers that are none, wavelengths that do not rise.
+pub fn parse_calibration(file: &Utf8Path, text: &str) -> Result<Vec<(f64, f64)>, SpectrumError> {
+    let fault = |line: usize, column: &str, message: String| SpectrumError::Content {
+        file: file.to_owned(),
+        line,
+        column: column.to_owned(),
+        message,
+    };
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
+    match lines.next() {
+        Some((_, header)) if header.trim() == "wavelength_nm,factor" => {}
+        Some((place, _)) => {
+            return Err(fault(
+                place + 1,
+                "wavelength_nm",
+                "expected the header `wavelength_nm,factor`".to_owned(),
+            ));
+        }
+        None => return Err(fault(1, "wavelength_nm", "the file is empty".to_owned())),
+    }
+    let mut table: Vec<(f64, f64)> = Vec::new();
+    for (place, line) in lines {
+        let (wavelength, factor) = line.split_once(',').unwrap_or((line, ""));
+        let number = |column: &str, field: &str| match field.trim().parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(fault(place + 1, column, format!("`{field}` is no finite number"))),
+        };
+        let (wavelength, factor) = (number("wavelength_nm", wavelength)?, number("factor", factor)?);
+        if table.last().is_some_and(|last| last.0 >= wavelength) {
+            return Err(fault(
+                place + 1,
+                "wavelength_nm",
+                "the wavelengths do not rise".to_owned(),
+            ));
+        }
+        if factor < 0.0 {
+            return Err(fault(place + 1, "factor", "is below zero".to_owned()));
+        }
+        table.push((wavelength, factor));
+    }
+    if table.len() < 2 {
+        return Err(fault(1, "wavelength_nm", "needs at least two wavelengths".to_owned()));
+    }
+    Ok(table)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn calibration() -> SpectralCalibration {
+        SpectralCalibration {
+            file: "cal.csv".to_owned(),
+            sha256: "00".to_owned(),
+            saturation_counts: 32_768.0,
+            full_scale_counts: 65_535.0,
+            nonlinearity: vec![1.0, -1e-6],
+            dark_pixels: [0, 1],
+        }
+    }
+
+    pub(crate) fn spectrum() -> SpectrumRecord {
+        let pixel = |wavelength_nm, counts, saturated| Pixel {
+            wavelength_nm,
+            counts,
+            u_counts: 3.0,
+            dark_counts: 1000.0,
+            u_dark_counts: 4.0,
+            saturated,
+            factor_w_m2_nm: 2e-6,
+        };
+        SpectrumRecord {
+            index: 0,
+            block: "spectrum".to_owned(),
+            point: 12,
+            kind: ReadingKind::Lit,
+            time_s: Some(2000.5),
+            c_deg: 0.0,
+            gamma_deg: 0.0,
+            distance_mm: 500.0,
+            integration_s: 0.1,
+            averages: 5,
+            detector_c: None,
+            ambient_c: Some(25.0),
+            pixels: vec![
+                pixel(450.0, 10_000.0, false),
+                pixel(550.0, 900.5, false),
+                pixel(650.0, 32_768.0, true),
+            ],
+        }
+    }
+
+    #[test]
+    fn counts_become_irradiance_and_survive_the_file() {
+        let text = spectrum().to_csv(&calibration()).unwrap();
+        let again = SpectrumRecord::parse(Utf8Path::new("000.csv"), &text).unwrap();
+        assert_eq!(again, spectrum());
+        let light = again.irradiance(&calibration(), DarkSubtraction::Spectrum).unwrap();
+        let net = 9000.0 * 65_535.0 / 32_768.0;
+        let expected = net / (1.0 - 1e-6 * net) / 0.1 * 2e-6;
+        assert!((light.irradiance_w_m2_nm[0].unwrap() - expected).abs() < 1e-12 * expected);
+        assert!((light.u_w_m2_nm[0] / expected - 5.0 / 9000.0).abs() < 1e-9);
+        assert!(
+            light.irradiance_w_m2_nm[1].unwrap() < 0.0,
+            "noise below the dark stays negative"
+        );
+        assert_eq!(light.irradiance_w_m2_nm[2], None, "a saturated pixel has no number");
+        let broken = text.replacen("450,", "nan,", 1);
+        assert!(matches!(
+            SpectrumRecord::parse(Utf8Path::new("0.csv"), &broken),
+            Err(SpectrumError::Content { line: 2, .. })
+        ));
+    }
+
+    #[test]
+    fn a_calibration_is_checked_line_by_line() {
+        let parse = |text| parse_calibration(Utf8Path::new("c.csv"), text);
+        assert_eq!(
+            parse("# made 2026\nwavelength_nm,factor\n350,1e-6\n850,2e-6\n").unwrap()[1],
+            (850.0, 2e-6)
+        );
+        assert!(matches!(parse("nm,f\n"), Err(SpectrumError::Content { line: 1, .. })));
+        assert!(matches!(
+            parse("wavelength_nm,factor\n350,1\n340,1\n"),
+            Err(SpectrumError::Content { line: 3, .. })
+        ));
+        assert!(parse("wavelength_nm,factor\n350,NaN\n").is_err());
+    }
+}
