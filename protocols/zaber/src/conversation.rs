@@ -1,0 +1,201 @@
+//! One request at a time, and only its own answer.
+
+use crate::{Alert, Command, Damaged, Framer, Message, Reply};
+
+/// What came of the bytes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Event {
+    /// The answer to the request in flight.
+    Answer(Reply),
+    /// The request in flight was answered by bytes that are no answer. It is over.
+    Damaged(Damaged),
+    /// An alert.
+    Alert(Alert),
+    /// A reply that nobody waits for: late, or from another address. Dropped.
+    Stray(Reply),
+}
+
+/// The host's side of a bus.
+///
+/// Contract: [`start`](Self::start), write what it returns, feed every byte that arrives to
+/// [`handle_input`](Self::handle_input), and [`abandon`](Self::abandon) when the deadline has passed. Ids run over all
+/// hundred values, so a late answer would have to be late by a hundred requests to be taken for another.
+#[derive(Debug, Default)]
+pub struct Conversation {
+    framer: Framer,
+    waiting: Option<Command>,
+    next_id: u8,
+    unchecked_allowed: bool,
+}
+
+impl Conversation {
+    /// A conversation whose first request has id `first_id`: a fresh process should not begin where the last one did.
+    pub fn beginning_at(first_id: u8) -> Self {
+        Self {
+            next_id: first_id % 100,
+            ..Self::default()
+        }
+    }
+
+    /// Whether an answer without a checksum counts: only until the device has been told to send them
+    /// (`set comm.checksum 1`). A conversation begins strict.
+    pub fn allow_unchecked(&mut self, allowed: bool) {
+        self.unchecked_allowed = allowed;
+    }
+
+    /// Begins a request; returns its frame. A request still in flight is given up.
+    pub fn start(&mut self, command: Command) -> Vec<u8> {
+        let command = command.with_id(self.next_id);
+        self.next_id = (self.next_id + 1) % 100;
+        let frame = command.encode();
+        self.waiting = Some(command);
+        frame
+    }
+
+    /// Takes bytes in whatever pieces they arrive.
+    pub fn handle_input(&mut self, bytes: &[u8]) -> Vec<Event> {
+        let mut events = Vec::new();
+        for byte in bytes {
+            match self.framer.push(*byte) {
+                None | Some(Ok(Message::Info(_))) => {}
+                Some(Ok(Message::Alert(alert))) => events.push(Event::Alert(alert)),
+                Some(Ok(Message::Reply(reply))) => events.push(self.sort(reply)),
+                // Noise that nobody waits for is noise.
+                Some(Err(damaged)) => {
+                    if self.waiting.take().is_some() {
+                        events.push(Event::Damaged(damaged));
+                    }
+                }
+            }
+        }
+        events
+    }
+
+    /// Gives the request in flight up; returns what had arrived of an answer.
+    pub fn abandon(&mut self) -> Vec<u8> {
+        self.waiting = None;
+        let pending = self.framer.pending().to_vec();
+        self.framer.clear();
+        pending
+    }
+
+    fn sort(&mut self, reply: Reply) -> Event {
+        let Some(command) = &self.waiting else {
+            return Event::Stray(reply);
+        };
+        let ours = reply.id == command.id()
+            && (command.device() == 0 || reply.device == command.device())
+            && reply.axis == command.axis();
+        if !ours {
+            return Event::Stray(reply);
+        }
+        self.waiting = None;
+        if reply.checked || self.unchecked_allowed {
+            Event::Answer(reply)
+        } else {
+            Event::Damaged(Damaged {
+                reason: "the answer has lost its checksum".into(),
+                line: reply.encode(),
+            })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Status;
+    use proptest::prelude::*;
+
+    fn get_pos() -> Command {
+        Command::new(1, 1, "get pos").unwrap()
+    }
+
+    fn answer(id: u8, data: &str) -> Vec<u8> {
+        let outcome = Ok(data.to_owned());
+        Reply {
+            device: 1,
+            axis: 1,
+            id: Some(id),
+            outcome,
+            status: Status::Idle,
+            flag: None,
+            checked: true,
+        }
+        .encode()
+    }
+
+    #[test]
+    fn a_late_answer_never_answers_the_next_request() {
+        let mut talk = Conversation::default();
+        assert_eq!(talk.start(get_pos()), b"/1 1 0 get pos:5C\n");
+        assert_eq!(talk.handle_input(&answer(0, "5")[..10]), []);
+        assert_eq!(talk.abandon(), &answer(0, "5")[..10]);
+        assert!(talk.start(get_pos()).starts_with(b"/1 1 1 "));
+        assert!(matches!(talk.handle_input(&answer(0, "5"))[..], [Event::Stray(_)]));
+        let events = talk.handle_input(&answer(1, "6"));
+        assert!(matches!(&events[..], [Event::Answer(reply)] if reply.outcome == Ok("6".into())));
+        assert!(
+            matches!(talk.handle_input(&answer(1, "6"))[..], [Event::Stray(_)]),
+            "an echo answers nothing"
+        );
+    }
+
+    #[test]
+    fn an_answer_without_its_check_is_damaged() {
+        let mut talk = Conversation::default();
+        talk.start(get_pos());
+        assert!(matches!(
+            talk.handle_input(b"@01 1 00 OK IDLE -- 5\r\n")[..],
+            [Event::Damaged(_)]
+        ));
+    }
+
+    #[test]
+    fn alerts_and_information_pass_by() {
+        let mut talk = Conversation::default();
+        talk.start(get_pos());
+        let mut bytes = b"!01 1 IDLE FS\r\n#01 0 hello\r\n".to_vec();
+        bytes.extend(answer(0, "7"));
+        assert!(matches!(
+            talk.handle_input(&bytes)[..],
+            [Event::Alert(_), Event::Answer(_)]
+        ));
+    }
+
+    proptest! {
+        #[test]
+        fn the_pieces_do_not_matter(cuts in proptest::collection::vec(1..8_usize, 1..60), value in any::<i32>()) {
+            let mut whole = Conversation::default();
+            whole.start(get_pos());
+            let bytes = [b"\xff garbage\r\n".as_slice(), &answer(0, &value.to_string())].concat();
+            let expected = whole.handle_input(&bytes);
+            let mut pieces = Conversation::default();
+            pieces.start(get_pos());
+            let mut events = Vec::new();
+            let (mut rest, mut cuts) = (&bytes[..], cuts.into_iter().cycle());
+            while !rest.is_empty() {
+                let (piece, after) = rest.split_at(cuts.next().unwrap_or(1).min(rest.len()));
+                events.extend(pieces.handle_input(piece));
+                rest = after;
+            }
+            prop_assert_eq!(events, expected);
+        }
+
+        #[test]
+        fn every_damaged_answer_is_refused(value in any::<i32>(), at in 0..40_usize, byte in any::<u8>()) {
+            let mut bytes = answer(0, &value.to_string());
+            let at = at % (bytes.len() - 2);
+            prop_assume!(bytes[at] != byte && !(bytes[at].eq_ignore_ascii_case(&byte)));
+            bytes[at] = byte;
+            let mut talk = Conversation::default();
+            talk.start(get_pos());
+            for event in talk.handle_input(&bytes) {
+                // A leading zero for a space may still spell the same answer; nothing may spell another one.
+                if let Event::Answer(reply) = event {
+                    prop_assert_eq!(reply.outcome, Ok(value.to_string()));
+                }
+            }
+        }
+    }
+}
