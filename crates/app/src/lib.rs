@@ -3,8 +3,15 @@
 //! A front end calls one function a command, hands it a [`progress::Progress`] and prints what comes back. Nothing here
 //! writes to a terminal; nothing in a front end holds physics.
 
+pub mod convert;
 pub mod failure;
 pub mod files;
+pub mod inspect;
 pub mod progress;
 
 pub use failure::{Failure, FailureKind};
+
+/// Findings and reader options, for front ends.
+pub mod formats {
+    pub use isolux_formats::{Finding, ReadOptions, Severity};
+}

@@ -1,0 +1,146 @@
+//! `convert`: any photometric or spectral format to any other, by extension.
+
+use camino::Utf8Path;
+use isolux_formats::{Content, Distribution, Finding, Format, Parsed, ReadOptions, Severity, eulumdat, ies};
+
+use crate::files::{self, Overwrite};
+use crate::inspect::{self, Inspection};
+use crate::{Failure, FailureKind};
+
+/// What a person asks of the target.
+#[derive(Debug, Clone, Default)]
+pub struct Wishes {
+    /// How to read the source.
+    pub read: ReadOptions,
+    /// Edition of the target: `2002`, `2019` for IES; `2018`, `2023` for TM-33.
+    pub edition: Option<String>,
+    /// Series of a spectrum with several, by name.
+    pub series: Option<String>,
+}
+
+/// Reads `source`, writes `target`; the findings of reading and writing come back, also when nothing was written.
+///
+/// # Errors
+/// Bad input (exit 2) when nothing was written; the findings then stand beside it.
+pub fn run(
+    source: &Utf8Path,
+    target: &Utf8Path,
+    wishes: &Wishes,
+    overwrite: Overwrite,
+) -> (Option<Inspection>, Result<(), Failure>) {
+    if let Err(failure) = files::refuse_existing(target, overwrite) {
+        return (None, Err(failure));
+    }
+    let mut all = match inspect::read(source, wishes.read) {
+        Ok(parsed) => parsed,
+        Err(finding) => {
+            let failure = Failure::bad_input(format!("{source}: {}", finding.message));
+            return (None, Err(failure));
+        }
+    };
+    if all.len() != 1 {
+        let names: Vec<String> = all.iter().filter_map(|parsed| parsed.inner.clone()).collect();
+        let failure = Failure::bad_input(format!("{source} holds {} photometries or spectra", all.len()))
+            .help(format!("take one of them out first: {}", names.join(", ")));
+        return (None, Err(failure));
+    }
+    let mut only = all.remove(0);
+    let written = encode(&mut only, target, wishes);
+    let mut inspection = Inspection {
+        file: source.to_string(),
+        format: only.format,
+        kind: only.kind,
+        readable: only.document.is_some(),
+        findings: only.findings,
+        quantities: serde_json::Map::new(),
+        content: only.document,
+    };
+    let result = written
+        .map_err(|finding| {
+            let failure = Failure::bad_input(format!("{source}: {}", finding.message));
+            if !inspection.findings.contains(&finding) {
+                inspection.findings.push(finding);
+            }
+            failure
+        })
+        .and_then(|(bytes, findings)| {
+            inspection.findings.extend(findings);
+            files::write(target, &bytes, overwrite)
+        })
+        .and_then(|()| {
+            let errors = inspection
+                .findings
+                .iter()
+                .filter(|finding| finding.severity == Severity::Error)
+                .count();
+            match errors {
+                0 => Ok(()),
+                _ => Err(Failure {
+                    kind: FailureKind::No,
+                    message: format!("{target} was written, but {errors} findings of {source} are errors"),
+                    help: Some("mend the source before you trust the result".into()),
+                }),
+            }
+        });
+    (Some(inspection), result)
+}
+
+type Encoded = (Vec<u8>, Vec<Finding>);
+
+fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, wishes: &Wishes) -> Result<Encoded, Finding> {
+    let unreadable = || {
+        let worst = parsed
+            .findings
+            .iter()
+            .find(|finding| finding.severity == Severity::Error)
+            .cloned();
+        worst.unwrap_or_else(|| Finding::error("file-unreadable", "nothing could be read"))
+    };
+    let format = target
+        .extension()
+        .and_then(|extension| Format::of_extension(&extension.to_ascii_lowercase()));
+    match &parsed.document {
+        None => Err(unreadable()),
+        Some(Content::Distribution(distribution)) => encode_distribution(distribution, format, wishes),
+        Some(Content::Spectrum(_)) => Err(unwritable("a spectrum", target)),
+    }
+}
+
+fn unwritable(what: &str, target: &Utf8Path) -> Finding {
+    Finding::error("convert-target", format!("{what} cannot be written as {target}"))
+        .fix("distributions go to .ldt, .ies, .xml and .json, spectra to .spdx, .spd, .sp, .spectrum, .csv and .json")
+}
+
+fn encode_distribution(
+    distribution: &Distribution,
+    format: Option<Format>,
+    wishes: &Wishes,
+) -> Result<Encoded, Finding> {
+    match format {
+        Some(Format::Json) => {
+            let mut text = serde_json::to_vec(&distribution.to_json())
+                .map_err(|error| Finding::error("convert-json", error.to_string()))?;
+            text.push(b'\n');
+            Ok((text, Vec::new()))
+        }
+        Some(Format::Eulumdat) => {
+            let written = eulumdat::write(&distribution.intensity, &distribution.eulumdat_header())?;
+            Ok((written.bytes, written.findings))
+        }
+        Some(Format::Ies) => {
+            let edition = match wishes.edition.as_deref() {
+                None | Some("2002") => ies::Edition::E2002,
+                Some("2019") => ies::Edition::E2019,
+                Some(other) => {
+                    return Err(Finding::error(
+                        "convert-edition",
+                        format!("LM-63 is written in editions 2002 and 2019, not {other}"),
+                    ));
+                }
+            };
+            let written = ies::write(&distribution.intensity, &distribution.ies_facts(), edition);
+            Ok((written.bytes, written.findings))
+        }
+        _ => Err(unwritable("a distribution", Utf8Path::new("this file"))),
+    }
+}

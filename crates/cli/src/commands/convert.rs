@@ -1,0 +1,63 @@
+//! `isolux convert`.
+
+use camino::Utf8PathBuf;
+use clap::Args;
+use isolux_app::Failure;
+use isolux_app::convert::{self, Wishes};
+use isolux_app::files::Overwrite;
+
+use super::reading::{Reading, compiler_style};
+use crate::screen;
+
+/// Any photometric or spectral format to any other, by extension; absolute candela are kept.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: isolux convert luminaire.ldt luminaire.ies\n\
+Exit 1 when the source has an error but could be written, 2 when nothing was written.")]
+pub struct Convert {
+    /// The file to read.
+    source: Utf8PathBuf,
+    /// The file to write: .ldt .ies .xml .json, or .spdx .spd .sp .spectrum .csv .json for a spectrum.
+    target: Utf8PathBuf,
+    /// Print the findings as `inspect --json` does.
+    #[arg(long)]
+    json: bool,
+    /// Edition of the target: 2002 or 2019 (IES), 2018 or 2023 (TM-33).
+    #[arg(long)]
+    edition: Option<String>,
+    /// Series of a spectrum that has several.
+    #[arg(long)]
+    series: Option<String>,
+    /// Replace the target if it exists.
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Convert) -> Result<(), Failure> {
+    let wishes = Wishes {
+        read: arguments.reading.options(),
+        edition: arguments.edition.clone(),
+        series: arguments.series.clone(),
+    };
+    let overwrite = if arguments.force {
+        Overwrite::Force
+    } else {
+        Overwrite::Never
+    };
+    let (inspection, result) = convert::run(&arguments.source, &arguments.target, &wishes, overwrite);
+    if let Some(inspection) = inspection {
+        if arguments.json {
+            screen::say(serde_json::to_string(&inspection).map_err(Failure::instrument)?);
+        } else {
+            for finding in &inspection.findings {
+                screen::say(compiler_style(&inspection.file, finding));
+            }
+            if result.is_ok() {
+                screen::say(format_args!("{} → {}", arguments.source, arguments.target));
+            }
+        }
+    }
+    result
+}

@@ -1,0 +1,74 @@
+//! `isolux inspect`.
+
+use camino::Utf8PathBuf;
+use clap::Args;
+use isolux_app::Failure;
+use isolux_app::inspect::{self, Inspection};
+
+use super::reading::Reading;
+use crate::screen;
+
+/// Facts, quantities and findings of photometric and spectral files.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: isolux inspect luminaire.ldt lamp.ies --json\n\
+Exit 1 when any file has a finding of level error.")]
+pub struct Inspect {
+    /// Files of any known format.
+    #[arg(required = true)]
+    files: Vec<Utf8PathBuf>,
+    /// One JSON object a line and file.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Inspect) -> Result<(), Failure> {
+    let mut wrong = 0;
+    for file in &arguments.files {
+        for inspection in inspect::file(file, arguments.reading.options()) {
+            wrong += usize::from(inspection.has_error());
+            if arguments.json {
+                let line = serde_json::to_string(&inspection).map_err(Failure::instrument)?;
+                screen::say(line);
+            } else {
+                print(&inspection);
+            }
+        }
+    }
+    match wrong {
+        0 => Ok(()),
+        1 => Err(Failure::no("one file has an error")),
+        many => Err(Failure::no(format!("{many} files have errors"))),
+    }
+}
+
+fn print(inspection: &Inspection) {
+    let name = |value: serde_json::Result<String>| value.unwrap_or_default().trim_matches('"').to_owned();
+    let format = name(serde_json::to_string(&inspection.format));
+    let kind = name(serde_json::to_string(&inspection.kind));
+    screen::say(format_args!(
+        "{}: {format}, {kind}{}",
+        inspection.file,
+        if inspection.readable { "" } else { ", not readable" }
+    ));
+    for finding in &inspection.findings {
+        screen::say(super::reading::compiler_style(&inspection.file, finding));
+    }
+    for (key, value) in &inspection.quantities {
+        match value {
+            serde_json::Value::Null => {}
+            serde_json::Value::Array(list) if list.len() > 12 => {
+                let first: Vec<String> = list.iter().take(12).map(ToString::to_string).collect();
+                screen::say(format_args!("  {key:20} {} … ({} values)", first.join(" "), list.len()));
+            }
+            serde_json::Value::Array(list) => {
+                let all: Vec<String> = list.iter().map(ToString::to_string).collect();
+                screen::say(format_args!("  {key:20} {}", all.join(" ")));
+            }
+            serde_json::Value::Object(_) => screen::say(format_args!("  {key:20} (see --json)")),
+            other => screen::say(format_args!("  {key:20} {other}")),
+        }
+    }
+}

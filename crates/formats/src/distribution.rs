@@ -1,0 +1,228 @@
+//! A luminous intensity distribution as any photometric file gives it: absolute, full circle, with its description.
+
+use isolux_photometry::{IntensityDistribution, Symmetry};
+use serde_json::{Map, Value, json};
+
+use crate::finding::{Finding, Findings};
+use crate::number;
+use crate::read::{Content, Format, Kind, Parsed, read_any};
+use crate::text::Text;
+
+/// What was read from a photometric file.
+#[derive(Debug, Clone)]
+pub struct Distribution {
+    /// Absolute candela over the full circle.
+    pub intensity: IntensityDistribution,
+    /// The symmetry that the file claims.
+    pub symmetry: Symmetry,
+    /// Flux of the lamps in lm that the file states, for all lamps of the set together.
+    pub lamp_flux_lm: Option<f64>,
+    /// Absolute photometry: the intensities are those of the luminaire, no lamp was measured bare.
+    pub absolute: bool,
+    /// The file's own coordinates, where they are not C-γ.
+    pub native: Option<Native>,
+    /// The description that formats share.
+    pub luminaire: Luminaire,
+    /// Every field that was read, decoded, and `encoding`.
+    pub header: Map<String, Value>,
+}
+
+/// A distribution in the coordinates of its file (photometry of type A or B).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Native {
+    /// `"A"` or `"B"`.
+    pub photometry_type: &'static str,
+    /// Vertical angles in degrees.
+    pub vertical_deg: Vec<f64>,
+    /// Horizontal angles in degrees.
+    pub horizontal_deg: Vec<f64>,
+    /// Candela, one row a horizontal angle.
+    pub intensity_cd: Vec<Vec<f64>>,
+    /// Which of the file's directions becomes C0.
+    pub c0_axis: &'static str,
+}
+
+/// What formats say of a luminaire beside its light. Empty text and `None` are "not stated".
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Luminaire {
+    /// Who makes it.
+    pub manufacturer: String,
+    /// Its name.
+    pub name: String,
+    /// Its catalogue number.
+    pub number: String,
+    /// Number of the measurement report.
+    pub report: String,
+    /// Date and user, as written.
+    pub date: String,
+    /// Who measured.
+    pub laboratory: String,
+    /// Length or diameter in mm.
+    pub length_mm: Option<f64>,
+    /// Width in mm; 0 for a round luminaire.
+    pub width_mm: Option<f64>,
+    /// Height in mm.
+    pub height_mm: Option<f64>,
+    /// Length or diameter of the luminous area in mm.
+    pub luminous_length_mm: Option<f64>,
+    /// Width of the luminous area in mm; 0 for a round one.
+    pub luminous_width_mm: Option<f64>,
+    /// Height of the luminous sides in mm seen from C0, C90, C180, C270.
+    pub luminous_height_mm: [Option<f64>; 4],
+    /// The lamp.
+    pub lamp: String,
+    /// Number of lamps, without sign.
+    pub lamp_count: Option<f64>,
+    /// Colour appearance or CCT, as written.
+    pub colour: String,
+    /// Colour rendering, as written.
+    pub rendering: String,
+    /// Electrical power in W, gear included.
+    pub watts: Option<f64>,
+    /// Tilt during measurement in degrees.
+    pub tilt_deg: Option<f64>,
+}
+
+impl Luminaire {
+    /// The luminous area seen along γ = 0, in mm²; none where the file does not state it.
+    pub fn luminous_area_mm2(&self) -> Option<f64> {
+        let (length, width) = (self.luminous_length_mm?, self.luminous_width_mm?);
+        let area = if width == 0.0 {
+            std::f64::consts::PI / 4.0 * length * length
+        } else {
+            length * width
+        };
+        (area > 0.0).then_some(area)
+    }
+}
+
+impl Distribution {
+    /// The one distribution in a file, for commands that need exactly that; findings travel with it.
+    ///
+    /// # Errors
+    /// The findings, when the file holds none, more than one, or a spectrum.
+    pub fn load(bytes: &[u8], file_name: &str) -> Result<(Self, Vec<Finding>), Vec<Finding>> {
+        let mut parsed = read_any(bytes, file_name);
+        if parsed.len() != 1 {
+            let many = format!(
+                "the file holds {} photometries or spectra; one distribution is needed",
+                parsed.len()
+            );
+            return Err(vec![
+                Finding::error("distribution-one", many).fix("convert the one that is meant first"),
+            ]);
+        }
+        let only = parsed.remove(0);
+        match only.document {
+            Some(Content::Distribution(distribution)) => Ok((*distribution, only.findings)),
+            Some(Content::Spectrum(_)) => Err(vec![Finding::error(
+                "distribution-none",
+                "the file holds a spectrum, not a distribution",
+            )]),
+            None => Err(only.findings),
+        }
+    }
+
+    /// The document of format `isolux-distribution/1`.
+    pub fn to_json(&self) -> Value {
+        let grid = &self.intensity;
+        let rows: Vec<&[f64]> = (0..grid.c_deg().len()).map(|plane| grid.row(plane)).collect();
+        let mut document = json!({
+            "format": "isolux-distribution/1",
+            "c_deg": grid.c_deg(),
+            "gamma_deg": grid.gamma_deg(),
+            "intensity_cd": rows,
+            "lamp_flux_lm": self.lamp_flux_lm,
+            "absolute": self.absolute,
+            "symmetry": symmetry_name(self.symmetry),
+            "resampled": self.native.is_some(),
+            "header": self.header,
+        });
+        if let Some(native) = &self.native {
+            document["native"] = json!({
+                "photometry_type": native.photometry_type,
+                "vertical_deg": native.vertical_deg,
+                "horizontal_deg": native.horizontal_deg,
+                "intensity_cd": native.intensity_cd,
+                "c0_axis": native.c0_axis,
+            });
+        }
+        document
+    }
+}
+
+/// The name of a symmetry in `isolux-distribution/1`.
+pub const fn symmetry_name(symmetry: Symmetry) -> &'static str {
+    match symmetry {
+        Symmetry::None => "none",
+        Symmetry::Rotational => "rotational",
+        Symmetry::C0C180 => "c0_c180",
+        Symmetry::C90C270 => "c90_c270",
+        Symmetry::Quadrant => "quadrant",
+    }
+}
+
+/// Whether this is the rotational distribution that a model may name: `gamma_deg,intensity_cd`.
+pub fn looks_like_csv(head: &Text<'_>) -> bool {
+    let names: Vec<&str> = head.line(0).split(',').map(str::trim).collect();
+    names == ["gamma_deg", "intensity_cd"]
+}
+
+/// Reads `gamma_deg,intensity_cd`, a rotational distribution in candela.
+pub fn read_csv(bytes: &[u8]) -> Parsed<Distribution> {
+    let mut findings = Findings::new();
+    let text = Text::decode(bytes, &mut findings);
+    let (mut gamma_deg, mut intensity_cd) = (Vec::new(), Vec::new());
+    let mut whole = true;
+    for (index, line) in text.lines().enumerate().skip(1) {
+        if line.trim().is_empty() {
+            continue;
+        }
+        let cells: Vec<&str> = line.split(',').collect();
+        if cells.len() != 2 {
+            whole = false;
+            let message = format!("{} cells stand where γ and intensity are needed", cells.len());
+            findings.push(
+                Finding::error("csv-cells", message)
+                    .at(index + 1, 1)
+                    .raw(line)
+                    .fix("write gamma_deg,intensity_cd"),
+            );
+            continue;
+        }
+        let mut column = 1;
+        for (cell, into) in cells.iter().zip([&mut gamma_deg, &mut intensity_cd]) {
+            match number::read(cell) {
+                Ok(read) => into.push(read.value),
+                Err(error) => {
+                    whole = false;
+                    findings.push(
+                        Finding::error("csv-number", error.to_string())
+                            .at(index + 1, column)
+                            .raw(cell),
+                    );
+                }
+            }
+            column += cell.chars().count() + 1;
+        }
+    }
+    let mut document = None;
+    if whole {
+        match IntensityDistribution::new(vec![0.0], gamma_deg, intensity_cd) {
+            Ok(intensity) => {
+                let header = Map::from_iter([("encoding".to_owned(), Value::from(text.encoding))]);
+                document = Some(Distribution {
+                    intensity,
+                    symmetry: Symmetry::Rotational,
+                    lamp_flux_lm: None,
+                    absolute: true,
+                    native: None,
+                    luminaire: Luminaire::default(),
+                    header,
+                });
+            }
+            Err(error) => findings.push(Finding::error("distribution-invalid", error.to_string())),
+        }
+    }
+    Parsed::new(Format::Csv, Kind::Distribution, document, findings)
+}

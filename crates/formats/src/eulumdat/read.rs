@@ -1,0 +1,461 @@
+//! EULUMDAT bytes to the document and to absolute candela.
+
+use isolux_photometry::Symmetry;
+use serde_json::Value;
+
+use super::expand;
+use super::layout::{self, HEADER, Layout, Token};
+use super::{Document, Header, LampSet, symmetry};
+use crate::distribution::{Distribution, Luminaire};
+use crate::finding::{Finding, Findings};
+use crate::number::{self, NotANumber};
+use crate::read::{Format, Kind, Parsed, ReadOptions};
+use crate::text::Text;
+
+/// More points than this on the full circle are refused: a rotational file of a few kilobytes may claim any number.
+const LARGEST_GRID: usize = 4_000_000;
+
+/// Whether the first lines are those of an EULUMDAT file: lines 2–7 are numbers and lines 3, 4, 6 can be counts.
+pub fn looks_like(head: &Text<'_>) -> bool {
+    let value = |line: usize| number::read(head.line(line)).ok().map(|number| number.value);
+    let count =
+        |line, least: f64, most: f64| value(line).is_some_and(|v| v.fract() == 0.0 && (least..=most).contains(&v));
+    count(2, 0.0, 4.0)
+        && count(3, 1.0, 100_000.0)
+        && count(5, 2.0, 100_000.0)
+        && value(4).is_some()
+        && value(6).is_some()
+}
+
+/// Reads bytes to absolute candela.
+pub fn read(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
+    let mut findings = Findings::new();
+    let text = Text::decode(bytes, &mut findings);
+    let distribution = document(&text, &mut findings)
+        .and_then(|(document, places)| distribution(&document, &places, &text, options, &mut findings));
+    Parsed::new(Format::Eulumdat, Kind::Distribution, distribution, findings)
+}
+
+/// Reads bytes to the document that mirrors the file.
+pub fn read_document(bytes: &[u8]) -> Parsed<Document> {
+    let mut findings = Findings::new();
+    let text = Text::decode(bytes, &mut findings);
+    let document = document(&text, &mut findings).map(|(document, _)| document);
+    Parsed::new(Format::Eulumdat, Kind::Distribution, document, findings)
+}
+
+/// Zero-based line and one-based column of the numbers that later checks speak of.
+#[derive(Debug)]
+pub(super) struct Places {
+    #[expect(dead_code, reason = "for findings on single intensities")]
+    pub intensity: Vec<(usize, usize)>,
+    /// Zero-based lines of the header fields.
+    pub lines: Vec<Option<usize>>,
+}
+
+fn document(text: &Text<'_>, findings: &mut Findings) -> Option<(Document, Places)> {
+    let layout = layout::find(text, findings)?;
+    let mut fields = Fields {
+        text,
+        layout: &layout,
+        findings,
+        commas: 0,
+    };
+    let header = fields.header();
+    let c_deg = fields.block(&layout.c, "C angle", "ldt-angle-number");
+    let gamma_deg = fields.block(&layout.gamma, "γ angle", "ldt-angle-number");
+    let intensity = fields.block(&layout.intensity, "intensity", "ldt-intensity-number");
+    let commas = fields.commas;
+    if commas > 0 {
+        let message = format!("{commas} numbers have a decimal comma");
+        findings.push(
+            Finding::warning("ldt-decimal-comma", message)
+                .assumed("a decimal point")
+                .fix("write a point"),
+        );
+    }
+    let places = Places {
+        intensity: layout
+            .intensity
+            .iter()
+            .map(|token| (token.line, token.column))
+            .collect(),
+        lines: layout.lines.clone(),
+    };
+    if !layout.complete {
+        return None;
+    }
+    let document = Document {
+        header,
+        isym: layout.isym,
+        c_deg: c_deg?,
+        gamma_deg: gamma_deg?,
+        intensity_cd_klm: intensity?,
+    };
+    steps(&document, &layout, findings);
+    Some((document, places))
+}
+
+/// Reads fields by their number in an undamaged file.
+struct Fields<'f, 't> {
+    text: &'t Text<'t>,
+    layout: &'f Layout<'t>,
+    findings: &'f mut Findings,
+    commas: usize,
+}
+
+impl Fields<'_, '_> {
+    fn line(&self, index: usize) -> Option<usize> {
+        self.layout.lines.get(index).copied().flatten()
+    }
+
+    fn words(&self, index: usize) -> String {
+        self.line(index)
+            .map_or(String::new(), |line| self.text.line(line).trim().to_owned())
+    }
+
+    /// A number that may be blank: `None` with a note then, with an error where something else stands there.
+    fn number(&mut self, index: usize, what: &str) -> Option<f64> {
+        let line = self.line(index)?;
+        let raw = self.text.line(line);
+        match number::read(raw) {
+            Ok(number) => {
+                self.commas += usize::from(number.comma);
+                Some(number.value)
+            }
+            Err(NotANumber::Blank) => {
+                let note = Finding::note("ldt-blank", format!("{what} is blank"));
+                self.findings.push(note.at(line + 1, 1).assumed("not stated"));
+                None
+            }
+            Err(error) => {
+                self.findings.push(
+                    Finding::error("ldt-header-number", format!("{what}: {error}"))
+                        .at(line + 1, 1)
+                        .raw(raw)
+                        .fix("correct the number"),
+                );
+                None
+            }
+        }
+    }
+
+    fn header(&mut self) -> Header {
+        let mut header = Header {
+            company: self.words(0),
+            type_indicator: self.number(1, "the type indicator"),
+            c_step_deg: self.number(4, "the distance between C planes"),
+            gamma_step_deg: self.number(6, "the distance between γ angles"),
+            report: self.words(7),
+            name: self.words(8),
+            number: self.words(9),
+            file_name: self.words(10),
+            date_user: self.words(11),
+            length_mm: self.number(12, "the length of the luminaire"),
+            width_mm: self.number(13, "the width of the luminaire"),
+            height_mm: self.number(14, "the height of the luminaire"),
+            luminous_length_mm: self.number(15, "the length of the luminous area"),
+            luminous_width_mm: self.number(16, "the width of the luminous area"),
+            luminous_height_mm: [17, 18, 19, 20].map(|index| self.number(index, "the height of the luminous area")),
+            dff_percent: self.number(21, "the downward flux fraction"),
+            lorl_percent: self.number(22, "the light output ratio"),
+            conversion_factor: self.number(23, "the conversion factor"),
+            tilt_deg: self.number(24, "the tilt"),
+            ..Header::default()
+        };
+        for set in 0..self.layout.sets {
+            let first = HEADER + 6 * set;
+            header.lamp_sets.push(LampSet {
+                count: self.number(first, "the number of lamps"),
+                lamp: self.words(first + 1),
+                flux_lm: self.number(first + 2, "the flux of the lamps"),
+                colour: self.words(first + 3),
+                rendering: self.words(first + 4),
+                watts: self.number(first + 5, "the power"),
+            });
+        }
+        if let Some(ratios) = &self.layout.ratios {
+            for (into, token) in header.direct_ratios.iter_mut().zip(ratios) {
+                *into = self.token(token, "direct ratio", "ldt-header-number", true);
+            }
+        }
+        header
+    }
+
+    fn block(&mut self, tokens: &[Token<'_>], what: &str, code: &'static str) -> Option<Vec<f64>> {
+        let mut values = Vec::with_capacity(tokens.len());
+        for token in tokens {
+            if let Some(value) = self.token(token, what, code, false) {
+                values.push(value);
+            }
+        }
+        (values.len() == tokens.len()).then_some(values)
+    }
+
+    fn token(&mut self, token: &Token<'_>, what: &str, code: &'static str, may_be_blank: bool) -> Option<f64> {
+        match number::read(token.text) {
+            Ok(number) => {
+                self.commas += usize::from(number.comma);
+                Some(number.value)
+            }
+            Err(NotANumber::Blank) if may_be_blank => None,
+            Err(error) => {
+                let finding = Finding::error(code, format!("{what}: {error}"));
+                self.findings.push(
+                    finding
+                        .at(token.line + 1, token.column)
+                        .raw(token.text)
+                        .fix("correct the number"),
+                );
+                None
+            }
+        }
+    }
+}
+
+/// Lines 5 and 7 against the angles that are listed.
+fn steps(document: &Document, layout: &Layout<'_>, findings: &mut Findings) {
+    let checks = [
+        (
+            document.header.c_step_deg,
+            &document.c_deg,
+            &layout.c,
+            4,
+            "C",
+            "ldt-c-step",
+        ),
+        (
+            document.header.gamma_step_deg,
+            &document.gamma_deg,
+            &layout.gamma,
+            6,
+            "γ",
+            "ldt-gamma-step",
+        ),
+    ];
+    for (stated, angles, tokens, line, name, code) in checks {
+        let Some(stated) = stated else { continue };
+        if angles.len() < 2 {
+            continue;
+        }
+        let odd = angles
+            .windows(2)
+            .position(|pair| (pair[1] - pair[0] - stated).abs() > 0.051 * stated.abs().max(0.01));
+        let line = layout.lines.get(line).copied().flatten().unwrap_or(line);
+        if stated == 0.0 {
+            continue;
+        }
+        if let Some(odd) = odd {
+            let token = &tokens[odd + 1];
+            let message = format!(
+                "{name} goes from {}° to {}°, but line {} says that {name} is {stated}° apart",
+                angles[odd],
+                angles[odd + 1],
+                line + 1
+            );
+            findings.push(
+                Finding::warning(code, message)
+                    .at(token.line + 1, token.column)
+                    .raw(token.text)
+                    .assumed("the angles as listed")
+                    .fix(format!(
+                        "correct the angle, or write 0 in line {} for angles that are not equidistant",
+                        line + 1
+                    )),
+            );
+        }
+    }
+}
+
+fn distribution(
+    document: &Document,
+    places: &Places,
+    text: &Text<'_>,
+    options: ReadOptions,
+    findings: &mut Findings,
+) -> Option<Distribution> {
+    let header = &document.header;
+    let line_of = |index: usize| places.lines.get(index).copied().flatten().unwrap_or(index);
+    let set = header.lamp_sets.first()?;
+    let flux_line = line_of(HEADER + 2);
+    let flux = match set.flux_lm {
+        Some(flux) if flux > 0.0 => flux,
+        other => {
+            let message = if other.is_none() {
+                "no lamp flux is stated"
+            } else {
+                "the lamp flux is not above zero"
+            };
+            findings.push(
+                Finding::error("ldt-lamp-flux", format!("{message}; cd/klm cannot become candela"))
+                    .at(flux_line + 1, 1)
+                    .raw(text.line(flux_line))
+                    .fix("write the flux of the lamps in lm into line 26c"),
+            );
+            return None;
+        }
+    };
+    let factor_line = line_of(23);
+    let conversion = match header.conversion_factor {
+        Some(1.0) => 1.0,
+        Some(factor) if factor > 0.0 => {
+            findings.push(
+                Finding::warning(
+                    "ldt-conversion-factor",
+                    format!("the intensities are multiplied by the conversion factor {factor}"),
+                )
+                .at(factor_line + 1, 1)
+                .raw(text.line(factor_line))
+                .assumed("a factor on every intensity"),
+            );
+            factor
+        }
+        Some(_) => {
+            findings.push(
+                Finding::error("ldt-conversion-factor", "the conversion factor is not above zero")
+                    .at(factor_line + 1, 1)
+                    .raw(text.line(factor_line))
+                    .fix("write 1 unless every intensity is to be multiplied"),
+            );
+            return None;
+        }
+        None if crate::text_is_blank(text.line(factor_line)) => {
+            findings.push(
+                Finding::warning("ldt-conversion-factor", "the conversion factor is blank")
+                    .at(factor_line + 1, 1)
+                    .assumed("1")
+                    .fix("write 1"),
+            );
+            1.0
+        }
+        None => return None,
+    };
+    if document.c_deg.len().saturating_mul(document.gamma_deg.len()) > LARGEST_GRID {
+        let message = format!(
+            "{} × {} directions are more than a file can mean",
+            document.c_deg.len(),
+            document.gamma_deg.len()
+        );
+        findings.push(
+            Finding::error("ldt-grid-too-large", message)
+                .at(line_of(3) + 1, 1)
+                .fix("check lines 4 and 6"),
+        );
+        return None;
+    }
+    sets(header, &line_of, findings);
+    if document.isym == 3 {
+        order_of_class_three(document, &line_of, options, findings);
+    }
+    let factor = conversion * flux / 1000.0;
+    let intensity = match expand::expand(document, factor, options.isym3_c90_first) {
+        Ok(intensity) => intensity,
+        Err(error) => {
+            findings.push(Finding::error("ldt-angles", error.to_string()).fix("correct the angles of C or γ"));
+            return None;
+        }
+    };
+    let mut json = document.header_json();
+    json.insert("encoding".into(), Value::from(text.encoding));
+    json.insert("line_ending".into(), Value::from(text.line_ending));
+    let absolute = set.count.is_some_and(|count| count < 0.0);
+    Some(Distribution {
+        intensity,
+        symmetry: symmetry(document.isym),
+        lamp_flux_lm: Some(flux),
+        absolute,
+        native: None,
+        luminaire: luminaire(header),
+        header: json,
+    })
+}
+
+fn sets(header: &Header, line_of: &impl Fn(usize) -> usize, findings: &mut Findings) {
+    if header.lamp_sets.len() > 1 {
+        let message = format!("{} sets of lamps are listed", header.lamp_sets.len());
+        findings.push(
+            Finding::note("ldt-lamp-sets", message)
+                .at(line_of(25) + 1, 1)
+                .assumed("candela with the flux of the first set"),
+        );
+    }
+    if header.lamp_sets.first().is_some_and(|set| set.count == Some(0.0)) {
+        findings.push(
+            Finding::warning("ldt-lamp-count", "the number of lamps is 0")
+                .at(line_of(HEADER) + 1, 1)
+                .raw("0")
+                .assumed("relative photometry; line 26c is the flux of all lamps together")
+                .fix("write the number of lamps, or −1 for absolute photometry"),
+        );
+    }
+}
+
+/// The order matters where the planes are not the same forwards and backwards.
+fn order_of_class_three(
+    document: &Document,
+    line_of: &impl Fn(usize) -> usize,
+    options: ReadOptions,
+    findings: &mut Findings,
+) {
+    let ng = document.gamma_deg.len();
+    let planes: Vec<&[f64]> = document.intensity_cd_klm.chunks(ng).collect();
+    if planes.iter().zip(planes.iter().rev()).all(|(a, b)| a == b) {
+        return;
+    }
+    let (order, other) = if options.isym3_c90_first {
+        (
+            "C90 through C180 to C270, as asked for",
+            "leave the option out to read C270 first",
+        )
+    } else {
+        (
+            "C270 through C0 to C90, as the format has it",
+            "if the light falls to the wrong side, read it with --isym3 c90-first",
+        )
+    };
+    findings.push(
+        Finding::warning(
+            "ldt-isym3-order",
+            "symmetry 3: some programs store C90 first, and the file cannot say which",
+        )
+        .at(line_of(2) + 1, 1)
+        .raw("3")
+        .assumed(order)
+        .fix(other),
+    );
+}
+
+fn luminaire(header: &Header) -> Luminaire {
+    let set = header.lamp_sets.first().cloned().unwrap_or_default();
+    Luminaire {
+        manufacturer: header.company.clone(),
+        name: header.name.clone(),
+        number: header.number.clone(),
+        report: header.report.clone(),
+        date: header.date_user.clone(),
+        laboratory: String::new(),
+        length_mm: header.length_mm,
+        width_mm: header.width_mm,
+        height_mm: header.height_mm,
+        luminous_length_mm: header.luminous_length_mm,
+        luminous_width_mm: header.luminous_width_mm,
+        luminous_height_mm: header.luminous_height_mm,
+        lamp: set.lamp,
+        lamp_count: set.count.map(f64::abs),
+        colour: set.colour,
+        rendering: set.rendering,
+        watts: set.watts,
+        tilt_deg: header.tilt_deg,
+    }
+}
+
+/// The indicator for a symmetry.
+pub(super) const fn isym(symmetry: Symmetry) -> u8 {
+    match symmetry {
+        Symmetry::None => 0,
+        Symmetry::Rotational => 1,
+        Symmetry::C0C180 => 2,
+        Symmetry::C90C270 => 3,
+        Symmetry::Quadrant => 4,
+    }
+}

@@ -1,0 +1,194 @@
+//! What a reader has to say about a file beside its content.
+
+use serde::Serialize;
+
+/// How much a finding weighs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// A legal variant.
+    Note,
+    /// An assumption was made.
+    Warning,
+    /// Not trustworthy.
+    Error,
+}
+
+impl Severity {
+    /// The word that stands for it in front of a message.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Note => "note",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
+}
+
+/// One thing that a reader found, with where it stands and how to mend it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// Stable name, `format-what`; programs match on it.
+    pub code: &'static str,
+    /// How much it weighs.
+    pub severity: Severity,
+    /// One-based line; none where the finding is about the whole file.
+    pub line: Option<usize>,
+    /// One-based column, in characters.
+    pub column: Option<usize>,
+    /// The text that stands there.
+    pub raw: Option<Box<str>>,
+    /// What was assumed to go on.
+    pub assumed: Option<Box<str>>,
+    /// What was found: one sentence in lower case, no full stop.
+    pub message: Box<str>,
+    /// How to mend it.
+    pub fix: Option<Box<str>>,
+}
+
+impl Finding {
+    /// A finding about the whole file; [`at`](Self::at) gives it a place.
+    pub fn new(severity: Severity, code: &'static str, message: impl Into<String>) -> Self {
+        Self {
+            code,
+            severity,
+            line: None,
+            column: None,
+            raw: None,
+            assumed: None,
+            message: message.into().into_boxed_str(),
+            fix: None,
+        }
+    }
+
+    /// Not trustworthy.
+    pub fn error(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Severity::Error, code, message)
+    }
+
+    /// An assumption was made.
+    pub fn warning(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Severity::Warning, code, message)
+    }
+
+    /// A legal variant.
+    pub fn note(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Severity::Note, code, message)
+    }
+
+    /// The same finding at a one-based line and column.
+    #[must_use]
+    pub fn at(mut self, line: usize, column: usize) -> Self {
+        self.line = Some(line);
+        self.column = Some(column);
+        self
+    }
+
+    /// The same finding with the text that stands there (long texts are cut at 80 characters).
+    #[must_use]
+    pub fn raw(mut self, text: &str) -> Self {
+        let mut cut: String = text.chars().take(80).collect();
+        if cut.len() < text.len() {
+            cut.push('…');
+        }
+        self.raw = Some(cut.into_boxed_str());
+        self
+    }
+
+    /// The same finding with what was assumed.
+    #[must_use]
+    pub fn assumed(mut self, what: impl Into<String>) -> Self {
+        self.assumed = Some(what.into().into_boxed_str());
+        self
+    }
+
+    /// The same finding with how to mend it.
+    #[must_use]
+    pub fn fix(mut self, how: impl Into<String>) -> Self {
+        self.fix = Some(how.into().into_boxed_str());
+        self
+    }
+}
+
+/// Collects findings; after [`Findings::PER_CODE`] of one code the rest are only counted, so that a damaged file of a
+/// million numbers gives a short answer.
+#[derive(Debug, Default)]
+pub struct Findings {
+    list: Vec<Finding>,
+    dropped: Vec<(&'static str, Severity, usize)>,
+}
+
+impl Findings {
+    /// Findings of one code that are kept whole.
+    pub const PER_CODE: usize = 20;
+
+    /// No finding yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes one finding.
+    pub fn push(&mut self, finding: Finding) {
+        if self.list.iter().filter(|kept| kept.code == finding.code).count() < Self::PER_CODE {
+            self.list.push(finding);
+        } else if let Some(entry) = self.dropped.iter_mut().find(|(code, ..)| *code == finding.code) {
+            entry.1 = entry.1.max(finding.severity);
+            entry.2 += 1;
+        } else {
+            self.dropped.push((finding.code, finding.severity, 1));
+        }
+    }
+
+    /// Takes all findings of `others`.
+    pub fn extend(&mut self, others: impl IntoIterator<Item = Finding>) {
+        for finding in others {
+            self.push(finding);
+        }
+    }
+
+    /// Whether any of them is an error.
+    pub fn any_error(&self) -> bool {
+        self.list.iter().any(|finding| finding.severity == Severity::Error)
+    }
+
+    /// All findings in the order of their lines, those about the whole file last.
+    pub fn into_vec(mut self) -> Vec<Finding> {
+        for (code, severity, count) in self.dropped {
+            self.list.push(Finding::new(
+                severity,
+                code,
+                format!("{count} more findings of this kind"),
+            ));
+        }
+        self.list.sort_by_key(|finding| finding.line.unwrap_or(usize::MAX));
+        self.list
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keeps_the_first_of_a_kind_and_counts_the_rest() {
+        let mut findings = Findings::new();
+        for line in 1..=50 {
+            findings.push(Finding::warning("x-y", "z").at(line, 1));
+        }
+        let list = findings.into_vec();
+        assert_eq!(list.len(), Findings::PER_CODE + 1);
+        assert_eq!(
+            list.last().map(|last| &*last.message),
+            Some("30 more findings of this kind")
+        );
+    }
+
+    #[test]
+    fn serialises_as_the_contract_has_it() {
+        let finding = Finding::error("ldt-number", "no number").at(3, 1).raw("1O");
+        let json = serde_json::to_value(&finding).unwrap();
+        assert_eq!(json["severity"], "error");
+        assert_eq!(json["line"], 3);
+        assert!(json["assumed"].is_null());
+    }
+}

@@ -1,0 +1,44 @@
+//! The quantities that a photometrist reads off a distribution.
+
+use isolux_photometry::IntensityDistribution;
+use serde_json::{Map, Value, json};
+
+use crate::Distribution;
+
+impl Distribution {
+    /// Keys and units as `inspect --json` prints them; what the file does not allow is null.
+    pub fn quantities(&self) -> Map<String, Value> {
+        let grid = &self.intensity;
+        let flux = grid.flux().value();
+        let (down, up) = (
+            grid.flux_between(0.0, 90.0).value(),
+            grid.flux_between(90.0, 180.0).value(),
+        );
+        let peak = grid.peak();
+        let angles = |of: fn(&IntensityDistribution, usize) -> Option<f64>| -> Vec<Option<f64>> {
+            (0..grid.c_deg().len()).map(|plane| of(grid, plane)).collect()
+        };
+        let quantities = json!({
+            "flux_lm": flux,
+            "flux_stated_lm": self.lamp_flux_lm,
+            "flux_up_lm": up,
+            "flux_down_lm": down,
+            "zonal_flux_lm": grid.zonal_flux_lm(10.0),
+            "lorl_percent": self.lamp_flux_lm.filter(|&lamp| lamp > 0.0).map(|lamp| 100.0 * flux / lamp),
+            "dff_percent": (flux > 0.0).then(|| 100.0 * down / flux),
+            "i_max_cd": peak.intensity.value(),
+            "i_max_c_deg": peak.c.degrees(),
+            "i_max_gamma_deg": peak.gamma.degrees(),
+            "beam_angle_deg": angles(|grid, plane| grid.beam_angle(plane).map(|beam| beam.full_angle_deg())),
+            "field_angle_deg": angles(|grid, plane| grid.field_angle(plane).map(|field| field.full_angle_deg())),
+            "luminous_area_mm2": self.luminaire.luminous_area_mm2(),
+            "ugr": Value::Null,
+            "direct_ratios": Value::Null,
+            "cie_flux_code": Value::Null,
+        });
+        match quantities {
+            Value::Object(map) => map,
+            _ => Map::new(),
+        }
+    }
+}
