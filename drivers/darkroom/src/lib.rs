@@ -1,0 +1,29 @@
+//! The physics of the virtual darkroom, and the truth that its twins report.
+//!
+//! One [`Room`] is built from one document ([`Darkroom`], the file `darkroom.toml`). It answers what a lux meter, a
+//! spectrometer or a camera in that room would see, by adding up individual LEDs, floor patches and rotation matrices.
+//! It shares no physics with the operator's model, so that an agreement between the two means something.
+//!
+//! Everything here is a pure function of the document and of the coordinates asked for. Noise is drawn by counter:
+//! reading number k has the same noise whatever was read before it.
+
+pub mod camera;
+pub mod climate;
+pub mod document;
+pub mod flaws;
+pub mod floor;
+pub mod illuminator;
+pub mod meter;
+pub mod motion;
+pub mod mount;
+pub mod noise;
+pub mod optics;
+pub mod output;
+pub mod room;
+pub mod spectrograph;
+pub mod spectrum;
+
+pub use camera::{Capture, MapPose, SensorFrame};
+pub use document::{Darkroom, DarkroomError};
+pub use flaws::Flaws;
+pub use room::{Kind, Observation, Room};

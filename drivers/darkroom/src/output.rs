@@ -1,0 +1,65 @@
+//! Light output of the lamp over time: two thermal masses, depreciation, modulation.
+
+use crate::flaws::Flaws;
+
+/// Abscissae and weights of five-point Gauss–Legendre quadrature on [−1, 1] (Abramowitz & Stegun, table 25.4).
+const GAUSS: [(f64, f64); 5] = [
+    (-0.906_179_845_938_664, 0.236_926_885_056_189),
+    (-0.538_469_310_105_683, 0.478_628_670_499_366),
+    (0.0, 0.568_888_888_888_889),
+    (0.538_469_310_105_683, 0.478_628_670_499_366),
+    (0.906_179_845_938_664, 0.236_926_885_056_189),
+];
+
+/// Output relative to the warm, new lamp, averaged over a window of `window_s` around `time_s` (s since switch-on).
+pub fn relative_output(flaws: &Flaws, time_s: f64, window_s: f64) -> f64 {
+    GAUSS
+        .iter()
+        .map(|(x, weight)| 0.5 * weight * instant(flaws, time_s + 0.5 * window_s * x))
+        .sum()
+}
+
+fn instant(flaws: &Flaws, time_s: f64) -> f64 {
+    let warmup = &flaws.lamp_warmup;
+    let second_s = if warmup.second_time_constant_s > 0.0 {
+        warmup.second_time_constant_s
+    } else {
+        4.0 * warmup.time_constant_s
+    };
+    // The board cools into the housing, the housing into the room: droop is the sum of both excess temperatures.
+    let board = (1.0 - warmup.second_share) * (-time_s / warmup.time_constant_s).exp();
+    let housing = warmup.second_share * (-time_s / second_s).exp();
+    let droop = 1.0 + warmup.amplitude_rel * (board + housing);
+    // Depreciation follows L(t) = exp(r t), as TM-21 extrapolates it.
+    let depreciation = (flaws.lamp_drift.rate_per_h * time_s / 3600.0).exp();
+    let beat = &flaws.flicker_alias;
+    let modulation = 1.0 + beat.amplitude_rel * (std::f64::consts::TAU * time_s / beat.period_s + beat.phase_rad).sin();
+    droop * depreciation * modulation
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lamp_settles_to_one_with_two_time_constants() {
+        let mut flaws = Flaws::default();
+        assert!((relative_output(&flaws, 100.0, 0.5) - 1.0).abs() < 1e-14);
+        flaws.lamp_warmup.amplitude_rel = 0.1;
+        flaws.lamp_warmup.time_constant_s = 100.0;
+        flaws.lamp_warmup.second_share = 0.25;
+        let expected = 1.0 + 0.1 * (0.75 * (-2.0f64).exp() + 0.25 * (-0.5f64).exp());
+        assert!((relative_output(&flaws, 200.0, 0.0) - expected).abs() < 1e-12);
+        assert!((relative_output(&flaws, 1e5, 0.5) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn modulation_averages_over_the_window() {
+        let mut flaws = Flaws::default();
+        flaws.flicker_alias.amplitude_rel = 0.05;
+        flaws.flicker_alias.period_s = 2.0;
+        // ∫ over half a period from a crest's side: mean of sin over [0, 1] s is 2/π.
+        let mean = relative_output(&flaws, 0.5, 1.0);
+        assert!((mean - (1.0 + 0.05 * 2.0 / std::f64::consts::PI)).abs() < 1e-7);
+    }
+}

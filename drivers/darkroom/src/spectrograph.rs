@@ -1,0 +1,229 @@
+//! The array spectroradiometer: what each of its pixels counts.
+
+use crate::document::Spectroradiometer;
+use crate::noise::{Noise, Stream};
+use crate::room::Room;
+
+/// Pixels of the detector.
+pub const PIXELS: usize = 2048;
+/// First and last of the optically black pixels.
+pub const BLACK_PIXELS: (usize, usize) = (6, 20);
+
+/// Wavelength at pixel `pixel`, nm: Σ c_k pᵏ.
+pub fn wavelength_nm(coefficients: [f64; 4], pixel: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * pixel + c)
+}
+
+/// Responsivity of grating and detector, relative to its maximum.
+pub fn responsivity(wavelength_nm: f64) -> f64 {
+    let blaze = (-0.5 * ((wavelength_nm - 560.0) / 190.0).powi(2)).exp();
+    let silicon_edge = 1.0 / (1.0 + ((wavelength_nm - 1010.0) / 25.0).exp());
+    let glass_edge = 1.0 / (1.0 + ((345.0 - wavelength_nm) / 6.0).exp());
+    blaze * silicon_edge * glass_edge
+}
+
+/// What is known of one exposure before it is counted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exposure {
+    /// Illuminance on the entrance, lx, zero behind a shutter.
+    pub illuminance_lx: f64,
+    /// Integration time, s.
+    pub integration_s: f64,
+    /// Temperature of the detector, °C.
+    pub detector_c: f64,
+    /// Number of the exposure since the instrument was switched on.
+    pub index: u64,
+}
+
+impl Room {
+    /// Spectral irradiance as the spectrometer's optics spread it, at the stated wavelength, W/(m² nm), for
+    /// `illuminance_lx` on its entrance: shift, bandpass, stray light and second order are in it, its dark is not.
+    pub fn spread_irradiance(&self, stated_nm: f64, illuminance_lx: f64) -> f64 {
+        let flaws = &self.document().flaws;
+        let spectrum = self.spectrum();
+        let true_nm = stated_nm - flaws.spectro_shift.shift_nm;
+        // A triangle of the given full width at half maximum is the running mean of a running mean.
+        let fwhm = flaws.spectro_bandpass.fwhm_nm;
+        let mut first_order = 0.0;
+        if fwhm > 0.0 {
+            const CELLS: usize = 24;
+            let mut weight = 0.0;
+            for k in 0..CELLS {
+                let t = 2.0 * (k as f64 + 0.5) / CELLS as f64 - 1.0;
+                let w = 1.0 - t.abs();
+                first_order += w * spectrum.per_lux(true_nm + fwhm * t);
+                weight += w;
+            }
+            first_order /= weight;
+        } else {
+            first_order = spectrum.per_lux(true_nm);
+        }
+        let stray = flaws.spectro_stray.fraction * spectrum.watt_per_lux();
+        let second = flaws.spectro_2nd.fraction * spectrum.per_lux(0.5 * true_nm);
+        illuminance_lx * (first_order + stray + second)
+    }
+
+    /// Spectral irradiance that a calibrated reading gives at the stated wavelength, noise-free, W/(m² nm).
+    pub fn indicated_spectral_irradiance(&self, stated_nm: f64, illuminance_lx: f64) -> f64 {
+        let gain = 1.0 + self.document().spectroradiometer.gain_error_rel;
+        gain * self.spread_irradiance(stated_nm, illuminance_lx) + self.document().flaws.spectro_dark.offset
+    }
+
+    /// Irradiance calibration of the instrument as its certificate states it: W/(m² nm) for one count per second at pixel
+    /// `pixel`, after offset, dark and non-linearity. Zero where the responsivity is below a thousandth of its maximum.
+    pub fn calibration(&self, pixel: usize) -> f64 {
+        let instrument = &self.document().spectroradiometer;
+        let response = responsivity(wavelength_nm(instrument.wavelength_nm, pixel as f64));
+        if response < 1e-3 {
+            0.0
+        } else {
+            (1.0 + instrument.gain_error_rel) / (response * instrument.counts_per_s)
+        }
+    }
+
+    /// Counts of all pixels in one exposure: light, dark, read and shot noise, non-linearity, the converter's end.
+    pub fn exposure_counts(&self, exposure: &Exposure) -> Vec<u16> {
+        let instrument = &self.document().spectroradiometer;
+        let seed = self.document().seed;
+        let pattern = Noise::new(seed, Stream::DarkPattern);
+        let noise = Noise::new(seed, Stream::Spectrometer);
+        // Dark current of silicon doubles every 7 K.
+        let dark_rate = instrument.dark_counts_per_s * ((exposure.detector_c - 25.0) / 7.0).exp2();
+        (0..PIXELS)
+            .map(|pixel| {
+                let stated_nm = wavelength_nm(instrument.wavelength_nm, pixel as f64);
+                let black = (BLACK_PIXELS.0..=BLACK_PIXELS.1).contains(&pixel);
+                let light = if black || exposure.illuminance_lx == 0.0 {
+                    0.0
+                } else {
+                    self.spread_irradiance(stated_nm, exposure.illuminance_lx)
+                };
+                // An error of the dark is not seen by the black pixels: it is what makes it an error.
+                let pedestal = if black {
+                    0.0
+                } else {
+                    self.document().flaws.spectro_dark.offset
+                };
+                let rate = (light + pedestal) * responsivity(stated_nm) * instrument.counts_per_s;
+                let dark = dark_rate * (1.0 + 0.05 * pattern.normal(pixel as u64, 0)).max(0.0);
+                let collected = (rate + dark) * exposure.integration_s;
+                let [shot, read] = noise.normal_pair(exposure.index, pixel as u32);
+                let electrons = collected.max(0.0) * instrument.electrons_per_count;
+                let linear = collected + shot * electrons.sqrt() / instrument.electrons_per_count;
+                let counts = bend(instrument, linear) + instrument.offset_counts + read * instrument.read_noise_counts;
+                counts.round().clamp(0.0, f64::from(instrument.saturation_counts)) as u16
+            })
+            .collect()
+    }
+}
+
+/// The detector's loss towards full scale.
+fn bend(instrument: &Spectroradiometer, linear: f64) -> f64 {
+    linear * (1.0 - instrument.nonlinearity * linear / 65_535.0)
+}
+
+/// Coefficients of the polynomial P(counts) that undoes the non-linearity as linear = counts / P(counts), as the maker's
+/// calibration stores them (order 7).
+///
+/// With counts = x (1 − a x), x = counts · C(a · counts) where C is the generating function of Catalan's numbers, and
+/// 1/C(t) = 1 − t C(t).
+pub fn linearity_coefficients(instrument: &Spectroradiometer) -> [f64; 8] {
+    const CATALAN: [f64; 7] = [1.0, 1.0, 2.0, 5.0, 14.0, 42.0, 132.0];
+    let a = instrument.nonlinearity / 65_535.0;
+    std::array::from_fn(|k| {
+        if k == 0 {
+            1.0
+        } else {
+            -CATALAN[k - 1] * a.powi(k as i32)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Darkroom;
+
+    fn quiet() -> Darkroom {
+        let mut document = Darkroom::default();
+        document.spectroradiometer.read_noise_counts = 0.0;
+        document.spectroradiometer.electrons_per_count = 1e12;
+        document
+    }
+
+    /// The whole chain backwards with what the instrument tells of itself gives the light that went in.
+    #[test]
+    fn counts_lead_back_to_the_irradiance() {
+        let mut document = quiet();
+        document.spectroradiometer.gain_error_rel = 0.0;
+        let room = Room::new(document);
+        let instrument = &room.document().spectroradiometer;
+        let exposure = Exposure {
+            illuminance_lx: 1330.0,
+            integration_s: 0.2,
+            detector_c: 25.0,
+            index: 3,
+        };
+        let lit = room.exposure_counts(&exposure);
+        let dark = room.exposure_counts(&Exposure {
+            illuminance_lx: 0.0,
+            ..exposure
+        });
+        let linearity = linearity_coefficients(instrument);
+        let linear = |counts: u16| {
+            let c = f64::from(counts) - instrument.offset_counts;
+            c / linearity.iter().rev().fold(0.0, |sum, k| sum * c + k)
+        };
+        let mut worst: f64 = 0.0;
+        for pixel in 100..1500 {
+            let nm = wavelength_nm(instrument.wavelength_nm, pixel as f64);
+            let expected = room.spread_irradiance(nm, 1330.0);
+            let got = (linear(lit[pixel]) - linear(dark[pixel])) / 0.2 * room.calibration(pixel);
+            worst = worst.max((got - expected).abs());
+        }
+        let peak = room.spread_irradiance(457.0, 1330.0);
+        assert!(worst < 2e-4 * peak, "{worst} of {peak}");
+        assert!(*lit.iter().max().unwrap() > 10_000, "{:?}", lit.iter().max());
+    }
+
+    #[test]
+    fn the_converter_ends_and_black_pixels_stay_black() {
+        let room = Room::new(quiet());
+        let exposure = Exposure {
+            illuminance_lx: 1330.0,
+            integration_s: 30.0,
+            detector_c: 25.0,
+            index: 0,
+        };
+        let counts = room.exposure_counts(&exposure);
+        assert_eq!(*counts.iter().max().unwrap(), 65_535);
+        assert!(counts[BLACK_PIXELS.0] < 10_000);
+    }
+
+    #[test]
+    fn the_flaws_of_the_spectrometer_do_what_they_say() {
+        let clean = Room::new(quiet());
+        let flawed = |name: &str, key: &str, value: f64| {
+            let mut document = quiet();
+            assert!(document.flaws.set(name, key, value));
+            Room::new(document)
+        };
+        let shifted = flawed("spectro_shift", "shift_nm", 0.4);
+        assert_eq!(
+            shifted.spread_irradiance(500.4, 1.0),
+            clean.spread_irradiance(500.0, 1.0)
+        );
+        let second = flawed("spectro_2nd", "fraction", 0.01);
+        let extra = second.spread_irradiance(914.0, 1.0) - clean.spread_irradiance(914.0, 1.0);
+        assert!((extra / (0.01 * clean.spread_irradiance(457.0, 1.0)) - 1.0).abs() < 1e-9);
+        // A triangle of FWHM b widens the curve by variance b²/6: second derivative times b²/12.
+        let wide = flawed("spectro_bandpass", "fwhm_nm", 4.0);
+        let s = |nm: f64| clean.spread_irradiance(nm, 1.0);
+        let curvature = s(561.0) - 2.0 * s(560.0) + s(559.0);
+        let got = wide.spread_irradiance(560.0, 1.0) - s(560.0);
+        assert!(
+            (got / (curvature * 16.0 / 12.0) - 1.0).abs() < 0.02,
+            "{got} {curvature}"
+        );
+    }
+}
