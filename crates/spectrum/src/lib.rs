@@ -3,7 +3,21 @@
 //! A [`Spectrum`] is linear between its points and zero outside them. Every integral is the sum at 1 nm over
 //! 360–830 nm, the range of V(λ) (CIE 018:2019), so that a number does not depend on the spacing of a file.
 
+pub mod cct;
 pub mod cie;
+mod colour;
+pub mod fidelity;
+pub mod illuminant;
+pub mod meter;
+mod quantities;
+pub mod rendering;
+mod resample;
+mod shape;
 mod spectrum;
+#[expect(clippy::approx_constant, reason = "a reflectance of 0.318 is not 1/π")]
+mod tables;
 
+pub use colour::{Chromaticity, Dominant, EQUAL_ENERGY, Tristimulus, dominant, spectrum_locus};
+pub use quantities::{Quantities, quantities};
+pub use resample::ResampleError;
 pub use spectrum::{Spectrum, SpectrumError};

@@ -1,0 +1,83 @@
+//! How well a meter's responsivity matches V(λ): f1′ and spectral mismatch (CIE S 023, ISO/CIE 19476).
+
+use crate::illuminant::illuminant_a;
+use crate::{Spectrum, cie};
+
+/// General V(λ) mismatch index f1′ of a relative responsivity, as a fraction (0.015 is 1.5 %), calibrated with illuminant A;
+/// none where the responsivity does not answer illuminant A.
+pub fn f1_prime(responsivity: &Spectrum) -> Option<f64> {
+    let s = responsivity.at_1_nm();
+    let a = illuminant_a();
+    let seen = product(&a, &s);
+    let ideal = product(&a, &cie::V_LAMBDA);
+    (seen > 0.0).then(|| {
+        s.iter()
+            .zip(&cie::V_LAMBDA)
+            .map(|(s, v)| (s * ideal / seen - v).abs())
+            .sum::<f64>()
+            / cie::V_LAMBDA.iter().sum::<f64>()
+    })
+}
+
+/// Spectral mismatch correction factor F of a meter calibrated under `calibration` that reads `source`: true = F × reading.
+///
+/// F = (∫S_C s · ∫S_Z V) / (∫S_C V · ∫S_Z s); none where an integral is not above zero.
+pub fn spectral_mismatch(source: &Spectrum, calibration: &Spectrum, responsivity: &Spectrum) -> Option<f64> {
+    let (z, c, s) = (source.at_1_nm(), calibration.at_1_nm(), responsivity.at_1_nm());
+    let parts = [
+        product(&c, &s),
+        product(&z, &cie::V_LAMBDA),
+        product(&c, &cie::V_LAMBDA),
+        product(&z, &s),
+    ];
+    parts
+        .iter()
+        .all(|p| *p > 0.0)
+        .then(|| parts[0] * parts[1] / (parts[2] * parts[3]))
+}
+
+fn product(a: &[f64; 471], b: &[f64; 471]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::illuminant::{daylight, illuminant_a};
+
+    fn spectrum(of: impl Fn(f64) -> f64) -> Spectrum {
+        Spectrum::from_1_nm(&std::array::from_fn(|i| of(360.0 + i as f64))).unwrap()
+    }
+
+    #[test]
+    fn a_perfect_meter_has_no_mismatch() {
+        let v = Spectrum::from_1_nm(&cie::V_LAMBDA).unwrap();
+        let (a, d) = (
+            Spectrum::from_1_nm(&illuminant_a()).unwrap(),
+            Spectrum::from_1_nm(&daylight(6504.0).unwrap()).unwrap(),
+        );
+        assert!(f1_prime(&v.scaled(3.0).unwrap()).unwrap() < 1e-12);
+        assert!((spectral_mismatch(&d, &a, &v).unwrap() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_flat_detector_reads_a_blue_line_too_high_by_its_lack_of_v() {
+        let flat = spectrum(|_| 1.0);
+        let (blue, green) = (
+            Spectrum::new(vec![449.0, 450.0, 451.0], vec![0.0, 1.0, 0.0]).unwrap(),
+            Spectrum::new(vec![554.0, 555.0, 556.0], vec![0.0, 1.0, 0.0]).unwrap(),
+        );
+        // Calibrated where V = 1, it reads 450 nm as if V were 1 there too; V(450) = 0.038.
+        let f = spectral_mismatch(&blue, &green, &flat).unwrap();
+        assert!((f - 0.038).abs() < 1e-12, "{f}");
+        assert!(f1_prime(&flat).unwrap() > 0.5);
+    }
+
+    #[test]
+    fn a_shifted_v_has_the_index_of_its_integral() {
+        // Independent value: numpy, V shifted by +2 nm by linear interpolation, CIE A, 1 nm sums (tables/generate.py's data).
+        let shifted = spectrum(|nm| Spectrum::from_1_nm(&cie::V_LAMBDA).unwrap().at_nm(nm - 2.0));
+        let f = f1_prime(&shifted).unwrap();
+        assert!((0.03..0.05).contains(&f), "{f}");
+    }
+}
