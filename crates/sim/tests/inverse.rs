@@ -1,0 +1,235 @@
+//! The inverse solver against closed forms and against brute force with another interpolation kernel.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use glam::DVec3;
+use isolux_photometry::IntensityDistribution;
+use isolux_sim::inverse;
+use isolux_sim::sensor::{Pose, Sensor};
+use isolux_sim::source::{Shape, Source};
+use isolux_sim::table::Table;
+
+fn pose(size_mm: f64, pixels: usize, distance_mm: f64) -> Pose {
+    Pose {
+        size_mm: [size_mm; 2],
+        pixels: [pixels; 2],
+        distance_mm,
+        tilt_x_deg: 0.0,
+        tilt_y_deg: 0.0,
+        rot_z_deg: 0.0,
+        offset_mm: [0.0; 2],
+    }
+}
+
+/// A lobe without symmetry on a coarse, uneven grid, with values that differ at the pole.
+fn rough() -> IntensityDistribution {
+    let c_deg = vec![0.0, 20.0, 65.0, 90.0, 150.0, 210.0, 275.0, 330.0];
+    let gamma_deg = vec![0.0, 2.0, 5.0, 11.0, 20.0, 33.0, 50.0, 71.0, 90.0, 130.0, 180.0];
+    let intensity_cd = c_deg
+        .iter()
+        .flat_map(|c: &f64| {
+            gamma_deg.iter().map(|g: &f64| {
+                300.0 + 700.0 * (-(g / 30.0).powi(2)).exp() * (1.0 + 0.4 * (c.to_radians() + g / 20.0).cos())
+            })
+        })
+        .collect();
+    IntensityDistribution::new(c_deg, gamma_deg, intensity_cd).unwrap()
+}
+
+fn disc(distribution: &IntensityDistribution, radius: f64) -> Source {
+    Source::single(
+        Arc::new(Table::new(distribution)),
+        Shape::Disc {
+            centre: DVec3::ZERO,
+            radius,
+        },
+    )
+}
+
+/// Midpoint sums over `n` × `n` parts of the pixel and `rings` × 4·`rings` parts of the disc.
+fn brute(
+    distribution: &IntensityDistribution,
+    sensor: &Sensor,
+    ix: usize,
+    iy: usize,
+    radius: f64,
+    n: usize,
+    rings: usize,
+) -> f64 {
+    let mut sum = 0.0;
+    let spokes = 4 * rings;
+    for i in 0..n {
+        for j in 0..n {
+            let p = sensor.point(
+                ix as f64 + (i as f64 + 0.5) / n as f64,
+                iy as f64 + (j as f64 + 0.5) / n as f64,
+            );
+            for ring in 0..rings {
+                let r = radius * ((ring as f64 + 0.5) / rings as f64).sqrt();
+                for spoke in 0..spokes {
+                    let (sin, cos) = (TAU * (spoke as f64 + 0.37 * ring as f64) / spokes as f64).sin_cos();
+                    let v = p - DVec3::new(r * cos, r * sin, 0.0);
+                    sum += 1e6 * distribution.toward(v) * sensor.toward.dot(v) / v.length().powi(3);
+                }
+            }
+        }
+    }
+    sum / (n * n * rings * spokes) as f64
+}
+
+#[test]
+fn a_point_source_on_the_axis_obeys_the_inverse_square_law() {
+    // Isotropic 100 cd over a pixel: the exact solid angle of a square is 4·asin(s²/(s² + 4 d²)) for side s.
+    let isotropic = IntensityDistribution::new(vec![0.0], vec![0.0, 180.0], vec![100.0; 2]).unwrap();
+    let sensor = Sensor::new(&pose(400.0, 1, 100.0)).unwrap();
+    let map = inverse::solve(
+        &Source::single(Arc::new(Table::new(&isotropic)), Shape::Point(DVec3::ZERO)),
+        &sensor,
+    );
+    let solid_angle = 4.0 * (1.6e5_f64 / (1.6e5 + 4.0e4)).asin();
+    let expected = 100.0 * solid_angle / 0.16;
+    assert!(
+        (map.illuminance_lx[0] / expected - 1.0).abs() < 1e-9,
+        "{} {expected}",
+        map.illuminance_lx[0]
+    );
+}
+
+#[test]
+fn a_lambertian_disc_obeys_its_form_factor() {
+    // Point on the axis of a Lambertian disc of radius a, intensity I0·cos γ: E = I0/(a² + d²). The table is dense enough
+    // for its own interpolation error, 1/8·Δγ², to stay below 1e-6.
+    let gamma_deg: Vec<f64> = (0..=3600).map(|i| f64::from(i) * 0.025).collect();
+    let intensity = gamma_deg.iter().map(|g| 250.0 * g.to_radians().cos()).collect();
+    let lambert = IntensityDistribution::new(vec![0.0], gamma_deg, intensity).unwrap();
+    for (radius, distance) in [(0.5, 500.0), (20.0, 30.0)] {
+        let sensor = Sensor::new(&pose(1e-3, 1, distance)).unwrap();
+        let map = inverse::solve(&disc(&lambert, radius), &sensor);
+        let expected = 1e6 * 250.0 / (radius * radius + distance * distance);
+        assert!(
+            (map.illuminance_lx[0] / expected - 1.0).abs() < 1e-6,
+            "{} {expected}",
+            map.illuminance_lx[0]
+        );
+    }
+}
+
+#[test]
+fn agrees_with_brute_force_tilted_shifted_and_across_kinks() {
+    let distribution = rough();
+    let tilted = Pose {
+        tilt_x_deg: 25.0,
+        tilt_y_deg: -35.0,
+        rot_z_deg: 70.0,
+        offset_mm: [12.0, -7.0],
+        ..pose(60.0, 8, 60.0)
+    };
+    for (radius, pose) in [
+        (0.5, tilted),
+        (8.0, tilted),
+        (4.0, pose(24.0, 8, 40.0)),
+        (0.5, pose(60.0, 7, 90.0)),
+    ] {
+        let sensor = Sensor::new(&pose).unwrap();
+        let map = inverse::solve_each(&disc(&distribution, radius), &sensor);
+        let pixel = sensor.step_x.length();
+        let (n, rings) = if pixel > radius { (64, 4) } else { (24, 24) };
+        // Brute force cannot follow values that differ at the pole: the pixels stay clear of it.
+        for (ix, iy) in [(0, 0), (6, 2), (1, 5)] {
+            let expected = brute(&distribution, &sensor, ix, iy, radius, n, rings);
+            let found = map.illuminance_lx[iy * sensor.nx + ix];
+            assert!(
+                (found / expected - 1.0).abs() < 2e-5,
+                "pixel {ix} {iy} radius {radius}: {found} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_closed_box_receives_the_flux() {
+    // Six sensors round the lamp, each pixel's mean times its area: nothing may be lost between the faces.
+    let distribution = rough();
+    let flux = distribution.flux().value();
+    for radius in [0.0, 5.0] {
+        let source = if radius == 0.0 {
+            Source::single(Arc::new(Table::new(&distribution)), Shape::Point(DVec3::ZERO))
+        } else {
+            disc(&distribution, radius)
+        };
+        let half = 50.0;
+        let mut caught = 0.0;
+        for (tilt_x_deg, tilt_y_deg) in [
+            (0.0, 0.0),
+            (180.0, 0.0),
+            (90.0, 0.0),
+            (-90.0, 0.0),
+            (0.0, 90.0),
+            (0.0, -90.0),
+        ] {
+            let face = Pose {
+                tilt_x_deg,
+                tilt_y_deg,
+                ..pose(2.0 * half, 3, 0.0)
+            };
+            let toward = Sensor::new(&face).unwrap().toward * half;
+            let face = Pose {
+                distance_mm: toward.z,
+                offset_mm: [toward.x, toward.y],
+                ..face
+            };
+            let sensor = Sensor::new(&face).unwrap();
+            let map = inverse::solve(&source, &sensor);
+            caught += map.illuminance_lx.iter().sum::<f64>() * sensor.pixel_area_m2();
+        }
+        assert!(
+            (caught / flux - 1.0).abs() < 1e-6,
+            "radius {radius}: {caught} lm of {flux} lm"
+        );
+    }
+}
+
+#[test]
+fn tiles_change_nothing() {
+    let distribution = rough();
+    let sensor = Sensor::new(&Pose {
+        tilt_x_deg: 10.0,
+        offset_mm: [3.0, 2.0],
+        ..pose(10.0, 40, 150.0)
+    })
+    .unwrap();
+    let source = disc(&distribution, 0.5);
+    let (tiled, each) = (inverse::solve(&source, &sensor), inverse::solve_each(&source, &sensor));
+    for (a, b) in tiled.illuminance_lx.iter().zip(&each.illuminance_lx) {
+        assert!((a / b - 1.0).abs() < 2e-6, "{a} {b}");
+    }
+}
+
+#[test]
+fn a_ring_is_the_mean_of_its_points() {
+    let distribution = rough();
+    let table = Arc::new(Table::new(&distribution));
+    let sensor = Sensor::new(&pose(10.0, 2, 80.0)).unwrap();
+    let found = inverse::solve(&Source::ring(&table, DVec3::ZERO, 22.0, 34.0), &sensor);
+    let mut sum = 0.0;
+    let (rings, spokes) = (20, 720);
+    for ring in 0..rings {
+        let r = (22.0_f64.powi(2) + (34.0_f64.powi(2) - 22.0_f64.powi(2)) * (f64::from(ring) + 0.5) / f64::from(rings))
+            .sqrt();
+        for spoke in 0..spokes {
+            let (sin, cos) = (2.0 * PI * f64::from(spoke) / f64::from(spokes)).sin_cos();
+            for part in 0..36 {
+                let (s, t) = ((f64::from(part % 6) + 0.5) / 6.0, (f64::from(part / 6) + 0.5) / 6.0);
+                let v = sensor.point(s, t) - DVec3::new(r * cos, r * sin, 0.0);
+                sum += 1e6 * distribution.toward(v) * v.z / v.length().powi(3);
+            }
+        }
+    }
+    let expected = sum / f64::from(rings * spokes * 36);
+    assert!(
+        (found.illuminance_lx[0] / expected - 1.0).abs() < 3e-5,
+        "{} {expected}",
+        found.illuminance_lx[0]
+    );
+}
