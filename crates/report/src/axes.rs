@@ -8,6 +8,7 @@ pub struct Scale {
     low: f64,
     high: f64,
     logarithmic: bool,
+    step: Option<f64>,
 }
 
 impl Scale {
@@ -23,6 +24,7 @@ impl Scale {
             low,
             high,
             logarithmic: false,
+            step: None,
         }
     }
 
@@ -54,7 +56,15 @@ impl Scale {
             low,
             high,
             logarithmic: true,
+            step: None,
         }
+    }
+
+    /// The same linear axis with a tick every `step`, such as 30 for angles.
+    #[must_use]
+    pub fn every(mut self, step: f64) -> Self {
+        self.step = (step > 0.0 && (self.high - self.low) / step < 100.0).then_some(step);
+        self
     }
 
     /// The axis's ends.
@@ -77,7 +87,7 @@ impl Scale {
             let (from, to) = (self.low.log10().ceil() as i32, self.high.log10().floor() as i32);
             return (from..=to).map(|exponent| 10f64.powi(exponent)).collect();
         }
-        let step = tick_step(self.high - self.low);
+        let step = self.step.unwrap_or_else(|| tick_step(self.high - self.low));
         let (from, to) = (
             (self.low / step - 1e-9).ceil() as i64,
             (self.high / step + 1e-9).floor() as i64,

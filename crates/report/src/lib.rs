@@ -5,4 +5,5 @@
 
 pub mod axes;
 pub mod html;
+pub mod plots;
 pub mod svg;

@@ -1,0 +1,69 @@
+//! Cartesian intensity diagram: intensity over γ, the far half of each plane at negative γ.
+
+use isolux_photometry::IntensityDistribution;
+
+use super::PolarOptions;
+use crate::axes::{Frame, Scale};
+use crate::svg::{Anchor, Stroke, Svg, colour};
+
+/// C180–C0 solid red and C270–C90 dashed blue, over γ from −γ_max to γ_max; a rotational distribution from 0.
+pub fn cartesian(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
+    let (factor, unit) = options.scale();
+    let last = distribution.gamma_deg().last().copied().unwrap_or(180.0);
+    let rotational = distribution.is_rotational();
+    let mut svg = Svg::new(720.0, 440.0, &format!("Intensity over γ {}", options.title));
+    svg.text((390.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
+    let frame = Frame {
+        left: 78.0,
+        top: 44.0,
+        width: 618.0,
+        height: 310.0,
+        x: Scale::linear(if rotational { 0.0 } else { -last }, last).every(if last > 60.0 { 30.0 } else { 10.0 }),
+        y: Scale::around(distribution.intensity_cd().iter().map(|v| v * factor), true),
+    };
+    frame.draw(
+        &mut svg,
+        if rotational {
+            "γ in °"
+        } else {
+            "γ in ° (negative: C180, C270)"
+        },
+        &format!("intensity in {unit}"),
+    );
+    let steps = (2.0 * last).ceil().max(1.0) as i32;
+    let planes: &[(f64, f64, &str, Stroke<'_>)] = if rotational {
+        &[(0.0, 0.0, "all C planes", Stroke::solid(colour::C0, 2.0))]
+    } else {
+        &[
+            (90.0, 270.0, "C270–C90", Stroke::dashed(colour::C90, 2.0)),
+            (0.0, 180.0, "C180–C0", Stroke::solid(colour::C0, 2.0)),
+        ]
+    };
+    for (k, &(near, far, name, stroke)) in planes.iter().enumerate() {
+        let from = if rotational { 0 } else { -steps };
+        svg.polyline(
+            (from..=steps).map(|i| {
+                let gamma = last * f64::from(i) / f64::from(steps);
+                let c = if i < 0 { far } else { near };
+                frame.at(gamma, factor * distribution.intensity_cd_at(c, gamma.abs()))
+            }),
+            stroke,
+        );
+        let x = 90.0 + 150.0 * k as f64;
+        svg.line((x, 416.0), (x + 34.0, 416.0), stroke);
+        svg.text((x + 42.0, 420.0), 12.0, Anchor::Start, colour::INK, name);
+    }
+    svg.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn negative_readings_stay_on_the_picture() {
+        let d = IntensityDistribution::new(vec![0.0, 180.0], vec![0.0, 90.0], vec![10.0, -1.0, 10.0, 2.0]).unwrap();
+        let out = cartesian(&d, &PolarOptions::default());
+        assert!(out.contains("C180–C0") && !out.contains("NaN"));
+    }
+}
