@@ -106,7 +106,8 @@ impl Source<'_> {
                     None if depth == 0 => table.get_ref().get_key_value(step),
                     None => None,
                     Some(value) => match value.get_ref() {
-                        DeValue::Table(inner) => inner.get_key_value(step),
+                        // `list|range`: whichever of the two the file has.
+                        DeValue::Table(inner) => step.split('|').find_map(|name| inner.get_key_value(name)),
                         DeValue::Array(inner) => {
                             place = step.parse::<usize>().ok().and_then(|index| inner.get(index));
                             match place {
@@ -224,6 +225,7 @@ mod tests {
         };
         assert_eq!(source.locate(&Fault::new("block.1.kind", "bad")).line, Some(6));
         assert_eq!(source.locate(&Fault::new("block.1.order", "bad")).line, Some(4));
+        assert_eq!(source.locate(&Fault::new("block.0.label|name", "bad")).line, Some(3));
         assert_eq!(source.locate(&Fault::new("nowhere", "bad")).line, None);
     }
 }

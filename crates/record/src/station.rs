@@ -166,6 +166,21 @@ pub struct Lamp {
     /// Largest extent of the luminous area: decides the distance class.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter_mm: Option<f64>,
+    /// When the lamp counts as stable; without it EN 13032-4: 30 min on, then 0.5 % over 15 min.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stable: Option<Stable>,
+}
+
+/// Stabilisation of the lamp: on for at least `least_s`, and (max − min)/mean over the last `window_s` below `spread_rel`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stable {
+    /// Least time on.
+    pub least_s: f64,
+    /// Length of the window.
+    pub window_s: f64,
+    /// Allowed relative spread over it.
+    pub spread_rel: f64,
 }
 
 /// An instrument, or a person who is asked.
@@ -296,6 +311,11 @@ impl TryFrom<StationDocument> for Station {
         if let Some(lamp) = &station.lamp {
             one_of("lamp", lamp.open.as_deref(), lamp.prompt.as_deref())?;
             optional_positive("lamp.diameter_mm", lamp.diameter_mm)?;
+            if let Some(stable) = &lamp.stable {
+                positive("lamp.stable.least_s", stable.least_s)?;
+                positive("lamp.stable.window_s", stable.window_s)?;
+                positive("lamp.stable.spread_rel", stable.spread_rel)?;
+            }
         }
         for (name, access) in [
             ("shutter", &station.shutter),

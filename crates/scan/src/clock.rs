@@ -1,0 +1,52 @@
+//! Seconds of the run and UTC, both from the one clock that a test can pause.
+
+use jiff::Timestamp;
+use tokio::time::Instant;
+
+/// Ties [`Instant`]s to UTC. Made once at the start of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct RunClock {
+    start: Instant,
+    start_utc: Timestamp,
+}
+
+impl RunClock {
+    /// A clock that reads `start_utc` now.
+    pub fn starting(start_utc: Timestamp) -> Self {
+        Self {
+            start: Instant::now(),
+            start_utc,
+        }
+    }
+
+    /// Seconds from the start to `at`; negative before it.
+    pub fn seconds(&self, at: Instant) -> f64 {
+        match at.checked_duration_since(self.start) {
+            Some(after) => after.as_secs_f64(),
+            None => -self.start.duration_since(at).as_secs_f64(),
+        }
+    }
+
+    /// UTC of `at`, RFC 3339.
+    pub fn utc(&self, at: Instant) -> String {
+        let nanoseconds = (self.seconds(at) * 1e9).round();
+        let span = jiff::SignedDuration::from_nanos(nanoseconds as i64);
+        self.start_utc.checked_add(span).unwrap_or(self.start_utc).to_string()
+    }
+
+    /// UTC of now, RFC 3339.
+    pub fn utc_now(&self) -> String {
+        self.utc(Instant::now())
+    }
+
+    /// Seconds from the start of this clock to a UTC that was written earlier; none if it is no time.
+    pub fn seconds_of_utc(&self, utc: &str) -> Option<f64> {
+        let at: Timestamp = utc.parse().ok()?;
+        Some(at.duration_since(self.start_utc).as_secs_f64())
+    }
+}
+
+/// Rounds to the microsecond: finer times are noise of the scheduler and only lengthen the record.
+pub(crate) fn microseconds(seconds: f64) -> f64 {
+    (seconds * 1e6).round() / 1e6
+}

@@ -1,0 +1,378 @@
+//! What a plan asks of a station, before anything moves.
+
+use isolux_record::document::Fault;
+use isolux_record::plan::{Block, Instrument, Plan, Repeats};
+use isolux_record::station::{Access, Axis};
+use isolux_record::{ReadingKind, Role, Station};
+use serde::Serialize;
+
+use crate::itinerary::{Visit, visits};
+use crate::warmup::Criterion;
+
+/// Readings that a settled point needs at least, and the wait for each: T-10A class meters renew every 0.5 s and one
+/// conversion is let pass.
+const SETTLE_READINGS: f64 = 2.0;
+const READING_S: f64 = 1.0;
+/// Position checks after a move.
+const POSITION_CHECK_S: f64 = 0.15;
+/// A spectrum with its exposure search and its dark.
+const SPECTRUM_S: f64 = 20.0;
+
+/// Points, travel, time, limits and distance class of a plan on a station.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DryRun {
+    /// Points of the plan.
+    pub points: u64,
+    /// Visits to the reference point.
+    pub references: u64,
+    /// Readings of the lux meter at least; a block with `u_rel` may take more.
+    pub readings: u64,
+    /// Spectra.
+    pub spectra: u64,
+    /// Way of the C axis.
+    pub travel_c_deg: f64,
+    /// Way of the γ axis.
+    pub travel_gamma_deg: f64,
+    /// Time of all motion.
+    pub motion_s: f64,
+    /// Time of all readings, at least.
+    pub reading_s: f64,
+    /// Time of the warm-up, at least.
+    pub warm_up_s: f64,
+    /// All of it.
+    pub total_s: f64,
+    /// Times a person is asked.
+    pub prompts: u64,
+    /// One entry a block.
+    pub blocks: Vec<BlockSummary>,
+    /// What should be known before the plan is run.
+    pub notes: Vec<String>,
+}
+
+/// One block of a dry run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BlockSummary {
+    /// Its name.
+    pub name: String,
+    /// What the detector can see.
+    pub kind: ReadingKind,
+    /// Points.
+    pub points: u64,
+    /// Distance of the detector.
+    pub distance_mm: f64,
+    /// Its class.
+    pub distance_class: DistanceClass,
+}
+
+/// Distance against the largest extent D of the luminous area, as EN 13032-4 asks of far-field photometry: at least 5 D for
+/// a Lambertian distribution, 10 D for a broad one, 15 D for a narrow one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "class", content = "distance_over_extent")]
+pub enum DistanceClass {
+    /// The station does not give `lamp.diameter_mm`.
+    Unknown,
+    /// Below 5 D: near field.
+    NearField(f64),
+    /// 5 D to 10 D: far field of a Lambertian luminaire alone.
+    Lambertian(f64),
+    /// 10 D to 15 D: far field of a broad beam.
+    Broad(f64),
+    /// 15 D and more: far field of a narrow beam too.
+    Narrow(f64),
+}
+
+impl DistanceClass {
+    /// The class of `distance_mm` for a luminous area of largest extent `extent_mm`.
+    pub fn of(distance_mm: f64, extent_mm: Option<f64>) -> Self {
+        let Some(extent_mm) = extent_mm else {
+            return Self::Unknown;
+        };
+        let ratio = distance_mm / extent_mm;
+        if ratio < 5.0 {
+            Self::NearField(ratio)
+        } else if ratio < 10.0 {
+            Self::Lambertian(ratio)
+        } else if ratio < 15.0 {
+            Self::Broad(ratio)
+        } else {
+            Self::Narrow(ratio)
+        }
+    }
+}
+
+impl std::fmt::Display for DistanceClass {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Unknown => f.write_str("not known: the station gives no lamp.diameter_mm"),
+            Self::NearField(ratio) => write!(f, "{ratio:.1} D: near field, I = E·d² does not hold"),
+            Self::Lambertian(ratio) => write!(f, "{ratio:.1} D: far field of a Lambertian luminaire alone (≥ 5 D)"),
+            Self::Broad(ratio) => write!(f, "{ratio:.1} D: far field of a broad beam (≥ 10 D)"),
+            Self::Narrow(ratio) => write!(f, "{ratio:.1} D: far field of any beam (≥ 15 D)"),
+        }
+    }
+}
+
+/// Interprets `plan` on `station`.
+///
+/// # Errors
+/// A [`Fault`] with the plan's key for a pose outside an axis' limits, an instrument that the station lacks, a switch that
+/// nobody would throw.
+pub fn dry_run(station: &Station, plan: &Plan) -> Result<DryRun, Fault> {
+    for (index, block) in plan.blocks().iter().enumerate() {
+        check_block(station, index, block)?;
+    }
+    let visits = visits(plan);
+    let mut run = DryRun {
+        points: 0,
+        references: 0,
+        readings: 0,
+        spectra: 0,
+        travel_c_deg: 0.0,
+        travel_gamma_deg: 0.0,
+        motion_s: 0.0,
+        reading_s: 0.0,
+        warm_up_s: 0.0,
+        total_s: 0.0,
+        prompts: plan.blocks().iter().filter(|block| block.prompt.is_some()).count() as u64,
+        blocks: plan.blocks().iter().map(|block| summary(station, block)).collect(),
+        notes: notes(station, plan),
+    };
+    if plan.blocks().iter().any(|block| block.kind.needs_lamp()) {
+        run.warm_up_s = Criterion::of(station).least_s();
+    }
+    // Where the axes stand before the first visit is not known; homing ends at the drive's own zero.
+    let mut at: Option<(f64, f64)> = None;
+    for visit in &visits {
+        add_visit(&mut run, station, plan, visit, at);
+        at = Some((visit.c_deg, visit.gamma_deg));
+        if visit.role == Role::Point {
+            run.blocks[visit.block].points += 1;
+        }
+    }
+    run.total_s = run.warm_up_s + run.motion_s + run.reading_s;
+    Ok(run)
+}
+
+fn add_visit(run: &mut DryRun, station: &Station, plan: &Plan, visit: &Visit, from: Option<(f64, f64)>) {
+    let block = &plan.blocks()[visit.block];
+    if let Some((c, gamma)) = from {
+        let (way_c, way_gamma) = ((visit.c_deg - c).abs(), (visit.gamma_deg - gamma).abs());
+        run.travel_c_deg += way_c;
+        run.travel_gamma_deg += way_gamma;
+        run.motion_s +=
+            duration(station.axis_c(), way_c).max(duration(station.axis_gamma(), way_gamma)) + POSITION_CHECK_S;
+    }
+    match visit.role {
+        Role::Reference => run.references += 1,
+        Role::Point => run.points += 1,
+    }
+    if block.instrument == Instrument::Spectroradiometer {
+        run.spectra += 1;
+        run.reading_s += SPECTRUM_S;
+        return;
+    }
+    let readings = match block.repeats {
+        Repeats::Exactly(count) if visit.role == Role::Point => f64::from(count),
+        _ => 1.0,
+    };
+    run.readings += readings as u64;
+    run.reading_s += (SETTLE_READINGS - 1.0 + readings) * READING_S;
+}
+
+fn duration(axis: &Axis, way_deg: f64) -> f64 {
+    let ramp = axis.speed_deg_s * axis.speed_deg_s / axis.accel_deg_s2;
+    if way_deg < ramp {
+        2.0 * (way_deg / axis.accel_deg_s2).sqrt()
+    } else {
+        way_deg / axis.speed_deg_s + axis.speed_deg_s / axis.accel_deg_s2
+    }
+}
+
+fn summary(station: &Station, block: &Block) -> BlockSummary {
+    let distance_mm = distance_mm(station, block);
+    let extent = station.lamp().and_then(|lamp| lamp.diameter_mm);
+    BlockSummary {
+        name: block.name.clone(),
+        kind: block.kind,
+        points: 0,
+        distance_mm,
+        distance_class: DistanceClass::of(distance_mm, extent),
+    }
+}
+
+/// The distance at which a block is read.
+pub fn distance_mm(station: &Station, block: &Block) -> f64 {
+    block
+        .distance_mm
+        .unwrap_or_else(|| own_distance_mm(station, block.instrument))
+}
+
+fn own_distance_mm(station: &Station, instrument: Instrument) -> f64 {
+    match (instrument, station.spectroradiometer()) {
+        (Instrument::Spectroradiometer, Some(spectro)) => spectro.distance_mm,
+        _ => station.bench().distance_mm,
+    }
+}
+
+fn check_block(station: &Station, index: usize, block: &Block) -> Result<(), Fault> {
+    let key = |name: &str| format!("block.{index}.{name}");
+    let fault = |path: String, message: String| Err(Fault { path, message });
+    // The plan says angles either as a list or as a range; the fault is located at the one that is there.
+    for (axis_name, axis, angles, list, range) in [
+        ("C", station.axis_c(), &block.c_deg, "c_deg", "c_range"),
+        ("γ", station.axis_gamma(), &block.gamma_deg, "gamma_deg", "gamma_range"),
+    ] {
+        let [low, high] = axis.limit_deg;
+        if let Some(angle) = angles.iter().find(|angle| !(low..=high).contains(*angle)) {
+            return fault(
+                format!("{}|{range}", key(list)),
+                format!(
+                    "block `{}`: {axis_name} = {angle}° is outside the axis' limits {low}°…{high}°; \
+                     shorten the plan or correct limit_deg in the station",
+                    block.name
+                ),
+            );
+        }
+        if block.reference_every.is_some() && !(low..=high).contains(&0.0) {
+            return fault(
+                key("reference_every"),
+                format!("the reference point {axis_name} = 0° is outside {low}°…{high}°"),
+            );
+        }
+    }
+    if let Some(distance) = block.distance_mm
+        && distance != own_distance_mm(station, block.instrument)
+        && block.prompt.is_none()
+        && station.rail().is_none()
+    {
+        return fault(
+            key("distance_mm"),
+            format!(
+                "block `{}` needs the detector at {distance} mm; add a `prompt`, or a [rail] to the station",
+                block.name
+            ),
+        );
+    }
+    if block.instrument == Instrument::Spectroradiometer {
+        if station.spectroradiometer().is_none() {
+            return fault(key("instrument"), "the station has no [spectroradiometer]".to_owned());
+        }
+        if station.shutter().is_none() {
+            return fault(
+                key("instrument"),
+                "a spectrum needs its dark: the station has no [shutter]".to_owned(),
+            );
+        }
+        if matches!(block.repeats, Repeats::Exactly(count) if count < 2) {
+            return fault(
+                key("instrument"),
+                "a spectrum is a mean of at least 2; add `repeats`".to_owned(),
+            );
+        }
+    }
+    let thrown = |access: Option<&Access>| access.is_some() || block.prompt.is_some();
+    let (missing, switch) = match block.kind {
+        ReadingKind::Lit => (false, ""),
+        ReadingKind::Baffled => (!thrown(station.baffle()), "baffle"),
+        ReadingKind::Capped => (!thrown(station.shutter()), "shutter"),
+        ReadingKind::LampOff => (station.lamp().is_none() && block.prompt.is_none(), "lamp"),
+    };
+    if missing {
+        return fault(
+            key("kind"),
+            format!(
+                "block `{}` is {}, but the station has no [{switch}]; add it, or a `prompt` to the block",
+                block.name, block.kind
+            ),
+        );
+    }
+    Ok(())
+}
+
+fn notes(station: &Station, plan: &Plan) -> Vec<String> {
+    let mut notes = Vec::new();
+    let has = |kind| plan.blocks().iter().any(|block| block.kind == kind);
+    let lit = has(ReadingKind::Lit);
+    if lit && !has(ReadingKind::Capped) && !has(ReadingKind::LampOff) {
+        notes.push("no lamp_off or capped block: the meter's offset will not be corrected".to_owned());
+    }
+    if lit && !has(ReadingKind::Baffled) {
+        notes.push("no baffled block: stray light made by the lamp will not be corrected".to_owned());
+    }
+    if !plan.blocks().iter().any(|block| block.reference_every.is_some()) && lit {
+        notes.push("no reference_every: drift will not be corrected".to_owned());
+    }
+    let mut lamp_was_on = false;
+    let mut switched_off = false;
+    for block in plan.blocks() {
+        match block.kind {
+            ReadingKind::LampOff if lamp_was_on => switched_off = true,
+            kind if kind.needs_lamp() => {
+                if switched_off {
+                    notes.push(format!(
+                        "block `{}` follows a lamp_off block: the lamp must warm up again",
+                        block.name
+                    ));
+                    switched_off = false;
+                }
+                lamp_was_on = true;
+            }
+            _ => {}
+        }
+    }
+    if station.lamp().is_none() && lit {
+        notes.push("the station has no [lamp]: it is taken to be on since the start".to_owned());
+    }
+    if station.bench().u_distance_mm.is_none() {
+        notes.push("bench.u_distance_mm is not given: the budget will lack the distance".to_owned());
+    }
+    notes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{PLAN_HEAD, station};
+    use camino::Utf8Path;
+
+    fn run(blocks: &str) -> Result<DryRun, Fault> {
+        dry_run(
+            &station(),
+            &Plan::parse(Utf8Path::new("p.toml"), &format!("{PLAN_HEAD}{blocks}")).unwrap(),
+        )
+    }
+
+    #[test]
+    fn counts_the_day() {
+        let day = run("[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_range = [0, 360, 15]\ngamma_range = [0, 180, 2]\nreference_every = 91\n").unwrap();
+        assert_eq!((day.points, day.references), (2275, 26));
+        assert_eq!(
+            day.travel_c_deg,
+            24.0 * 15.0 + (0..25).map(|i| 15.0 * f64::from(i)).sum::<f64>() * 2.0 - 24.0 * 15.0
+        );
+        // Each plane 180° up; then back to 0 for the reference.
+        assert_eq!(day.travel_gamma_deg, 25.0 * 360.0);
+        assert!(day.warm_up_s >= 1800.0);
+        assert!(matches!(day.blocks[0].distance_class, DistanceClass::Narrow(_)));
+        assert_eq!(
+            day.notes.iter().filter(|note| note.starts_with("no ")).count(),
+            2,
+            "{:?}",
+            day.notes
+        );
+    }
+
+    #[test]
+    fn refuses_what_the_station_cannot() {
+        let outside = run("[[block]]\nname = \"a\"\nkind = \"lit\"\nc_deg = [0, 366]\ngamma_deg = [0]\n").unwrap_err();
+        assert!(
+            outside.path.starts_with("block.0.c_deg") && outside.message.contains("366"),
+            "{outside}"
+        );
+        let far =
+            run("[[block]]\nname = \"a\"\nkind = \"lit\"\nc_deg = 0\ngamma_deg = 0\ndistance_mm = 5000\n").unwrap_err();
+        assert_eq!(far.path, "block.0.distance_mm");
+        let prompted = "[[block]]\nname = \"a\"\nkind = \"lit\"\nc_deg = 0\ngamma_deg = 0\ndistance_mm = 5000\nprompt = \"move it\"\n";
+        assert_eq!(run(prompted).unwrap().prompts, 1);
+    }
+}

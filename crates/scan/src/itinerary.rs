@@ -1,0 +1,128 @@
+//! Plan → the sequence of visits that the engine makes.
+
+use isolux_record::Role;
+use isolux_record::plan::{Block, Order, Plan};
+
+/// One visit: a pose to drive to, and why.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Visit {
+    /// Number of the block in the plan.
+    pub block: usize,
+    /// A point of the plan, or the reference point.
+    pub role: Role,
+    /// Number of the plan's point over all blocks, from 0. A reference visit carries the number of the point that follows,
+    /// or, at the end of a block, one past its last.
+    pub point: u64,
+    /// Target C in degrees.
+    pub c_deg: f64,
+    /// Target γ in degrees.
+    pub gamma_deg: f64,
+}
+
+/// The reference point: C 0°, γ 0°.
+pub const REFERENCE_DEG: (f64, f64) = (0.0, 0.0);
+
+/// Every visit of a plan in order. With `reference_every = n` a block begins and ends at the reference point and returns
+/// to it after every n points.
+pub fn visits(plan: &Plan) -> Vec<Visit> {
+    let mut visits = Vec::new();
+    let mut point = 0;
+    for (index, block) in plan.blocks().iter().enumerate() {
+        let reference = |point| Visit {
+            block: index,
+            role: Role::Reference,
+            point,
+            c_deg: REFERENCE_DEG.0,
+            gamma_deg: REFERENCE_DEG.1,
+        };
+        let mut since_reference = 0;
+        if block.reference_every.is_some() {
+            visits.push(reference(point));
+        }
+        for (c_deg, gamma_deg) in poses(block) {
+            if block.reference_every.is_some_and(|every| since_reference == every) {
+                visits.push(reference(point));
+                since_reference = 0;
+            }
+            visits.push(Visit {
+                block: index,
+                role: Role::Point,
+                point,
+                c_deg,
+                gamma_deg,
+            });
+            point += 1;
+            since_reference += 1;
+        }
+        if block.reference_every.is_some() {
+            visits.push(reference(point));
+        }
+    }
+    visits
+}
+
+fn poses(block: &Block) -> Vec<(f64, f64)> {
+    let mut poses = Vec::with_capacity(block.c_deg.len() * block.gamma_deg.len());
+    for (plane, &c) in block.c_deg.iter().enumerate() {
+        let forward = block.gamma_deg.iter().map(|&gamma| (c, gamma));
+        let reverse = block.gamma_deg.iter().rev().map(|&gamma| (c, gamma));
+        match block.order {
+            Order::Forward => poses.extend(forward),
+            Order::Reverse => poses.extend(reverse),
+            Order::Serpentine if plane % 2 == 0 => poses.extend(forward),
+            Order::Serpentine => poses.extend(reverse),
+            Order::Both => poses.extend(forward.chain(reverse)),
+        }
+    }
+    poses
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use camino::Utf8Path;
+
+    fn plan(extra: &str) -> Plan {
+        let text = format!(
+            "format = \"isolux-plan/1\"\n[[block]]\nname = \"a\"\nkind = \"lit\"\nc_deg = [0, 90]\ngamma_deg = [0, 10, 20]\n{extra}\n"
+        );
+        Plan::parse(Utf8Path::new("p.toml"), &text).unwrap()
+    }
+
+    fn gammas(extra: &str) -> Vec<f64> {
+        visits(&plan(extra))
+            .iter()
+            .filter(|visit| visit.role == Role::Point)
+            .map(|visit| visit.gamma_deg)
+            .collect()
+    }
+
+    #[test]
+    fn orders_are_what_they_are_called() {
+        assert_eq!(gammas(""), [0.0, 10.0, 20.0, 0.0, 10.0, 20.0]);
+        assert_eq!(gammas("order = \"reverse\""), [20.0, 10.0, 0.0, 20.0, 10.0, 0.0]);
+        assert_eq!(gammas("order = \"serpentine\""), [0.0, 10.0, 20.0, 20.0, 10.0, 0.0]);
+        assert_eq!(gammas("order = \"both\"").len(), 12);
+    }
+
+    #[test]
+    fn the_reference_is_visited_first_between_and_last() {
+        let visits = visits(&plan("reference_every = 4"));
+        let roles: Vec<_> = visits
+            .iter()
+            .map(|visit| (visit.role == Role::Reference, visit.point))
+            .collect();
+        assert_eq!(roles[0], (true, 0));
+        assert_eq!(roles[5], (true, 4));
+        assert_eq!(roles[8], (true, 6));
+        assert_eq!(roles.len(), 9);
+        assert_eq!(
+            visits
+                .iter()
+                .filter(|v| v.role == Role::Point)
+                .map(|v| v.point)
+                .collect::<Vec<_>>(),
+            [0, 1, 2, 3, 4, 5]
+        );
+    }
+}

@@ -1,0 +1,28 @@
+//! Plan → points → dry run → run.
+//!
+//! [`Engine::run`] homes, warms up until the lamp is stable, moves, waits until position *and* reading have settled,
+//! reads, records, visits the reference point, and stops the axes on every exit. All waiting is on `tokio::time`, so that
+//! hours pass in seconds where the clock is paused; nothing ever sleeps for "long enough".
+
+pub mod cancel;
+pub mod clock;
+pub mod devices;
+pub mod dry_run;
+pub mod engine;
+pub mod error;
+pub mod itinerary;
+pub mod motion;
+pub mod observe;
+pub mod settle;
+pub mod spectrum;
+pub mod warmup;
+
+#[cfg(test)]
+mod testing;
+
+pub use cancel::Cancel;
+pub use devices::{CalibratedSpectro, Devices, Nobody, Operator, Request, TwoState};
+pub use dry_run::{DistanceClass, DryRun, dry_run};
+pub use engine::{Engine, ScanSummary};
+pub use error::{ScanError, ScanErrorKind};
+pub use observe::{Observer, ScanEvent, Silent};

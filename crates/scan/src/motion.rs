@@ -1,0 +1,251 @@
+//! Moving both axes, waiting until they rest where they were sent, and stopping them.
+
+use std::time::Duration;
+
+use isolux_device::{Axis, AxisPosition, DeviceError, ErrorKind};
+use isolux_record::Station;
+use isolux_units::AxisAngle;
+use tokio::time::{Instant, sleep, timeout_at};
+
+use crate::devices::Devices;
+use crate::error::ScanError;
+
+/// Consecutive positions within tolerance, at rest, before a move counts as done.
+const POSITIONS_IN_TOLERANCE: u32 = 3;
+const BETWEEN_POSITIONS: Duration = Duration::from_millis(50);
+/// A driver ends a move by its own deadline; this much later it is taken for dead.
+const DRIVER_GRACE: Duration = Duration::from_secs(5);
+/// How long a stop may take to be verified before it counts as failed.
+const STOP_WITHIN: Duration = Duration::from_secs(30);
+
+/// Both axes at rest, read back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// C in degrees.
+    pub c_deg: f64,
+    /// γ in degrees, signed.
+    pub gamma_deg: f64,
+    /// Since when they rest: light after this moment is light of this pose.
+    pub rest_at: Instant,
+}
+
+/// Both axes, moved together.
+pub struct Axes<'a> {
+    c: &'a dyn Axis,
+    gamma: &'a dyn Axis,
+    tolerance_c_deg: f64,
+    tolerance_gamma_deg: f64,
+    travel: i8,
+}
+
+impl<'a> Axes<'a> {
+    /// The axes of `devices`, with the tolerances of `station`. Their last direction of travel is not known.
+    pub fn new(devices: &'a Devices, station: &Station) -> Self {
+        Self {
+            c: devices.axis_c.as_ref(),
+            gamma: devices.axis_gamma.as_ref(),
+            tolerance_c_deg: station.axis_c().tolerance_deg(),
+            tolerance_gamma_deg: station.axis_gamma().tolerance_deg(),
+            travel: 0,
+        }
+    }
+
+    /// Sign of the last non-zero γ motion, held through C moves and repeats; 0 before the first and after homing.
+    pub fn travel(&self) -> i8 {
+        self.travel
+    }
+
+    /// Homes both axes, γ first: the luminaire then hangs as the mount expects it before it is turned.
+    ///
+    /// # Errors
+    /// What the drives report.
+    pub async fn home(&mut self) -> Result<Pose, ScanError> {
+        self.travel = 0;
+        for (role, axis) in [("axis.gamma", self.gamma), ("axis.c", self.c)] {
+            let settings = axis.settings();
+            let way = settings.limit().1.value() - settings.limit().0.value();
+            // Out to the switch and back slowly: several times the whole travel, and a minute for the search itself.
+            let deadline = Instant::now() + 5 * settings.duration(way) + Duration::from_secs(60);
+            let homed = timeout_at(deadline + DRIVER_GRACE, axis.home(deadline)).await;
+            let position = homed
+                .map_err(|_| dead(role, axis, "home"))?
+                .map_err(ScanError::device(role))?;
+            if !position.homed {
+                let source = DeviceError::Fault {
+                    device: axis.identity().target.clone(),
+                    action: "home".to_owned(),
+                    reason: "the axis says that it has no reference after homing".to_owned(),
+                    evidence: Vec::new(),
+                };
+                return Err(ScanError::Device { role, source });
+            }
+        }
+        self.pose().await
+    }
+
+    /// Where the axes are now.
+    ///
+    /// # Errors
+    /// What the drives report.
+    pub async fn pose(&self) -> Result<Pose, ScanError> {
+        let c = self.c.position().await.map_err(ScanError::device("axis.c"))?;
+        let gamma = self.gamma.position().await.map_err(ScanError::device("axis.gamma"))?;
+        Ok(Pose {
+            c_deg: c.angle.value(),
+            gamma_deg: gamma.angle.value(),
+            rest_at: c.at.max(gamma.at),
+        })
+    }
+
+    /// Moves both axes at once and returns when both have rested within tolerance of their targets for
+    /// several consecutive positions.
+    ///
+    /// # Errors
+    /// What the drives report; [`ScanError::Position`] when an axis rests elsewhere.
+    pub async fn go_to(&mut self, c_deg: f64, gamma_deg: f64) -> Result<Pose, ScanError> {
+        let angle = |role: &'static str, axis: &dyn Axis, degrees: f64| {
+            AxisAngle::new(degrees).map_err(|_| ScanError::Device {
+                role,
+                source: DeviceError::OutOfTravel {
+                    device: axis.identity().target.clone(),
+                    wanted_deg: degrees,
+                    from_deg: axis.settings().limit().0.value(),
+                    to_deg: axis.settings().limit().1.value(),
+                },
+            })
+        };
+        let to_c = angle("axis.c", self.c, c_deg)?;
+        let to_gamma = angle("axis.gamma", self.gamma, gamma_deg)?;
+        let motion_c = self.c.start_move(to_c).await.map_err(ScanError::device("axis.c"))?;
+        let motion_gamma = self
+            .gamma
+            .start_move(to_gamma)
+            .await
+            .map_err(ScanError::device("axis.gamma"))?;
+        let scale = self.gamma.settings().scale();
+        let way = motion_gamma.target.value() - scale.angle(motion_gamma.from_steps).value();
+        if motion_gamma.target_steps != motion_gamma.from_steps {
+            self.travel = if way > 0.0 { 1 } else { -1 };
+        }
+        let finish_c = timeout_at(motion_c.deadline + DRIVER_GRACE, self.c.finish_move(motion_c));
+        let finish_gamma = timeout_at(
+            motion_gamma.deadline + DRIVER_GRACE,
+            self.gamma.finish_move(motion_gamma),
+        );
+        let (done_c, done_gamma) = tokio::join!(finish_c, finish_gamma);
+        done_c
+            .map_err(|_| dead("axis.c", self.c, "finish a move"))?
+            .map_err(ScanError::device("axis.c"))?;
+        done_gamma
+            .map_err(|_| dead("axis.gamma", self.gamma, "finish a move"))?
+            .map_err(ScanError::device("axis.gamma"))?;
+        let deadline = motion_c.deadline.max(motion_gamma.deadline) + DRIVER_GRACE;
+        self.rest_at((motion_c.target.value(), motion_gamma.target.value()), deadline)
+            .await
+    }
+
+    async fn rest_at(&self, target: (f64, f64), deadline: Instant) -> Result<Pose, ScanError> {
+        let mut since: Option<Instant> = None;
+        let mut in_tolerance = 0;
+        loop {
+            let c = self.c.position().await.map_err(ScanError::device("axis.c"))?;
+            let gamma = self.gamma.position().await.map_err(ScanError::device("axis.gamma"))?;
+            let near = |position: &AxisPosition, target: f64, tolerance: f64| {
+                !position.moving && (position.angle.value() - target).abs() <= tolerance
+            };
+            let at_rest = near(&c, target.0, self.tolerance_c_deg) && near(&gamma, target.1, self.tolerance_gamma_deg);
+            if at_rest {
+                in_tolerance += 1;
+                let rest_at = *since.get_or_insert(c.at.max(gamma.at));
+                if in_tolerance == POSITIONS_IN_TOLERANCE {
+                    return Ok(Pose {
+                        c_deg: c.angle.value(),
+                        gamma_deg: gamma.angle.value(),
+                        rest_at,
+                    });
+                }
+            } else {
+                (since, in_tolerance) = (None, 0);
+                if Instant::now() > deadline {
+                    let (role, target_deg, found_deg, tolerance_deg) = if near(&c, target.0, self.tolerance_c_deg) {
+                        ("axis.gamma", target.1, gamma.angle.value(), self.tolerance_gamma_deg)
+                    } else {
+                        ("axis.c", target.0, c.angle.value(), self.tolerance_c_deg)
+                    };
+                    return Err(ScanError::Position {
+                        role,
+                        target_deg,
+                        found_deg,
+                        tolerance_deg,
+                    });
+                }
+            }
+            sleep(BETWEEN_POSITIONS).await;
+        }
+    }
+}
+
+/// Stops both axes from any state and verifies that they stand still. Both are told at once: one that does not answer
+/// must not keep the other running.
+///
+/// # Errors
+/// The axes that could not be verified at rest, and why.
+pub async fn stop_all(c: &dyn Axis, gamma: &dyn Axis) -> Result<Pose, Vec<(&'static str, DeviceError)>> {
+    let (stopped_c, stopped_gamma) = tokio::join!(stop("axis.c", c), stop("axis.gamma", gamma));
+    match (stopped_c, stopped_gamma) {
+        (Ok(c), Ok(gamma)) => Ok(Pose {
+            c_deg: c.angle.value(),
+            gamma_deg: gamma.angle.value(),
+            rest_at: c.at.max(gamma.at),
+        }),
+        (c, gamma) => Err(c.err().into_iter().chain(gamma.err()).collect()),
+    }
+}
+
+async fn stop(role: &'static str, axis: &dyn Axis) -> Result<AxisPosition, (&'static str, DeviceError)> {
+    let deadline = Instant::now() + STOP_WITHIN;
+    loop {
+        let error = match timeout_at(deadline, axis.stop()).await {
+            Ok(Ok(position)) if !position.moving => return Ok(position),
+            Ok(Ok(_)) => DeviceError::Fault {
+                device: axis.identity().target.clone(),
+                action: "stop".to_owned(),
+                reason: "the axis says that it still moves".to_owned(),
+                evidence: Vec::new(),
+            },
+            Ok(Err(error)) => error,
+            Err(_) => {
+                let device = axis.identity().target.clone();
+                return Err((
+                    role,
+                    DeviceError::Timeout {
+                        device,
+                        action: "stop".to_owned(),
+                        waited: STOP_WITHIN,
+                        received: Vec::new(),
+                    },
+                ));
+            }
+        };
+        // A damaged or late answer may hide a good stop: ask again while there is time.
+        let again = matches!(
+            error.kind(),
+            ErrorKind::Timeout | ErrorKind::Malformed | ErrorKind::Fault | ErrorKind::Disconnected
+        );
+        if !again || Instant::now() + Duration::from_secs(1) > deadline {
+            return Err((role, error));
+        }
+        sleep(Duration::from_secs(1)).await;
+    }
+}
+
+fn dead(role: &'static str, axis: &dyn Axis, action: &str) -> ScanError {
+    let device = axis.identity().target.clone();
+    let source = DeviceError::Timeout {
+        device,
+        action: action.to_owned(),
+        waited: DRIVER_GRACE,
+        received: Vec::new(),
+    };
+    ScanError::Device { role, source }
+}

@@ -1,0 +1,149 @@
+//! Reading light: repeated where a reply was lost, and trusted only when consecutive readings agree.
+
+use std::time::Duration;
+
+use isolux_device::{DeviceError, ErrorKind, LuxMeter, LuxOutcome, LuxReading};
+use tokio::time::{Instant, timeout_at};
+
+use crate::error::ScanError;
+
+/// Tries of one reading before a lost or damaged answer counts as a lost meter.
+const TRIES: u32 = 3;
+/// Readings within which two consecutive ones must agree.
+const MOST_READINGS: u32 = 20;
+
+/// What scatter of consecutive readings is noise and no settling.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Standard deviation of one reading, relative to it.
+    pub relative: f64,
+    /// Standard deviation of one reading near zero, in lx.
+    pub absolute_lx: f64,
+}
+
+impl Noise {
+    /// Assumed until the warm-up has measured it: half a percent.
+    pub const UNKNOWN: Self = Self {
+        relative: 5e-3,
+        absolute_lx: 0.0,
+    };
+
+    /// Standard uncertainty of one reading of `illuminance_lx` shown in digits of `digit_lx`: its scatter, and the
+    /// rectangular distribution of its rounding (half-width digit/2, so digit/√12).
+    pub fn u_lx(&self, illuminance_lx: f64, digit_lx: f64) -> f64 {
+        let rounding = digit_lx / 12.0_f64.sqrt();
+        (self.relative * illuminance_lx).hypot(self.absolute_lx).hypot(rounding)
+    }
+
+    fn agree(&self, first: (f64, f64), second: (f64, f64)) -> bool {
+        let u = self.u_lx(first.0, first.1).hypot(self.u_lx(second.0, second.1));
+        // Two readings one digit apart may be the same light on either side of a rounding step.
+        (first.0 - second.0).abs() <= (3.0 * u).max(first.1.max(second.1) * 1.000_001)
+    }
+}
+
+/// One settled visit: the reading to record first, and whether it may be trusted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settled {
+    /// The later of the two readings that agree; the last one taken where none agreed.
+    pub reading: LuxReading,
+    /// Whether two consecutive readings agreed.
+    pub stable: bool,
+}
+
+/// A meter with the patience and the suspicion that a scan needs.
+pub struct Photometer<'a> {
+    meter: &'a dyn LuxMeter,
+    /// Scatter of its readings.
+    pub noise: Noise,
+    /// Replies that were lost or damaged so far.
+    pub retries: u64,
+}
+
+impl<'a> Photometer<'a> {
+    /// `meter`, with noise that is not known yet.
+    pub fn new(meter: &'a dyn LuxMeter) -> Self {
+        Self {
+            meter,
+            noise: Noise::UNKNOWN,
+            retries: 0,
+        }
+    }
+
+    /// One new reading of light after `not_before`; asked again when an answer was lost or damaged.
+    ///
+    /// # Errors
+    /// [`ScanError::Device`] when it stays lost, or the meter is at fault.
+    pub async fn read(&mut self, not_before: Instant) -> Result<LuxReading, ScanError> {
+        let properties = self.meter.properties();
+        let patience = 10 * (properties.update_interval + properties.integration) + Duration::from_secs(5);
+        let mut tries = 0;
+        loop {
+            tries += 1;
+            let deadline = Instant::now().max(not_before) + patience;
+            let answer = timeout_at(deadline + Duration::from_secs(2), self.meter.read(not_before, deadline)).await;
+            let source = match answer {
+                Ok(Ok(reading)) => return Ok(reading),
+                Ok(Err(error)) => error,
+                Err(_) => DeviceError::Timeout {
+                    device: self.meter.identity().target.clone(),
+                    action: "read".to_owned(),
+                    waited: patience,
+                    received: Vec::new(),
+                },
+            };
+            let again = matches!(source.kind(), ErrorKind::Timeout | ErrorKind::Malformed);
+            if !again || tries == TRIES {
+                return Err(ScanError::Device {
+                    role: "luxmeter",
+                    source,
+                });
+            }
+            self.retries += 1;
+        }
+    }
+
+    /// Reads until two consecutive readings of light after `rest_at` agree within noise and digit. Out of range twice is
+    /// agreement too: more readings would say the same.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub async fn settled(&mut self, rest_at: Instant) -> Result<Settled, ScanError> {
+        let mut before = self.read(rest_at).await?;
+        for _ in 1..MOST_READINGS {
+            let reading = self.read(rest_at).await?;
+            let agree = match (before.outcome, reading.outcome) {
+                (LuxOutcome::Measured(a), LuxOutcome::Measured(b)) => self
+                    .noise
+                    .agree((a.value(), before.digit.value()), (b.value(), reading.digit.value())),
+                (a, b) => a == b,
+            };
+            if agree {
+                return Ok(Settled { reading, stable: true });
+            }
+            before = reading;
+        }
+        Ok(Settled {
+            reading: before,
+            stable: false,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_is_rectangular_and_one_digit_is_no_disagreement() {
+        let noise = Noise {
+            relative: 0.001,
+            absolute_lx: 0.0,
+        };
+        assert!((noise.u_lx(0.0, 0.01) - 0.01 / 12.0_f64.sqrt()).abs() < 1e-15);
+        assert!(noise.agree((3.37, 0.01), (3.38, 0.01)));
+        assert!(!noise.agree((3.37, 0.01), (3.40, 0.01)));
+        assert!(noise.agree((1000.0, 0.1), (1003.0, 0.1)));
+        assert!(!noise.agree((1000.0, 0.1), (1006.0, 0.1)));
+    }
+}

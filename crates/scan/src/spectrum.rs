@@ -1,0 +1,219 @@
+//! One spectrum: exposure from raw counts, light and dark with the same integration time.
+
+use std::time::Duration;
+
+use isolux_device::{DeviceError, RawSpectrum};
+use isolux_record::spectra::Pixel;
+use tokio::time::{Instant, timeout_at};
+
+use crate::devices::CalibratedSpectro;
+use crate::error::ScanError;
+
+/// Peak of the raw counts aimed at, as a share of saturation, and the band in which it is good enough.
+const AIM: f64 = 0.7;
+const BAND: std::ops::RangeInclusive<f64> = 0.4..=0.9;
+const MOST_EXPOSURES: u32 = 12;
+/// Longer integrations than this only make the day long.
+const LONGEST: Duration = Duration::from_secs(10);
+
+/// Means of several spectra of one kind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mean {
+    counts: Vec<f64>,
+    u_counts: Vec<f64>,
+    saturated: Vec<bool>,
+    /// Middle of the first and the last integration.
+    pub middle: Instant,
+    /// Mean temperature of the detector.
+    pub detector_c: Option<f64>,
+}
+
+/// Finds the integration time at which the peak of the raw counts is between 40 % and 90 % of saturation. Light that is
+/// too weak for that within ten seconds is taken with ten seconds.
+///
+/// # Errors
+/// [`ScanError::Exposure`] when even the shortest time saturates; what the instrument reports.
+pub async fn expose(spectro: &CalibratedSpectro) -> Result<Duration, ScanError> {
+    let properties = spectro.device.properties();
+    let (shortest, longest) = properties.integration_limits;
+    let longest = longest.min(LONGEST);
+    let saturation = f64::from(properties.saturation_counts);
+    let mut time = Duration::from_millis(10).clamp(shortest, longest);
+    let mut peak = 0.0;
+    for _ in 0..MOST_EXPOSURES {
+        time = spectro
+            .device
+            .set_integration_time(time)
+            .await
+            .map_err(ScanError::device("spectroradiometer"))?;
+        let raw = acquire(spectro, time).await?;
+        let dark = dark_level(spectro, &raw);
+        peak = raw.counts.iter().copied().map(f64::from).fold(0.0, f64::max);
+        if BAND.contains(&(peak / saturation)) || (peak / saturation < AIM && time >= longest) {
+            return Ok(time);
+        }
+        // A saturated peak says only "less"; otherwise light above dark is proportional to time.
+        let factor = if peak >= saturation * 0.98 {
+            0.2
+        } else {
+            (AIM * saturation - dark) / (peak - dark).max(1.0)
+        };
+        let next = time.mul_f64(factor.clamp(0.05, 20.0)).clamp(shortest, longest);
+        if next == time {
+            break;
+        }
+        time = next;
+    }
+    Err(ScanError::Exposure {
+        peak_counts: peak,
+        saturation_counts: saturation,
+        integration_s: time.as_secs_f64(),
+    })
+}
+
+/// The mean of `count` spectra with the integration time that is set.
+///
+/// # Errors
+/// What the instrument reports, after one repeat of a lost or damaged spectrum.
+pub async fn mean(spectro: &CalibratedSpectro, time: Duration, count: u32) -> Result<Mean, ScanError> {
+    let properties = spectro.device.properties();
+    let pixels = properties.wavelength_nm.len();
+    let (mut sum, mut squares) = (vec![0.0; pixels], vec![0.0; pixels]);
+    let mut saturated = vec![false; pixels];
+    let mut bounds: Option<(Instant, Instant)> = None;
+    let mut temperatures = Vec::new();
+    for _ in 0..count {
+        let raw = acquire(spectro, time).await?;
+        if raw.counts.len() != pixels {
+            let (device, found) = (spectro.device.identity().target.clone(), raw.counts.len());
+            let source = DeviceError::Malformed {
+                device,
+                action: "acquire".to_owned(),
+                reason: format!("{found} pixels, the instrument has {pixels}"),
+                frame: Vec::new(),
+            };
+            return Err(ScanError::Device {
+                role: "spectroradiometer",
+                source,
+            });
+        }
+        for (pixel, &counts) in raw.counts.iter().enumerate() {
+            sum[pixel] += f64::from(counts);
+            squares[pixel] += f64::from(counts) * f64::from(counts);
+            saturated[pixel] |= counts >= properties.saturation_counts;
+        }
+        bounds = Some((bounds.map_or(raw.began, |(began, _)| began), raw.ended));
+        temperatures.extend(raw.detector_c);
+    }
+    let n = f64::from(count);
+    let counts: Vec<f64> = sum.iter().map(|sum| sum / n).collect();
+    // Scatter of the mean; rounding to whole counts is always there, rectangular, and not reduced by repeats.
+    let u_counts = counts
+        .iter()
+        .zip(&squares)
+        .map(|(mean, squares)| {
+            let variance = if count > 1 {
+                ((squares / n - mean * mean) * n / (n - 1.0)).max(0.0) / n
+            } else {
+                0.0
+            };
+            (variance + 1.0 / 12.0).sqrt()
+        })
+        .collect();
+    let (began, ended) = bounds.unwrap_or_else(|| (Instant::now(), Instant::now()));
+    Ok(Mean {
+        counts,
+        u_counts,
+        saturated,
+        middle: began + ended.saturating_duration_since(began) / 2,
+        detector_c: (!temperatures.is_empty()).then(|| temperatures.iter().sum::<f64>() / temperatures.len() as f64),
+    })
+}
+
+/// Light and dark, pixel by pixel.
+pub fn pixels(spectro: &CalibratedSpectro, light: &Mean, dark: &Mean) -> Vec<Pixel> {
+    let wavelength_nm = &spectro.device.properties().wavelength_nm;
+    (0..wavelength_nm.len().min(spectro.factor_w_m2_nm.len()))
+        .map(|pixel| Pixel {
+            wavelength_nm: wavelength_nm[pixel],
+            counts: light.counts[pixel],
+            u_counts: light.u_counts[pixel],
+            dark_counts: dark.counts[pixel],
+            u_dark_counts: dark.u_counts[pixel],
+            saturated: light.saturated[pixel],
+            factor_w_m2_nm: spectro.factor_w_m2_nm[pixel],
+        })
+        .collect()
+}
+
+/// The calibration's factors at the instrument's wavelengths: linear between the points of the table, zero outside it,
+/// because nothing is known there.
+pub fn factors_at(wavelength_nm: &[f64], table: &[(f64, f64)]) -> Vec<f64> {
+    wavelength_nm
+        .iter()
+        .map(|&wavelength| {
+            let above = table.partition_point(|(at, _)| *at < wavelength);
+            match (
+                above.checked_sub(1).and_then(|below| table.get(below)),
+                table.get(above),
+            ) {
+                (_, Some(&(at, factor))) if at == wavelength => factor,
+                (Some(&(low, first)), Some(&(high, second))) => {
+                    first + (second - first) * (wavelength - low) / (high - low)
+                }
+                _ => 0.0,
+            }
+        })
+        .collect()
+}
+
+async fn acquire(spectro: &CalibratedSpectro, time: Duration) -> Result<RawSpectrum, ScanError> {
+    let patience = 3 * time + Duration::from_secs(5);
+    let mut tries = 0;
+    loop {
+        tries += 1;
+        let deadline = Instant::now() + patience;
+        let source = match timeout_at(deadline + Duration::from_secs(2), spectro.device.acquire(deadline)).await {
+            Ok(Ok(raw)) => return Ok(raw),
+            Ok(Err(error)) => error,
+            Err(_) => DeviceError::Timeout {
+                device: spectro.device.identity().target.clone(),
+                action: "acquire".to_owned(),
+                waited: patience,
+                received: Vec::new(),
+            },
+        };
+        let again = matches!(
+            source.kind(),
+            isolux_device::ErrorKind::Timeout | isolux_device::ErrorKind::Malformed
+        );
+        if !again || tries == 2 {
+            return Err(ScanError::Device {
+                role: "spectroradiometer",
+                source,
+            });
+        }
+    }
+}
+
+fn dark_level(spectro: &CalibratedSpectro, raw: &RawSpectrum) -> f64 {
+    let pixels = &spectro.device.properties().dark_pixels;
+    match raw.counts.get(pixels.clone()) {
+        Some(dark) if !dark.is_empty() => dark.iter().copied().map(f64::from).sum::<f64>() / dark.len() as f64,
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factors_are_linear_inside_the_table_and_nothing_outside() {
+        let table = [(400.0, 1.0), (500.0, 3.0), (600.0, 2.0)];
+        assert_eq!(
+            factors_at(&[399.0, 400.0, 450.0, 500.0, 575.0, 600.0, 601.0], &table),
+            [0.0, 1.0, 2.0, 3.0, 2.25, 2.0, 0.0]
+        );
+    }
+}

@@ -1,0 +1,190 @@
+//! The gate before a scan: the lamp must be stable.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use isolux_device::LuxOutcome;
+use isolux_record::Station;
+use tokio::time::{Instant, sleep_until};
+
+use crate::error::ScanError;
+use crate::settle::{Noise, Photometer};
+
+/// When a lamp counts as stable: on for at least `least_s`, and (max − min)/mean of its light over the last `window_s`
+/// within `spread_rel`. The defaults are the stabilisation of EN 13032-4 and CIE S 025: 30 min, 15 min, 0.5 %.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Criterion {
+    /// Least time on.
+    pub least_s: f64,
+    /// Length of the window.
+    pub window_s: f64,
+    /// Allowed (max − min)/mean over it.
+    pub spread_rel: f64,
+    /// When to give up.
+    pub most_s: f64,
+}
+
+impl Criterion {
+    /// The criterion of a station.
+    pub fn of(station: &Station) -> Self {
+        let stable = station.lamp().and_then(|lamp| lamp.stable.as_ref());
+        let least_s = stable.map_or(1800.0, |stable| stable.least_s);
+        let window_s = stable.map_or(900.0, |stable| stable.window_s);
+        Self {
+            least_s,
+            window_s,
+            spread_rel: stable.map_or(0.005, |stable| stable.spread_rel),
+            most_s: (4.0 * least_s).max(4.0 * window_s).max(60.0),
+        }
+    }
+
+    /// The earliest time at which the gate can open.
+    pub fn least_s(&self) -> f64 {
+        self.least_s.max(self.window_s)
+    }
+}
+
+/// One look at the lamp: the mean of a few consecutive readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// Seconds since the lamp was switched on.
+    pub elapsed_s: f64,
+    /// Mean illuminance.
+    pub illuminance_lx: f64,
+    /// (max − min)/mean over the window, once it is full.
+    pub spread_rel: Option<f64>,
+}
+
+/// The lamp is stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stable {
+    /// Seconds since it was switched on.
+    pub elapsed_s: f64,
+    /// (max − min)/mean over the window.
+    pub spread_rel: f64,
+    /// Illuminance at the end.
+    pub illuminance_lx: f64,
+    /// Scatter of single readings over the window.
+    pub noise: Noise,
+}
+
+const READINGS_A_LOOK: usize = 5;
+
+/// Watches the light where the detector now is until the lamp that was switched on at `on_at` is stable.
+///
+/// # Errors
+/// [`ScanError::NotStable`] when it does not become so, [`ScanError::NoLight`] when there is no light to judge, or what the
+/// meter reports.
+pub async fn until_stable(
+    photometer: &mut Photometer<'_>,
+    criterion: &Criterion,
+    on_at: Instant,
+    mut look_at: impl FnMut(Look),
+) -> Result<Stable, ScanError> {
+    let every = Duration::from_secs_f64((criterion.window_s / 30.0).clamp(0.1, 30.0));
+    let mut window: VecDeque<(f64, f64)> = VecDeque::new();
+    let mut scatter: VecDeque<(f64, f64, f64)> = VecDeque::new();
+    let mut next = Instant::now();
+    loop {
+        let (mean, elapsed_s) = look(photometer, on_at, &mut scatter).await?;
+        if mean <= 0.0 {
+            return Err(ScanError::NoLight { illuminance_lx: mean });
+        }
+        window.push_back((elapsed_s, mean));
+        // The window is full when what remains still spans it.
+        while window.len() > 2 && window[1].0 <= elapsed_s - criterion.window_s {
+            window.pop_front();
+        }
+        while scatter
+            .front()
+            .is_some_and(|(at, _, _)| *at < elapsed_s - criterion.window_s)
+        {
+            scatter.pop_front();
+        }
+        let full = elapsed_s - window[0].0 >= criterion.window_s;
+        let spread_rel = full.then(|| spread(&window));
+        look_at(Look {
+            elapsed_s,
+            illuminance_lx: mean,
+            spread_rel,
+        });
+        if let Some(spread_rel) = spread_rel {
+            if spread_rel < criterion.spread_rel && elapsed_s >= criterion.least_s {
+                return Ok(Stable {
+                    elapsed_s,
+                    spread_rel,
+                    illuminance_lx: mean,
+                    noise: noise(&scatter, mean),
+                });
+            }
+            if elapsed_s > criterion.most_s {
+                let (window_s, allowed_rel) = (criterion.window_s, criterion.spread_rel);
+                return Err(ScanError::NotStable {
+                    elapsed_s,
+                    window_s,
+                    spread_rel,
+                    allowed_rel,
+                });
+            }
+        }
+        next += every;
+        sleep_until(next).await;
+    }
+}
+
+async fn look(
+    photometer: &mut Photometer<'_>,
+    on_at: Instant,
+    scatter: &mut VecDeque<(f64, f64, f64)>,
+) -> Result<(f64, f64), ScanError> {
+    let asked = Instant::now();
+    let (mut sum, mut middle_s) = (0.0, 0.0);
+    let mut before: Option<f64> = None;
+    for _ in 0..READINGS_A_LOOK {
+        let reading = photometer.read(asked).await?;
+        let LuxOutcome::Measured(lux) = reading.outcome else {
+            return Err(ScanError::NoLight {
+                illuminance_lx: f64::NAN,
+            });
+        };
+        let at = reading.middle().saturating_duration_since(on_at).as_secs_f64();
+        if let Some(before) = before {
+            scatter.push_back((at, lux.value() - before, reading.digit.value()));
+        }
+        before = Some(lux.value());
+        sum += lux.value();
+        middle_s += at;
+    }
+    let count = READINGS_A_LOOK as f64;
+    Ok((sum / count, middle_s / count))
+}
+
+fn spread(window: &VecDeque<(f64, f64)>) -> f64 {
+    let values = || window.iter().map(|(_, value)| *value);
+    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
+    (high - low) / (values().sum::<f64>() / window.len() as f64)
+}
+
+/// Scatter of single readings from successive differences, drift cancelled; the variance of rounding is taken out of it,
+/// because it is stated apart.
+fn noise(scatter: &VecDeque<(f64, f64, f64)>, level_lx: f64) -> Noise {
+    if scatter.is_empty() {
+        return Noise::UNKNOWN;
+    }
+    let count = scatter.len() as f64;
+    let variance = scatter
+        .iter()
+        .map(|(_, difference, _)| difference * difference / 2.0)
+        .sum::<f64>()
+        / count;
+    let rounding = scatter.iter().map(|(_, _, digit)| digit * digit / 12.0).sum::<f64>() / count;
+    // Below the digit the scatter cannot be seen. What it could be at most without showing is about a tenth of the digit.
+    let hidden = scatter.iter().map(|(_, _, digit)| *digit).fold(0.0, f64::max) * 0.1;
+    let sigma = (variance - rounding).max(0.0).sqrt().max(hidden);
+    Noise {
+        relative: sigma / level_lx,
+        absolute_lx: 0.0,
+    }
+}
