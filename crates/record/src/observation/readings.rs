@@ -221,8 +221,7 @@ fn parse_row(fields: &Fields<'_>, need: Need) -> Result<ReadingRow, ObservationE
     }
     let (illuminance_lx, u_lx) = match (need, quality) {
         (Need::Values, Quality::Ok) => (Some(fields.number("illuminance_lx")?), Some(fields.positive("u_lx")?)),
-        (Need::Values, _) => (None, None),
-        (Need::Coordinates, _) => (None, None),
+        (Need::Values | Need::Coordinates, _) => (None, None),
     };
     Ok(ReadingRow {
         line: fields.line,

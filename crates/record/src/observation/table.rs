@@ -32,10 +32,7 @@ pub(super) fn parse_toml<T: serde::de::DeserializeOwned>(path: &Utf8Path, text: 
 }
 
 pub(super) fn line_of(text: &str, at: usize) -> u64 {
-    1 + text.as_bytes()[..at.min(text.len())]
-        .iter()
-        .filter(|byte| **byte == b'\n')
-        .count() as u64
+    1 + text.get(..at).unwrap_or(text).matches('\n').count() as u64
 }
 
 impl Table {

@@ -1,0 +1,368 @@
+//! One goniometer reading: where the detector really is, what light reaches it, what the meter says.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use isolux_record::ReadingKind;
+use isolux_record::observation::ReadingCoordinates;
+
+use crate::effects::{Act, Axes, DetectorView, LampLaw, Mounting, PairLaw};
+use crate::floor::Floor;
+use crate::luminaire::angles_deg;
+use crate::model::Model;
+use crate::shine::Shine;
+
+/// How the luminaire hangs on a bench that turns it: the optical axis points to (cos γ, sin γ, 0) of the bench, the
+/// half-plane C contains +X, and C + 90° points up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Attitude {
+    /// Luminaire axes x, y, z as seen from the bench.
+    x: DVec3,
+    y: DVec3,
+    z: DVec3,
+}
+
+impl Attitude {
+    pub fn new(c_deg: f64, gamma_deg: f64, nonperp_deg: f64) -> Self {
+        let (sin, cos) = gamma_deg.to_radians().sin_cos();
+        let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
+        let (lean, upright) = nonperp_deg.to_radians().sin_cos();
+        // At C = 0: x towards the detector's side, y up, z the optical axis; then the axis leans out of the horizontal.
+        let toward = DVec3::new(sin, -cos, 0.0);
+        let level = DVec3::new(cos, sin, 0.0);
+        let axis = upright * level + lean * DVec3::Z;
+        let up = upright * DVec3::Z - lean * level;
+        Self {
+            x: cos_c * toward - sin_c * up,
+            y: sin_c * toward + cos_c * up,
+            z: axis,
+        }
+    }
+
+    /// A direction of the bench in the luminaire's frame.
+    pub fn luminaire_from_room(&self, room: DVec3) -> DVec3 {
+        DVec3::new(room.dot(self.x), room.dot(self.y), room.dot(self.z))
+    }
+}
+
+/// A reading with the bench's effects taken out: an intensity and the direction that it truly belongs to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CorrectedReading {
+    /// Half-plane, in (−180, 180].
+    pub c_deg: f64,
+    /// Polar angle, not negative.
+    pub gamma_deg: f64,
+    /// From the light centre to the detector.
+    pub distance_mm: f64,
+    /// The illuminance that the light alone makes at the detector.
+    pub illuminance_lx: f64,
+    /// Luminous intensity in that direction.
+    pub intensity_cd: f64,
+}
+
+/// An effect that cannot be taken out of a reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("effect `{effect}` has no inverse: it cannot be removed from readings")]
+pub struct NoInverse {
+    /// Its name.
+    pub effect: &'static str,
+}
+
+type Law<F> = Vec<(F, usize)>;
+
+/// The acts on readings, sorted by kind; values by index to keep the laws small.
+struct Chain<'m> {
+    values: Vec<&'m [f64]>,
+    axes: Law<fn(&[f64], &ReadingCoordinates, &mut Axes)>,
+    mount: Law<fn(&[f64], &mut Mounting)>,
+    lamp: Law<LampLaw>,
+    detector: Law<fn(&[f64], &DetectorView) -> f64>,
+    aperture: Law<fn(&[f64]) -> f64>,
+    floor: Law<PairLaw>,
+    ambient: Law<fn(&[f64]) -> f64>,
+    response: Law<(Response, Response)>,
+    zero: Law<fn(&[f64]) -> f64>,
+}
+
+type Response = fn(&[f64], f64, &ReadingCoordinates) -> f64;
+
+impl<'m> Chain<'m> {
+    fn new(model: &'m Model) -> Self {
+        let mut chain = Self {
+            values: Vec::new(),
+            axes: Vec::new(),
+            mount: Vec::new(),
+            lamp: Vec::new(),
+            detector: Vec::new(),
+            aperture: Vec::new(),
+            floor: Vec::new(),
+            ambient: Vec::new(),
+            response: Vec::new(),
+            zero: Vec::new(),
+        };
+        for (act, values) in model.acts() {
+            let index = chain.values.len();
+            match *act {
+                Act::Axes(law) => chain.axes.push((law, index)),
+                Act::Mount(law) => chain.mount.push((law, index)),
+                Act::Lamp(law) => chain.lamp.push((law, index)),
+                Act::Detector(law) => chain.detector.push((law, index)),
+                Act::Aperture(law) => chain.aperture.push((law, index)),
+                Act::Floor(law) => chain.floor.push((law, index)),
+                Act::Ambient(law) => chain.ambient.push((law, index)),
+                Act::Response { apply, invert } => chain.response.push(((apply, invert), index)),
+                Act::Zero(law) => chain.zero.push((law, index)),
+                _ => continue,
+            }
+            chain.values.push(values);
+        }
+        chain
+    }
+
+    fn axes(&self, at: &ReadingCoordinates) -> Axes {
+        let mut axes = Axes {
+            c_deg: at.c_deg,
+            gamma_deg: at.gamma_deg,
+            distance_mm: at.distance_mm,
+            nonperp_deg: 0.0,
+        };
+        for (law, index) in &self.axes {
+            law(self.values[*index], at, &mut axes);
+        }
+        axes
+    }
+
+    fn mounting(&self, axes: &Axes) -> Mounting {
+        let facing = toward(axes);
+        let mut mounting = Mounting {
+            detector_mm: axes.distance_mm * facing,
+            facing,
+        };
+        for (law, index) in &self.mount {
+            law(self.values[*index], &mut mounting);
+        }
+        mounting
+    }
+
+    fn detector_factor(&self, axes: &Axes, mounting: &Mounting) -> f64 {
+        if self.detector.is_empty() {
+            return 1.0;
+        }
+        let cos_incidence = mounting.detector_mm.normalize_or(mounting.facing).dot(mounting.facing);
+        let view = DetectorView {
+            c_deg: axes.c_deg,
+            gamma_deg: axes.gamma_deg,
+            cos_incidence,
+        };
+        self.detector
+            .iter()
+            .map(|(law, index)| law(self.values[*index], &view))
+            .product()
+    }
+
+    fn direct_lx(&self, shine: &Shine<'_>, at: &ReadingCoordinates) -> f64 {
+        let axes = self.axes(at);
+        let mounting = self.mounting(&axes);
+        let mut direct_lx = shine.illuminance_lx(mounting.detector_mm, mounting.facing);
+        for (law, index) in &self.aperture {
+            let radius_mm = law(self.values[*index]);
+            if radius_mm != 0.0 {
+                let angle = radius_mm / axes.distance_mm;
+                direct_lx += angle * angle / 8.0 * laplacian(shine, &mounting);
+            }
+        }
+        direct_lx * self.detector_factor(&axes, &mounting)
+    }
+
+    fn lamp_factor(&self, time_s: Option<f64>) -> f64 {
+        self.lamp
+            .iter()
+            .map(|(law, index)| law(self.values[*index], time_s))
+            .product()
+    }
+
+    fn ambient_lx(&self) -> f64 {
+        self.ambient.iter().map(|(law, index)| law(self.values[*index])).sum()
+    }
+
+    fn zero_lx(&self) -> f64 {
+        self.zero.iter().map(|(law, index)| law(self.values[*index])).sum()
+    }
+}
+
+/// Direction of the detector in the luminaire frame, exact for a leaning axis.
+fn toward(axes: &Axes) -> DVec3 {
+    let ((sin, cos), (sin_c, cos_c)) = (axes.gamma_deg.to_radians().sin_cos(), axes.c_deg.to_radians().sin_cos());
+    if axes.nonperp_deg == 0.0 {
+        return DVec3::new(sin * cos_c, sin * sin_c, cos);
+    }
+    Attitude::new(axes.c_deg, axes.gamma_deg, axes.nonperp_deg).luminaire_from_room(DVec3::X)
+}
+
+/// Second differences of I over the sphere at this step: the grid of a file is rarely finer.
+const LAPLACE_STEP_DEG: f64 = 1.0;
+
+impl Model {
+    /// The illuminance in lx that the meter would show at each of these coordinates, noise apart.
+    pub fn predict_readings(&self, readings: &[ReadingCoordinates]) -> Vec<f64> {
+        let chain = Chain::new(self);
+        let shine = Shine::new(self);
+        let floor = Floor::new();
+        let mut floor_known: HashMap<[u64; 3], f64> = HashMap::new();
+        let rotational = self.luminaire().distribution().is_rotational()
+            && !self.refined().depends_on_c()
+            && self.directions().is_empty();
+
+        let floor_lx = |at: &ReadingCoordinates, known: &mut HashMap<[u64; 3], f64>| -> f64 {
+            if chain.floor.is_empty() {
+                return 0.0;
+            }
+            let axes = chain.axes(at);
+            let c_deg = if rotational { 0.0 } else { axes.c_deg };
+            let attitude = Attitude::new(c_deg, axes.gamma_deg, axes.nonperp_deg);
+            let key = [c_deg.to_bits(), axes.gamma_deg.to_bits(), axes.distance_mm.to_bits()];
+            let per_albedo = |known: &mut HashMap<[u64; 3], f64>, height_mm: f64| {
+                *known
+                    .entry(key)
+                    .or_insert_with(|| floor.illuminance_lx(&shine, &attitude, axes.distance_mm, height_mm))
+            };
+            let mut sum = 0.0;
+            for (law, index) in &chain.floor {
+                let (albedo, height_mm) = law(chain.values[*index]);
+                sum += if chain.floor.len() == 1 {
+                    albedo * per_albedo(known, height_mm)
+                } else {
+                    albedo * floor.illuminance_lx(&shine, &attitude, axes.distance_mm, height_mm)
+                };
+            }
+            sum
+        };
+
+        readings
+            .iter()
+            .map(|at| {
+                let mut light_lx = match at.kind {
+                    ReadingKind::Lit => {
+                        let direct_lx = chain.direct_lx(&shine, at);
+                        (direct_lx + floor_lx(at, &mut floor_known)) * chain.lamp_factor(at.time_s) + chain.ambient_lx()
+                    }
+                    ReadingKind::Baffled => {
+                        floor_lx(at, &mut floor_known) * chain.lamp_factor(at.time_s) + chain.ambient_lx()
+                    }
+                    ReadingKind::LampOff => chain.ambient_lx(),
+                    ReadingKind::Capped => 0.0,
+                };
+                for ((apply, _), index) in &chain.response {
+                    light_lx = apply(chain.values[*index], light_lx, at);
+                }
+                light_lx + chain.zero_lx()
+            })
+            .collect()
+    }
+
+    /// The illuminance in lx that the meter would show at one coordinate. For many, [`Model::predict_readings`] is quicker.
+    pub fn predict_reading(&self, at: &ReadingCoordinates) -> f64 {
+        self.predict_readings(std::slice::from_ref(at))[0]
+    }
+
+    /// Takes the bench's effects out of a lit reading: the intensity and the direction that it belongs to.
+    ///
+    /// Effects of the luminaire, the path and the sensor stay: they are no property of the bench.
+    ///
+    /// # Errors
+    /// [`NoInverse`] names the first effect that cannot be taken out.
+    pub fn correct_reading(&self, at: &ReadingCoordinates, reading_lx: f64) -> Result<CorrectedReading, NoInverse> {
+        self.correct_readings(std::slice::from_ref(at), &[reading_lx])
+            .map(|corrected| corrected[0])
+    }
+
+    /// As [`Model::correct_reading`], for many.
+    ///
+    /// # Errors
+    /// [`NoInverse`] names the first effect that cannot be taken out.
+    pub fn correct_readings(
+        &self,
+        at: &[ReadingCoordinates],
+        reading_lx: &[f64],
+    ) -> Result<Vec<CorrectedReading>, NoInverse> {
+        for effect in self.effects() {
+            if !effect.is_null() && effect.acts().iter().any(|act| matches!(act, Act::Aperture(_))) {
+                return Err(NoInverse { effect: effect.name() });
+            }
+        }
+        let chain = Chain::new(self);
+        // The floor's light is what the model says it is; everything else is turned around.
+        let floor_only: Vec<_> = self
+            .effects()
+            .iter()
+            .filter(|effect| !is_luminaires(effect))
+            .cloned()
+            .collect();
+        let floor_lx = if chain.floor.is_empty() {
+            vec![0.0; at.len()]
+        } else {
+            let baffled: Vec<_> = at
+                .iter()
+                .map(|at| ReadingCoordinates {
+                    kind: ReadingKind::Baffled,
+                    ..*at
+                })
+                .collect();
+            let keep: Vec<_> = floor_only
+                .into_iter()
+                .filter(|effect| {
+                    effect
+                        .acts()
+                        .iter()
+                        .any(|act| matches!(act, Act::Floor(_) | Act::Axes(_)))
+                })
+                .collect();
+            self.with_effects(keep).predict_readings(&baffled)
+        };
+        let corrected = at
+            .iter()
+            .zip(reading_lx)
+            .zip(floor_lx)
+            .map(|((at, reading_lx), floor_lx)| {
+                let mut light_lx = reading_lx - chain.zero_lx();
+                for ((_, invert), index) in chain.response.iter().rev() {
+                    light_lx = invert(chain.values[*index], light_lx, at);
+                }
+                let axes = chain.axes(at);
+                let mounting = chain.mounting(&axes);
+                let direct_lx = (light_lx - chain.ambient_lx() - floor_lx) / chain.detector_factor(&axes, &mounting);
+                let distance_mm = mounting.detector_mm.length();
+                let cos_incidence = mounting.detector_mm.dot(mounting.facing) / distance_mm;
+                let (c_deg, gamma_deg) = angles_deg(mounting.detector_mm);
+                let illuminance_lx = direct_lx / cos_incidence;
+                let intensity_cd = illuminance_lx * distance_mm * distance_mm * 1e-6;
+                CorrectedReading {
+                    c_deg,
+                    gamma_deg,
+                    distance_mm,
+                    illuminance_lx,
+                    intensity_cd,
+                }
+            });
+        Ok(corrected.collect())
+    }
+}
+
+fn is_luminaires(effect: &crate::Effect) -> bool {
+    effect.spec().belongs_to(crate::BelongsTo::Luminaire)
+}
+
+/// ∇²E over the sphere of directions, by second differences in two perpendicular great circles.
+fn laplacian(shine: &Shine<'_>, mounting: &Mounting) -> f64 {
+    let distance_mm = mounting.detector_mm.length();
+    let centre = mounting.detector_mm / distance_mm;
+    let aside = centre.any_orthonormal_vector();
+    let across = centre.cross(aside);
+    let step = LAPLACE_STEP_DEG.to_radians();
+    let at = |tangent: DVec3| {
+        let direction = step.cos() * centre + step.sin() * tangent;
+        shine.illuminance_lx(distance_mm * direction, direction)
+    };
+    let here = shine.illuminance_lx(mounting.detector_mm, centre);
+    (at(aside) + at(-aside) + at(across) + at(-across) - 4.0 * here) / (step * step)
+}

@@ -1,0 +1,239 @@
+//! `model.toml` and `scene.toml` as they stand in the file.
+
+use serde::{Deserialize, Serialize};
+
+use crate::effects::{Effect, EffectError, Notes};
+use crate::emitter::Emitter;
+use crate::refined::Refined;
+
+/// The `format` of a model file.
+pub(crate) const MODEL_FORMAT: &str = "isolux-model/1";
+/// The `format` of a scene file.
+pub(crate) const SCENE_FORMAT: &str = "isolux-scene/1";
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ModelDocument {
+    pub format: String,
+    pub luminaire: LuminaireDocument,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<NoiseDocument>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effect: Vec<toml::Table>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LuminaireDocument {
+    pub distribution: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ler_lm_per_w: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flux_lm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub emitter: Option<Emitter>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trust: Option<Trust>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u: Option<Uncertainty>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refined: Option<Refined>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<toml::Table>,
+}
+
+/// What a diagnosis may refit as nuisance: `[luminaire.trust]`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Trust {
+    /// How far the γ shape of the distribution is trusted.
+    #[serde(default)]
+    pub shape: ShapeTrust,
+    /// Harmonics m of which cos(m·C)·sinᵐγ may be refitted.
+    #[serde(default)]
+    pub c_harmonics: Vec<u32>,
+}
+
+/// How far the γ shape of the distribution is trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ShapeTrust {
+    /// It is right.
+    #[default]
+    Exact,
+    /// It may have a smooth error.
+    Smooth,
+}
+
+/// What the model knows of its own measurement: `[luminaire.u]`, standard uncertainties (k = 1).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Uncertainty {
+    /// Relative, of every intensity alike.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub intensity_rel: Option<f64>,
+    /// Relative, of the flux.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flux_rel: Option<f64>,
+    /// Relative, of the luminous efficacy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ler_rel: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct NoiseDocument {
+    #[serde(default)]
+    pub u_scale: UncertaintyScale,
+}
+
+/// What the stated uncertainties of observations are worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UncertaintyScale {
+    /// They hold.
+    #[default]
+    Stated,
+    /// One common factor on all of them is fitted.
+    Fit,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SceneDocument {
+    #[serde(rename = "format")]
+    pub _format: String,
+    pub model: Option<String>,
+    pub luminaire: Option<LuminaireDocument>,
+    #[serde(default)]
+    pub effect: Vec<toml::Table>,
+    pub noise: Option<NoiseDocument>,
+    pub sensor: SensorDocument,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SensorDocument {
+    pub size_mm: OneOrTwo<f64>,
+    pub pixels: OneOrTwo<usize>,
+    pub distance_mm: f64,
+    #[serde(default)]
+    pub tilt_x_deg: f64,
+    #[serde(default)]
+    pub tilt_y_deg: f64,
+    #[serde(default)]
+    pub rot_z_deg: f64,
+    #[serde(default)]
+    pub offset_mm: [f64; 2],
+    pub time_s: Option<f64>,
+    pub responsivity: Option<String>,
+    #[serde(default)]
+    pub background_w_m2: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum OneOrTwo<T> {
+    One(T),
+    Two([T; 2]),
+}
+
+impl<T: Copy> OneOrTwo<T> {
+    pub fn both(&self) -> [T; 2] {
+        match self {
+            Self::One(value) => [*value; 2],
+            Self::Two(values) => *values,
+        }
+    }
+}
+
+/// Why one `[[effect]]` is none, and the key that is to blame.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct EffectFault {
+    pub key: String,
+    pub message: String,
+}
+
+/// One `[[effect]]` as the catalogue knows it.
+pub(crate) fn effect_from_table(table: &toml::Table) -> Result<Effect, EffectFault> {
+    let fault = |key: &str, message: String| EffectFault {
+        key: key.to_owned(),
+        message,
+    };
+    let name = match table.get("name") {
+        Some(toml::Value::String(name)) => name,
+        Some(_) => return Err(fault("name", "must be text".into())),
+        None => return Err(fault("", "an effect needs a name".into())),
+    };
+    let mut given = Vec::new();
+    let mut notes = Notes::default();
+    for (key, value) in table {
+        let note = match key.as_str() {
+            "name" => continue,
+            "u" => &mut notes.u,
+            "evidence" => &mut notes.evidence,
+            "provenance" => &mut notes.provenance,
+            _ => {
+                let number = match value {
+                    toml::Value::Float(value) => *value,
+                    toml::Value::Integer(value) => *value as f64,
+                    _ => return Err(fault(key, format!("`{key}` of effect `{name}` must be a number"))),
+                };
+                given.push((key.as_str(), number));
+                continue;
+            }
+        };
+        match value {
+            toml::Value::Table(table) => *note = Some(table.clone()),
+            _ => return Err(fault(key, format!("`{key}` of effect `{name}` must be a table"))),
+        }
+    }
+    let mut effect = Effect::from_keys(name, given).map_err(|error| {
+        let key = match &error {
+            EffectError::UnknownName(_) => "name".to_owned(),
+            EffectError::UnknownKey { key, .. } => key.clone(),
+            EffectError::Value { key, .. } => (*key).to_owned(),
+            EffectError::MissingKey { .. } | EffectError::Count { .. } => String::new(),
+        };
+        EffectFault {
+            key,
+            message: error.to_string(),
+        }
+    })?;
+    effect.notes = notes;
+    Ok(effect)
+}
+
+/// The `[[effect]]` of an effect. Amplitudes and whatever differs from its default are written.
+pub(crate) fn table_from_effect(effect: &Effect) -> toml::Table {
+    use crate::effects::Role;
+    let mut table = toml::Table::new();
+    table.insert("name".into(), effect.name().into());
+    for (parameter, &value) in effect.spec().parameters.iter().zip(effect.values()) {
+        // A null amplitude goes without saying, unless it is all that there is to say.
+        let is_amplitude = |role| matches!(role, Role::Alternative | Role::Amplitude);
+        let all_null = effect.is_null();
+        let is_first = parameter.key == effect.spec().parameters[0].key;
+        if is_amplitude(parameter.role) && value == parameter.null && !(is_first && all_null) {
+            continue;
+        }
+        let value = match parameter.role {
+            Role::RangeId => toml::Value::Integer(value as i64),
+            _ => toml::Value::Float(value),
+        };
+        table.insert(parameter.key.into(), value);
+    }
+    let notes = &effect.notes;
+    for (key, note) in [
+        ("u", &notes.u),
+        ("evidence", &notes.evidence),
+        ("provenance", &notes.provenance),
+    ] {
+        if let Some(note) = note {
+            table.insert(key.into(), toml::Value::Table(note.clone()));
+        }
+    }
+    table
+}

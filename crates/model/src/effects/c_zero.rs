@@ -1,0 +1,27 @@
+//! The C scale has its zero elsewhere. Only an asymmetric lamp shows it.
+
+use isolux_record::observation::ReadingCoordinates;
+
+use super::act::{Act, Axes};
+use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
+
+/// C zero error.
+pub(super) static C_ZERO: EffectSpec = EffectSpec {
+    name: "c_zero",
+    standard_name: "C zero error",
+    belongs_to: &[BelongsTo::Bench],
+    stages: READINGS,
+    formula: "C + δ",
+    source: "EN 13032-1, alignment of the goniometer axes",
+    parameters: &[
+        amplitude("offset_deg", "°", (-5.0, 5.0), 0.5, READINGS),
+    ],
+    amplitude_power: 1,
+    shows_in: "c_deg",
+    splits: &[],
+    acts: &[Act::Axes(turn)],
+};
+
+fn turn(values: &[f64], _: &ReadingCoordinates, axes: &mut Axes) {
+    axes.c_deg += values[0];
+}

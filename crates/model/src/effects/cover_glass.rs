@@ -1,0 +1,39 @@
+//! Panes before the sensor reflect the more the more slanting the light falls.
+
+use super::act::{Act, Pixel};
+use super::spec::{BelongsTo, EffectSpec, MAPS, ParameterSpec, Role, Split, amplitude};
+
+/// Fresnel loss of the cover glass.
+pub(super) static COVER_GLASS: EffectSpec = EffectSpec {
+    name: "cover_glass",
+    standard_name: "Fresnel loss of the cover glass",
+    belongs_to: &[BelongsTo::Sensor],
+    stages: MAPS,
+    formula: "T(θ)^k, T = ½(T_s + T_p) of a plate with inner reflections",
+    source: "Fresnel equations; T = (1 − R)/(1 + R) per polarization",
+    parameters: &[
+        amplitude("plates", "1", (0.0, 4.0), 1.0, MAPS),
+        ParameterSpec { key: "index", unit: "1", null: 1.52, plausible: (1.3, 2.0), step: 1.0, role: Role::Constant, stages: MAPS, required: false },
+    ],
+    amplitude_power: 1,
+    shows_in: "incidence_deg",
+    splits: &[Split { from: "pixel_angular", by: "tilts" }],
+    acts: &[Act::Pixel(transmission)],
+};
+
+fn transmission(values: &[f64], pixel: &Pixel) -> f64 {
+    if values[0] == 0.0 {
+        return 1.0;
+    }
+    let index = values[1];
+    let cos = pixel.cos_incidence.clamp(0.0, 1.0);
+    let sin_inside = (1.0 - cos * cos).sqrt() / index;
+    let cos_inside = (1.0 - sin_inside * sin_inside).max(0.0).sqrt();
+    let plate = |amplitude: f64| {
+        let reflected = amplitude * amplitude;
+        (1.0 - reflected) / (1.0 + reflected)
+    };
+    let s = plate((cos - index * cos_inside) / (cos + index * cos_inside));
+    let p = plate((cos_inside - index * cos) / (cos_inside + index * cos));
+    (0.5 * (s + p)).powf(values[0])
+}

@@ -1,0 +1,25 @@
+//! Light and charge spread to neighbours. Blind on smooth maps.
+
+use super::act::Act;
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
+
+/// Crosstalk (point spread).
+pub(super) static CROSSTALK: EffectSpec = EffectSpec {
+    name: "crosstalk",
+    standard_name: "crosstalk (point spread)",
+    belongs_to: &[BelongsTo::Sensor],
+    stages: MAPS,
+    formula: "signal ⊗ Gaussian of standard deviation w",
+    source: "EMVA 1288; point spread function",
+    parameters: &[
+        amplitude("width_px", "px", (0.0, 3.0), 1.0, MAPS),
+    ],
+    amplitude_power: 2,
+    shows_in: "x_mm",
+    splits: &[],
+    acts: &[Act::Blur(width)],
+};
+
+fn width(values: &[f64]) -> f64 {
+    values[0].abs()
+}

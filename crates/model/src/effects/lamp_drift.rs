@@ -1,0 +1,25 @@
+//! The lamp or its supply drifts evenly. Where the time is not known, t = 0.
+
+use super::act::Act;
+use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, Split, amplitude};
+
+/// Depreciation (supply drift).
+pub(super) static LAMP_DRIFT: EffectSpec = EffectSpec {
+    name: "lamp_drift",
+    standard_name: "depreciation (supply drift)",
+    belongs_to: &[BelongsTo::Luminaire],
+    stages: READINGS_AND_MAPS,
+    formula: "1 + r·t",
+    source: "linear drift; LM-79, stability",
+    parameters: &[
+        amplitude("rate_per_h", "1/h", (-0.02, 0.02), 0.002, READINGS_AND_MAPS),
+    ],
+    amplitude_power: 1,
+    shows_in: "time_s",
+    splits: &[Split { from: "lamp_warmup", by: "reference_repeats" }, Split { from: "temp_coefficient", by: "reference_repeats" }],
+    acts: &[Act::Lamp(drift)],
+};
+
+fn drift(values: &[f64], time_s: Option<f64>) -> f64 {
+    time_s.map_or(1.0, |time_s| 1.0 + values[0] * time_s / 3600.0)
+}

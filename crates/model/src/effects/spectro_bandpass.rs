@@ -1,0 +1,39 @@
+//! The slit averages over wavelength: the triangle of equal entrance and exit slits.
+
+use super::act::{Act, Instrument};
+use super::spec::{BelongsTo, EffectSpec, SPECTRA, Split, amplitude};
+
+/// Bandpass of the spectroradiometer.
+pub(super) static SPECTRO_BANDPASS: EffectSpec = EffectSpec {
+    name: "spectro_bandpass",
+    standard_name: "bandpass of the spectroradiometer",
+    belongs_to: &[BelongsTo::Bench],
+    stages: SPECTRA,
+    formula: "S ⊗ triangle of the given full width at half maximum",
+    source: "CIE 214",
+    parameters: &[
+        amplitude("fwhm_nm", "nm", (1.0, 10.0), 3.0, SPECTRA),
+    ],
+    amplitude_power: 2,
+    shows_in: "wavelength_nm",
+    splits: &[Split { from: "spectro_shift", by: "line_lamp" }],
+    acts: &[Act::Spectrum(shown)],
+};
+
+/// Samples on each side of the triangle.
+const SAMPLES: i32 = 12;
+
+fn shown(values: &[f64], at: &Instrument<'_>) -> f64 {
+    let fwhm_nm = values[0].abs();
+    if fwhm_nm == 0.0 {
+        return (at.truth)(at.wavelength_nm);
+    }
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for k in -SAMPLES..=SAMPLES {
+        let place = f64::from(k) / f64::from(SAMPLES + 1);
+        let weight = 1.0 - place.abs();
+        sum += weight * (at.truth)(at.wavelength_nm + place * fwhm_nm);
+        weights += weight;
+    }
+    sum / weights
+}

@@ -1,0 +1,35 @@
+//! What the operator believes about a luminaire and the bench that measured it, and what those beliefs predict.
+//!
+//! A [`Model`] is a [`Luminaire`] (intensity distribution, emitter, spectrum) and a list of [`Effect`]s. The same list,
+//! through the same code, predicts a goniometer reading ([`Model::predict_readings`]), the pixels of a sensor map
+//! ([`Model::predict_maps`]) and a spectrum ([`Model::predict_spectra`]); each effect acts where it belongs.
+//!
+//! Frames: luminaire with the light centre at the origin, d(C, γ) = (sin γ cos C, sin γ sin C, cos γ); lengths in mm.
+
+mod bench;
+mod document;
+pub mod effects;
+mod emitter;
+mod floor;
+mod lobe;
+mod luminaire;
+mod map;
+mod model;
+mod photometric_file;
+mod pose;
+mod refined;
+mod scene;
+mod shine;
+mod spectrum;
+
+pub use bench::{CorrectedReading, NoInverse};
+pub use document::{ShapeTrust, Trust, Uncertainty, UncertaintyScale};
+pub use effects::{BelongsTo, Effect, EffectError, EffectSpec, ParameterSpec, Role, Stage, catalogue};
+pub use emitter::{Emitter, EmitterError, Node};
+pub use luminaire::{Luminaire, Spectral};
+pub use model::{Model, ModelError};
+pub use photometric_file::{PhotometricFileError, read_distribution, read_spectrum};
+pub use pose::SensorPose;
+pub use refined::{Harmonic, Refined};
+pub use scene::{Scene, Sensor};
+pub use spectrum::NoSpectrum;

@@ -1,0 +1,208 @@
+//! The lobe of one aimed LED, such that all LEDs together are the file's far field.
+//!
+//! Parallel LEDs each carry the file's distribution. LEDs that lean inward by ψ do not: their sum over azimuth widens the
+//! lobe, so the single lobe is narrower. Only its ratio to that sum is used, so that the far field is the file's exactly,
+//! whatever is left of the fit.
+
+use glam::DVec3;
+use isolux_photometry::IntensityDistribution;
+
+use crate::emitter::Node;
+use crate::luminaire::angles_deg;
+
+/// Step of the table of the lobe.
+const STEP_DEG: f64 = 0.5;
+const NODES: usize = 361;
+/// Azimuths in half a turn; the integrand is smooth and even.
+const AZIMUTHS: usize = 16;
+const ITERATIONS: usize = 10;
+/// Half width of the smoothing in steps of the table.
+const SMOOTHING: isize = 4;
+
+/// The lobe of one LED and the sum of all.
+#[derive(Debug, Clone)]
+pub(crate) struct Lobe {
+    lobe: Vec<f64>,
+    sum: Sum,
+}
+
+#[derive(Debug, Clone)]
+enum Sum {
+    /// The LEDs lie evenly on circles.
+    Rotational(Vec<f64>),
+    /// Any other places: over C and γ.
+    Grid(IntensityDistribution),
+}
+
+impl Lobe {
+    /// The lobe of LEDs `nodes` that lean inward by `aim_deg`.
+    pub fn fit(distribution: &IntensityDistribution, nodes: &[Node], aim_deg: f64, on_circles: bool) -> Option<Self> {
+        let target: Vec<f64> = (0..NODES)
+            .map(|i| mean_over_c(distribution, i as f64 * STEP_DEG).max(0.0))
+            .collect();
+        // LEDs on the axis have nowhere to lean.
+        let upright: f64 = nodes
+            .iter()
+            .filter(|node| node.axis == DVec3::Z)
+            .map(|node| node.weight)
+            .sum();
+        let (sin, cos) = aim_deg.to_radians().sin_cos();
+        let places: Vec<f64> = (0..NODES)
+            .flat_map(|i| {
+                let (sin_gamma, cos_gamma) = (i as f64 * STEP_DEG).to_radians().sin_cos();
+                (0..AZIMUTHS).map(move |k| {
+                    let azimuth = std::f64::consts::PI * (k as f64 + 0.5) / AZIMUTHS as f64;
+                    (cos * cos_gamma + sin * sin_gamma * azimuth.cos())
+                        .clamp(-1.0, 1.0)
+                        .acos()
+                        .to_degrees()
+                        / STEP_DEG
+                })
+            })
+            .collect();
+        let sum_of = |lobe: &[f64]| -> Vec<f64> {
+            (0..NODES)
+                .map(|i| {
+                    let ring: f64 = places[i * AZIMUTHS..(i + 1) * AZIMUTHS]
+                        .iter()
+                        .map(|place| linear(lobe, *place))
+                        .sum();
+                    upright * lobe[i] + (1.0 - upright) * ring / AZIMUTHS as f64
+                })
+                .collect()
+        };
+        // Multiplicative iteration keeps the lobe positive; the correction is smoothed, because undoing an average would
+        // otherwise blow up the corners that the file's grid has between its angles.
+        let mut lobe = target.clone();
+        for _ in 0..ITERATIONS {
+            let sum = sum_of(&lobe);
+            let ratio: Vec<f64> = target
+                .iter()
+                .zip(&sum)
+                .map(|(target, sum)| if *sum > 0.0 && *target > 0.0 { target / sum } else { 1.0 })
+                .collect();
+            for (index, value) in lobe.iter_mut().enumerate() {
+                *value *= smoothed(&ratio, index);
+            }
+        }
+        let sum = if on_circles {
+            Sum::Rotational(sum_of(&lobe))
+        } else {
+            Sum::Grid(grid(&lobe, nodes)?)
+        };
+        Some(Self { lobe, sum })
+    }
+
+    /// The share of the far field towards `direction` (unit) that an LED with `axis` has, relative to its weight.
+    pub fn share(&self, axis: DVec3, direction: DVec3) -> f64 {
+        let own = linear(
+            &self.lobe,
+            axis.dot(direction).clamp(-1.0, 1.0).acos().to_degrees() / STEP_DEG,
+        );
+        let (c_deg, gamma_deg) = angles_deg(direction);
+        let sum = match &self.sum {
+            Sum::Rotational(sum) => linear(sum, gamma_deg / STEP_DEG),
+            Sum::Grid(sum) => sum.intensity_cd_at(c_deg, gamma_deg),
+        };
+        if sum > 1e-9 * self.lobe[0].abs() {
+            own / sum
+        } else {
+            1.0
+        }
+    }
+}
+
+fn grid(lobe: &[f64], nodes: &[Node]) -> Option<IntensityDistribution> {
+    let c_deg: Vec<f64> = (0..72).map(|i| 5.0 * i as f64).collect();
+    let gamma_deg: Vec<f64> = (0..=180).map(f64::from).collect();
+    let mut sum = Vec::with_capacity(c_deg.len() * gamma_deg.len());
+    for c in &c_deg {
+        for gamma in &gamma_deg {
+            let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
+            let direction = DVec3::new(sin * cos_c, sin * sin_c, cos);
+            let of_node = |node: &Node| {
+                node.weight
+                    * linear(
+                        lobe,
+                        node.axis.dot(direction).clamp(-1.0, 1.0).acos().to_degrees() / STEP_DEG,
+                    )
+            };
+            sum.push(nodes.iter().map(of_node).sum());
+        }
+    }
+    IntensityDistribution::new(c_deg, gamma_deg, sum).ok()
+}
+
+fn mean_over_c(distribution: &IntensityDistribution, gamma_deg: f64) -> f64 {
+    if distribution.is_rotational() {
+        return distribution.intensity_cd_at(0.0, gamma_deg);
+    }
+    (0..24)
+        .map(|k| distribution.intensity_cd_at(15.0 * f64::from(k), gamma_deg))
+        .sum::<f64>()
+        / 24.0
+}
+
+/// Mean over ± `SMOOTHING` steps, mirrored at both poles.
+fn smoothed(table: &[f64], index: usize) -> f64 {
+    let at = |place: isize| {
+        let mirrored = place.unsigned_abs();
+        table[if mirrored < NODES {
+            mirrored
+        } else {
+            2 * (NODES - 1) - mirrored
+        }]
+    };
+    (-SMOOTHING..=SMOOTHING).map(|k| at(index as isize + k)).sum::<f64>() / (2 * SMOOTHING + 1) as f64
+}
+
+/// Linear between the entries of a table, `place` in steps.
+fn linear(table: &[f64], place: f64) -> f64 {
+    let cell = (place as usize).min(NODES - 2);
+    table[cell] + (place - cell as f64) * (table[cell + 1] - table[cell])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::emitter::Emitter;
+
+    /// LEDs of cosⁿ lobes, leaning inward: their far field is known in closed form of a sum, and so is each LED's share.
+    #[test]
+    fn finds_the_single_lobe_of_a_ring() {
+        let (n, aim) = (6, 6.0f64);
+        let ring = Emitter::Leds {
+            position_mm: vec![],
+            weight: vec![],
+            radius_mm: vec![28.0],
+            count: vec![36],
+            aim_deg: aim,
+        };
+        let nodes = ring.nodes(1);
+        let truth = |axis: DVec3, d: DVec3| axis.dot(d).max(0.0).powi(n);
+        let gamma: Vec<f64> = (0..=90).map(f64::from).collect();
+        let far: Vec<f64> = gamma
+            .iter()
+            .map(|g| {
+                let (sin, cos) = g.to_radians().sin_cos();
+                nodes
+                    .iter()
+                    .map(|node| node.weight * truth(node.axis, DVec3::new(sin, 0.0, cos)))
+                    .sum()
+            })
+            .collect();
+        let file = IntensityDistribution::new(vec![0.0], gamma, far.clone()).unwrap();
+        let lobe = Lobe::fit(&file, &nodes, aim, true).unwrap();
+        for g in [0.0f64, 5.0, 15.0, 30.0, 45.0] {
+            let (sin, cos) = g.to_radians().sin_cos();
+            for azimuth in [0.0f64, 1.0, 2.5] {
+                let d = DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos);
+                let total: f64 = nodes.iter().map(|node| node.weight * truth(node.axis, d)).sum();
+                for node in nodes.iter().step_by(5) {
+                    let (found, expected) = (lobe.share(node.axis, d), truth(node.axis, d) / total);
+                    assert!((found / expected - 1.0).abs() < 3e-3, "γ {g}: {found} for {expected}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The luminaire itself: how much light in which direction, from where, of what spectrum.
+
+use glam::DVec3;
+use isolux_photometry::IntensityDistribution;
+use isolux_spectrum::Spectrum;
+
+use crate::emitter::Emitter;
+
+/// What links illuminance and irradiance.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Spectral {
+    /// A spectrum, any scale.
+    Spectrum(Spectrum),
+    /// The luminous efficacy of radiation alone, in lm/W.
+    Efficacy(f64),
+    /// Nothing is known: results stay in lx.
+    None,
+}
+
+/// Intensity distribution (absolute, scaled to `flux_lm` where that is given), emitter and spectrum.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Luminaire {
+    distribution: IntensityDistribution,
+    emitter: Emitter,
+    spectral: Spectral,
+    lookup: Lookup,
+}
+
+impl Luminaire {
+    /// A luminaire from its parts.
+    pub fn new(distribution: IntensityDistribution, emitter: Emitter, spectral: Spectral) -> Self {
+        let lookup = Lookup::new(&distribution);
+        Self {
+            distribution,
+            emitter,
+            spectral,
+            lookup,
+        }
+    }
+
+    /// The intensity distribution as the model's files give it: nothing refitted, no effects.
+    pub fn distribution(&self) -> &IntensityDistribution {
+        &self.distribution
+    }
+
+    /// The luminous shape as the model's file gives it.
+    pub fn emitter(&self) -> &Emitter {
+        &self.emitter
+    }
+
+    /// What links lx and W/m².
+    pub fn spectral(&self) -> &Spectral {
+        &self.spectral
+    }
+
+    /// Luminous efficacy of radiation in lm/W, where it is known.
+    pub fn ler_lm_per_w(&self) -> Option<f64> {
+        match &self.spectral {
+            Spectral::Spectrum(spectrum) => spectrum.ler_lm_per_w().map(isolux_units::LumenPerWatt::value),
+            Spectral::Efficacy(ler) => Some(*ler),
+            Spectral::None => None,
+        }
+    }
+
+    /// Intensity in cd towards (C, γ), γ ≥ 0; bilinear, the mean over C at the poles.
+    pub(crate) fn intensity_cd(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        self.lookup.at(&self.distribution, c_deg, gamma_deg)
+    }
+}
+
+/// C and γ of a direction of any length; γ in [0, 180].
+pub(crate) fn angles_deg(direction: DVec3) -> (f64, f64) {
+    let gamma_deg = direction.x.hypot(direction.y).atan2(direction.z).to_degrees();
+    (direction.y.atan2(direction.x).to_degrees(), gamma_deg)
+}
+
+/// Steps of an equidistant grid, so that its cell is found without a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Lookup {
+    gamma_step_deg: Option<f64>,
+    pole_cd: [f64; 2],
+}
+
+impl Lookup {
+    fn new(distribution: &IntensityDistribution) -> Self {
+        let gamma = distribution.gamma_deg();
+        let step = (gamma[gamma.len() - 1] - gamma[0]) / (gamma.len() - 1) as f64;
+        let even = gamma
+            .iter()
+            .enumerate()
+            .all(|(i, g)| (g - gamma[0] - step * i as f64).abs() < 1e-9);
+        let mean = |at: f64| {
+            let (Ok(c), Ok(gamma)) = (isolux_units::CPlane::new(0.0), isolux_units::Gamma::new(at)) else {
+                return 0.0;
+            };
+            distribution.at(c, gamma).value()
+        };
+        Self {
+            gamma_step_deg: even.then_some(step),
+            pole_cd: [mean(0.0), mean(180.0)],
+        }
+    }
+
+    fn at(&self, distribution: &IntensityDistribution, c_deg: f64, gamma_deg: f64) -> f64 {
+        if !distribution.is_rotational() {
+            if gamma_deg < 1e-9 {
+                return self.pole_cd[0];
+            }
+            if gamma_deg > 180.0 - 1e-9 {
+                return self.pole_cd[1];
+            }
+            return distribution.intensity_cd_at(c_deg, gamma_deg);
+        }
+        let Some(step) = self.gamma_step_deg else {
+            return distribution.intensity_cd_at(c_deg, gamma_deg);
+        };
+        let gamma = distribution.gamma_deg();
+        let last = gamma.len() - 1;
+        if gamma_deg < gamma[0] || gamma_deg > gamma[last] {
+            return 0.0;
+        }
+        let place = (gamma_deg - gamma[0]) / step;
+        let cell = (place as usize).min(last - 1);
+        let values = distribution.intensity_cd();
+        let v = place - cell as f64;
+        values[cell] + v * (values[cell + 1] - values[cell])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quick_lookup_is_the_interpolant() {
+        let gamma: Vec<f64> = (0..=45).map(|i| 2.0 * i as f64).collect();
+        let intensity: Vec<f64> = gamma
+            .iter()
+            .map(|g| 1000.0 * g.to_radians().cos().max(0.0).powi(3))
+            .collect();
+        let distribution = IntensityDistribution::new(vec![0.0], gamma, intensity).unwrap();
+        let luminaire = Luminaire::new(distribution.clone(), Emitter::Point {}, Spectral::None);
+        for i in 0..1900 {
+            let gamma = i as f64 * 0.0501;
+            assert!(
+                (luminaire.intensity_cd(0.0, gamma) - distribution.intensity_cd_at(0.0, gamma)).abs() < 1e-9,
+                "{gamma}"
+            );
+        }
+    }
+}

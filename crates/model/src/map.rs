@@ -1,0 +1,292 @@
+//! The signal of every bin of a set of sensor maps.
+
+use glam::{DMat3, DVec2, DVec3};
+use isolux_record::observation::{Cell, MapPose, MapSet, MapUnit};
+
+use crate::effects::{Act, LampLaw, PairLaw, Pixel, Placement};
+use crate::model::Model;
+use crate::pose::SensorPose;
+use crate::shine::Shine;
+
+/// A bin counts as a point where (side/distance)² is below this: its mean differs from its middle by about 0.7 times that.
+const POINT_LIKE: f64 = 5e-6;
+
+/// The distance at which the peak intensity fills a sensor whose file gives no `full_scale` and whose unit is absolute.
+const FULL_SCALE_DISTANCE_MM: f64 = 500.0;
+
+type Law<'m, F> = Vec<(F, &'m [f64])>;
+
+/// The acts on maps, sorted by kind.
+#[derive(Default)]
+struct Chain<'m> {
+    placement: Law<'m, fn(&[f64], &mut Placement)>,
+    lamp: Law<'m, LampLaw>,
+    pixel: Law<'m, fn(&[f64], &Pixel) -> f64>,
+    background: Law<'m, PairLaw>,
+    exposure: Law<'m, fn(&[f64], f64) -> f64>,
+    signal: Law<'m, fn(&[f64], f64) -> f64>,
+    zero: Law<'m, fn(&[f64]) -> f64>,
+    readout: Law<'m, fn(&[f64], f64) -> f64>,
+    blur: Law<'m, fn(&[f64]) -> f64>,
+}
+
+impl<'m> Chain<'m> {
+    fn new(model: &'m Model) -> Self {
+        let mut chain = Self::default();
+        for (act, values) in model.acts() {
+            match *act {
+                Act::Placement(law) => chain.placement.push((law, values)),
+                Act::Lamp(law) => chain.lamp.push((law, values)),
+                Act::Pixel(law) => chain.pixel.push((law, values)),
+                Act::Background(law) => chain.background.push((law, values)),
+                Act::Exposure(law) => chain.exposure.push((law, values)),
+                Act::Signal(law) => chain.signal.push((law, values)),
+                Act::SignalZero(law) => chain.zero.push((law, values)),
+                Act::Readout(law) => chain.readout.push((law, values)),
+                Act::Blur(law) => chain.blur.push((law, values)),
+                _ => {}
+            }
+        }
+        chain
+    }
+}
+
+impl Model {
+    /// The signal of every cell of `maps`, in its order and unit: the mean over the bin.
+    ///
+    /// Irradiance needs the model's spectrum or efficacy; without one, maps in W/m² are NaN: ask
+    /// [`Model::ler_lm_per_w`] first.
+    pub fn predict_maps(&self, maps: &MapSet) -> Vec<f64> {
+        let chain = Chain::new(self);
+        let shine = Shine::new(self);
+        let ler = self.ler_lm_per_w();
+        // From lx to the unit of the maps.
+        let scale = match maps.unit() {
+            MapUnit::Relative => self.refined().map_gain,
+            MapUnit::Lux => 1.0,
+            MapUnit::WattPerSquareMetre => ler.map_or(f64::NAN, f64::recip),
+        };
+        let full_scale = maps.full_scale().unwrap_or_else(|| match maps.unit() {
+            MapUnit::Relative => 1.0,
+            MapUnit::Lux | MapUnit::WattPerSquareMetre => {
+                let peak_cd = self.luminaire().distribution().peak().intensity.value();
+                peak_cd / (FULL_SCALE_DISTANCE_MM * FULL_SCALE_DISTANCE_MM) * 1e6 * scale
+            }
+        });
+        let background_lx: f64 = chain
+            .background
+            .iter()
+            .map(|(law, values)| {
+                let (lx, w_m2) = law(values);
+                lx + if w_m2 == 0.0 {
+                    0.0
+                } else {
+                    w_m2 * ler.unwrap_or(f64::NAN)
+                }
+            })
+            .sum();
+
+        let mut signal = vec![0.0; maps.cells().len()];
+        let mut of_map: Vec<Vec<usize>> = vec![Vec::new(); maps.maps().len()];
+        for (index, cell) in maps.cells().iter().enumerate() {
+            of_map[cell.map as usize].push(index);
+        }
+        for (map, indices) in maps.maps().iter().zip(&of_map) {
+            let bench = Bench::new(&chain, &shine, map, maps);
+            let mut exposure = map.exposure;
+            for (law, values) in &chain.exposure {
+                exposure = law(values, exposure);
+            }
+            let lamp: f64 = chain.lamp.iter().map(|(law, values)| law(values, map.time_s)).product();
+            let light_lx = |cell: &Cell| {
+                if map.capped {
+                    return 0.0;
+                }
+                let from_lamp = if map.lamp { bench.lamp_lx(cell) * lamp } else { 0.0 };
+                from_lamp + background_lx
+            };
+            let mut lights: Vec<f64> = indices.iter().map(|&index| light_lx(&maps.cells()[index])).collect();
+            for (law, values) in &chain.blur {
+                lights = blur(
+                    &lights,
+                    indices.iter().map(|&index| &maps.cells()[index]),
+                    maps.bins(),
+                    law(values),
+                );
+            }
+            for (&index, light_lx) in indices.iter().zip(lights) {
+                let mut share = light_lx * exposure * scale / full_scale;
+                for (law, values) in &chain.signal {
+                    share = law(values, share);
+                }
+                share += chain.zero.iter().map(|(law, values)| law(values)).sum::<f64>();
+                for (law, values) in &chain.readout {
+                    share = law(values, share);
+                }
+                signal[index] = share * full_scale;
+            }
+        }
+        signal
+    }
+
+    /// The placement of a sensor with the effects on it: where it truly stands, and the source before it.
+    pub fn placement(&self, pose: SensorPose) -> Placement {
+        let mut placement = Placement {
+            pose,
+            luminaire_from_room: DMat3::IDENTITY,
+        };
+        for (act, values) in self.acts() {
+            if let Act::Placement(law) = act {
+                law(values, &mut placement);
+            }
+        }
+        placement
+    }
+
+    /// Factor on the lamp's light at a place of a sensor: glass, acceptance, vignetting and the like.
+    pub fn pixel_factor(&self, pixel: &Pixel) -> f64 {
+        self.acts().fold(1.0, |factor, (act, values)| match act {
+            Act::Pixel(law) => factor * law(values, pixel),
+            _ => factor,
+        })
+    }
+
+    /// Uniform light on a sensor that the effects add, in lx; `None` where it is given in W/m² and no efficacy is known.
+    pub fn background_lx(&self) -> Option<f64> {
+        let mut sum = 0.0;
+        for (act, values) in self.acts() {
+            if let Act::Background(law) = act {
+                let (lx, w_m2) = law(values);
+                sum += lx + if w_m2 == 0.0 { 0.0 } else { w_m2 * self.ler_lm_per_w()? };
+            }
+        }
+        Some(sum)
+    }
+}
+
+/// One sensor before the luminaire.
+struct Bench<'a> {
+    chain: &'a Chain<'a>,
+    shine: &'a Shine<'a>,
+    rotation: DMat3,
+    centre_mm: DVec3,
+    facing: DVec3,
+    bin_mm: DVec2,
+    size_mm: DVec2,
+    /// Offsets of the quadrature nodes of a bin, in halves of its sides, equal weights.
+    nodes: &'static [[f64; 2]],
+}
+
+/// Gauss–Legendre with 1 and with 2 × 2 nodes.
+const ONE: &[[f64; 2]] = &[[0.0, 0.0]];
+const FOUR: &[[f64; 2]] = &[[-G, -G], [G, -G], [-G, G], [G, G]];
+const G: f64 = 0.577_350_269_189_625_8;
+
+impl<'a> Bench<'a> {
+    fn new(chain: &'a Chain<'a>, shine: &'a Shine<'a>, map: &MapPose, maps: &MapSet) -> Self {
+        let pose = SensorPose {
+            distance_mm: map.distance_mm,
+            tilt_x_deg: map.tilt_x_deg,
+            tilt_y_deg: map.tilt_y_deg,
+            rot_z_deg: map.rot_z_deg,
+            offset_mm: DVec2::from_array(map.offset_mm),
+            mount_tilt_deg: [0.0; 2],
+        };
+        let mut placement = Placement {
+            pose,
+            luminaire_from_room: DMat3::IDENTITY,
+        };
+        for (law, values) in &chain.placement {
+            law(values, &mut placement);
+        }
+        let turn = placement.luminaire_from_room;
+        let size_mm = DVec2::from_array(maps.sensor_mm());
+        let [nx, ny] = maps.bins();
+        let bin_mm = size_mm / DVec2::new(nx as f64, ny as f64);
+        let centre_mm = turn * placement.pose.centre_mm();
+        let point_like = bin_mm.max_element() / centre_mm.length();
+        Self {
+            chain,
+            shine,
+            rotation: turn * placement.pose.rotation(),
+            centre_mm,
+            facing: -(turn * placement.pose.normal()),
+            bin_mm,
+            size_mm,
+            nodes: if point_like * point_like < POINT_LIKE {
+                ONE
+            } else {
+                FOUR
+            },
+        }
+    }
+
+    /// Mean over a bin of the lamp's illuminance times the sensor's factors, the lamp being stable.
+    fn lamp_lx(&self, cell: &Cell) -> f64 {
+        let middle = (DVec2::new(cell.ix as f64, cell.iy as f64) + 0.5) * self.bin_mm - 0.5 * self.size_mm;
+        let sum: f64 = self
+            .nodes
+            .iter()
+            .map(|node| {
+                let place = middle + 0.5 * self.bin_mm * DVec2::from_array(*node);
+                let point_mm = self.rotation * place.extend(0.0) + self.centre_mm;
+                let illuminance_lx = self.shine.illuminance_lx(point_mm, self.facing);
+                if self.chain.pixel.is_empty() {
+                    return illuminance_lx;
+                }
+                let pixel = Pixel {
+                    x_mm: place.x,
+                    y_mm: place.y,
+                    half_width_mm: 0.5 * self.size_mm.x,
+                    cos_incidence: point_mm.dot(self.facing) / point_mm.length(),
+                };
+                self.chain
+                    .pixel
+                    .iter()
+                    .fold(illuminance_lx, |light, (law, values)| light * law(values, &pixel))
+            })
+            .sum();
+        sum / self.nodes.len() as f64
+    }
+}
+
+/// A Gaussian of standard deviation `width` bins over the bins of one map; beyond its edge the map goes on as it ends.
+fn blur<'c>(lights: &[f64], cells: impl Iterator<Item = &'c Cell> + Clone, bins: [usize; 2], width: f64) -> Vec<f64> {
+    if width == 0.0 {
+        return lights.to_vec();
+    }
+    let [nx, ny] = bins;
+    let mut grid = vec![f64::NAN; nx * ny];
+    for (cell, light) in cells.clone().zip(lights) {
+        grid[cell.iy as usize * nx + cell.ix as usize] = *light;
+    }
+    let reach = (4.0 * width).ceil() as isize;
+    let kernel: Vec<f64> = (-reach..=reach)
+        .map(|k| (-0.5 * (k as f64 / width).powi(2)).exp())
+        .collect();
+    let pass = |grid: &[f64], along_x: bool| -> Vec<f64> {
+        let at = |ix: isize, iy: isize| {
+            grid[iy.clamp(0, ny as isize - 1) as usize * nx + ix.clamp(0, nx as isize - 1) as usize]
+        };
+        let mut out = vec![f64::NAN; nx * ny];
+        for iy in 0..ny as isize {
+            for ix in 0..nx as isize {
+                let (mut sum, mut weights) = (0.0, 0.0);
+                for (weight, k) in kernel.iter().zip(-reach..=reach) {
+                    let value = if along_x { at(ix + k, iy) } else { at(ix, iy + k) };
+                    // Bins that the file leaves out lend nothing.
+                    if value.is_finite() {
+                        sum += weight * value;
+                        weights += weight;
+                    }
+                }
+                out[iy as usize * nx + ix as usize] = if weights > 0.0 { sum / weights } else { f64::NAN };
+            }
+        }
+        out
+    };
+    let blurred = pass(&pass(&grid, true), false);
+    cells
+        .map(|cell| blurred[cell.iy as usize * nx + cell.ix as usize])
+        .collect()
+}

@@ -1,0 +1,440 @@
+//! `model.toml`: what the operator believes, whole.
+
+use std::sync::Arc;
+
+use camino::{Utf8Path, Utf8PathBuf};
+use glam::DVec3;
+use isolux_photometry::{DistributionError, IntensityDistribution};
+use isolux_record::document::{DocumentError, Fault, Source, read_text};
+use isolux_units::Lumen;
+
+use crate::document::{
+    LuminaireDocument, MODEL_FORMAT, ModelDocument, NoiseDocument, Trust, Uncertainty, UncertaintyScale,
+    effect_from_table, table_from_effect,
+};
+use crate::effects::{Act, Effect, Ray};
+use crate::emitter::Emitter;
+use crate::luminaire::{Luminaire, Spectral};
+use crate::photometric_file::{PhotometricFileError, read_distribution, read_spectrum};
+use crate::refined::Refined;
+
+/// A luminaire and the effects that are believed to act.
+#[derive(Debug, Clone)]
+pub struct Model {
+    luminaire: Arc<Luminaire>,
+    refined: Refined,
+    effects: Vec<Effect>,
+    document: Arc<LuminaireDocument>,
+    trust: Trust,
+    u_scale: UncertaintyScale,
+    folder: Utf8PathBuf,
+}
+
+/// Why a model cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ModelError {
+    /// The file itself: where and what to do.
+    #[error(transparent)]
+    Document(#[from] DocumentError),
+    /// A file that it names.
+    #[error("{document}: luminaire: {source}")]
+    File {
+        /// The model or scene file.
+        document: Utf8PathBuf,
+        /// What is wrong.
+        source: PhotometricFileError,
+    },
+}
+
+impl Model {
+    /// A model of a luminaire that no file describes, without effects.
+    pub fn of(luminaire: Luminaire) -> Self {
+        let document = LuminaireDocument {
+            distribution: String::new(),
+            spectrum: None,
+            ler_lm_per_w: None,
+            flux_lm: None,
+            emitter: None,
+            trust: None,
+            u: None,
+            refined: None,
+            provenance: None,
+        };
+        Self {
+            luminaire: Arc::new(luminaire),
+            refined: Refined::default(),
+            effects: Vec::new(),
+            document: Arc::new(document),
+            trust: Trust::default(),
+            u_scale: UncertaintyScale::default(),
+            folder: Utf8PathBuf::new(),
+        }
+    }
+
+    /// The model of a `model.toml` with the files that it names.
+    ///
+    /// # Errors
+    /// [`ModelError`] with file and line of the first thing that is wrong.
+    pub fn load(path: &Utf8Path) -> Result<Self, ModelError> {
+        Self::parse(path, &read_text(path)?)
+    }
+
+    /// The model of `text`, which stands or would stand at `path`.
+    ///
+    /// # Errors
+    /// As [`Model::load`].
+    pub fn parse(path: &Utf8Path, text: &str) -> Result<Self, ModelError> {
+        let source = Source { file: path, text };
+        let document: ModelDocument = source.parse(MODEL_FORMAT)?;
+        Self::build(source, document.luminaire, document.noise, &document.effect)
+    }
+
+    pub(crate) fn build(
+        source: Source<'_>,
+        document: LuminaireDocument,
+        noise: Option<NoiseDocument>,
+        effect: &[toml::Table],
+    ) -> Result<Self, ModelError> {
+        let fault = |path: &str, message: String| {
+            ModelError::from(source.locate(&Fault {
+                path: path.to_owned(),
+                message,
+            }))
+        };
+        let folder = source.file.parent().unwrap_or(Utf8Path::new("")).to_owned();
+        let in_file = |error| ModelError::File {
+            document: source.file.to_owned(),
+            source: error,
+        };
+
+        let mut distribution = read_distribution(&folder.join(&document.distribution)).map_err(in_file)?;
+        if let Some(flux_lm) = document.flux_lm {
+            let impossible = || {
+                fault(
+                    "luminaire.flux_lm",
+                    format!("flux_lm = {flux_lm} must be finite and above zero"),
+                )
+            };
+            let flux = Lumen::new(flux_lm)
+                .ok()
+                .filter(|flux| flux.value() > 0.0)
+                .ok_or_else(impossible)?;
+            distribution = distribution
+                .scaled_to_flux(flux)
+                .map_err(|error: DistributionError| fault("luminaire.flux_lm", error.to_string()))?;
+        }
+        let emitter = document
+            .emitter
+            .clone()
+            .unwrap_or(Emitter::Point {})
+            .checked()
+            .map_err(|error| fault("luminaire.emitter", error.to_string()))?;
+        let spectral = match (&document.spectrum, document.ler_lm_per_w) {
+            (Some(_), Some(_)) => {
+                return Err(fault(
+                    "luminaire.ler_lm_per_w",
+                    "give either spectrum or ler_lm_per_w, not both".into(),
+                ));
+            }
+            (Some(file), None) => Spectral::Spectrum(read_spectrum(&folder.join(file)).map_err(in_file)?),
+            (None, Some(ler)) if ler.is_finite() && ler > 0.0 => Spectral::Efficacy(ler),
+            (None, Some(ler)) => {
+                return Err(fault(
+                    "luminaire.ler_lm_per_w",
+                    format!("ler_lm_per_w = {ler} must be finite and above zero"),
+                ));
+            }
+            (None, None) => Spectral::None,
+        };
+        let refined = document.refined.clone().unwrap_or_default();
+        if !refined.is_possible() {
+            return Err(fault(
+                "luminaire.refined",
+                "its numbers must be finite, its angles above zero".into(),
+            ));
+        }
+        let trust = document.trust.clone().unwrap_or_default();
+        if trust.c_harmonics.contains(&0) {
+            return Err(fault(
+                "luminaire.trust.c_harmonics",
+                "harmonics start at 1; the level is part of the shape".into(),
+            ));
+        }
+        let mut effects = Vec::with_capacity(effect.len());
+        for (index, table) in effect.iter().enumerate() {
+            let effect = effect_from_table(table).map_err(|wrong| {
+                let key = if wrong.key.is_empty() {
+                    String::new()
+                } else {
+                    format!(".{}", wrong.key)
+                };
+                fault(&format!("effect.{index}{key}"), wrong.message)
+            })?;
+            effects.push(effect);
+        }
+        let model = Self {
+            luminaire: Arc::new(Luminaire::new(distribution, emitter, spectral)),
+            refined,
+            effects,
+            document: Arc::new(document),
+            trust,
+            u_scale: noise.map(|noise| noise.u_scale).unwrap_or_default(),
+            folder,
+        };
+        model
+            .refuse_two_emitters()
+            .map_err(|(index, message)| fault(&format!("effect.{index}"), message))?;
+        Ok(model)
+    }
+
+    /// The luminaire as the files give it.
+    pub fn luminaire(&self) -> &Luminaire {
+        &self.luminaire
+    }
+
+    /// The effects in file order.
+    pub fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    /// What was refitted.
+    pub fn refined(&self) -> &Refined {
+        &self.refined
+    }
+
+    /// What a diagnosis may refit.
+    pub fn trust(&self) -> &Trust {
+        &self.trust
+    }
+
+    /// What stated uncertainties are worth.
+    pub fn u_scale(&self) -> UncertaintyScale {
+        self.u_scale
+    }
+
+    /// What the model knows of its own measurement.
+    pub fn uncertainty(&self) -> Option<Uncertainty> {
+        self.document.u
+    }
+
+    /// Where the distribution is from, as written.
+    pub fn provenance(&self) -> Option<&toml::Table> {
+        self.document.provenance.as_ref()
+    }
+
+    /// The same luminaire with other effects. Cheap: nothing is read again.
+    #[must_use]
+    pub fn with_effects(&self, effects: Vec<Effect>) -> Self {
+        Self {
+            effects,
+            ..self.clone()
+        }
+    }
+
+    /// The same model with another refit of the luminaire.
+    #[must_use]
+    pub fn with_refined(&self, refined: Refined) -> Self {
+        Self {
+            refined,
+            ..self.clone()
+        }
+    }
+
+    /// The same model with another emitter, distribution or spectrum.
+    #[must_use]
+    pub fn with_luminaire(&self, luminaire: Luminaire) -> Self {
+        Self {
+            luminaire: Arc::new(luminaire),
+            ..self.clone()
+        }
+    }
+
+    /// The files that the model names, as written in it and where they are.
+    pub fn files(&self) -> Vec<(String, Utf8PathBuf)> {
+        std::iter::once(&self.document.distribution)
+            .chain(&self.document.spectrum)
+            .map(|name| (name.clone(), self.folder.join(name)))
+            .collect()
+    }
+
+    /// The same model with its files named as if they stood beside it, under their own names.
+    #[must_use]
+    pub fn beside_its_files(&self) -> Self {
+        let name = |path: &String| {
+            Utf8Path::new(path)
+                .file_name()
+                .map_or_else(|| path.clone(), str::to_owned)
+        };
+        let mut document = (*self.document).clone();
+        document.distribution = name(&document.distribution);
+        document.spectrum = document.spectrum.as_ref().map(name);
+        Self {
+            document: Arc::new(document),
+            ..self.clone()
+        }
+    }
+
+    /// The text of the model file: complete, every path relative to it.
+    pub fn to_toml(&self) -> String {
+        let luminaire = LuminaireDocument {
+            trust: Some(self.trust.clone()),
+            refined: (self.refined != Refined::default()).then(|| self.refined.clone()),
+            emitter: Some(self.luminaire.emitter().clone()),
+            ..(*self.document).clone()
+        };
+        let document = ModelDocument {
+            format: MODEL_FORMAT.to_owned(),
+            luminaire,
+            noise: Some(NoiseDocument { u_scale: self.u_scale }),
+            effect: self.effects.iter().map(table_from_effect).collect(),
+        };
+        // A document of plain tables and numbers always serialises; an empty text would not load and so not pass for one.
+        toml::to_string(&document).unwrap_or_default()
+    }
+
+    /// The emitter with the effects that replace it.
+    pub fn emitter(&self) -> Emitter {
+        self.effective_emitter()
+            .unwrap_or_else(|| self.luminaire.emitter().clone())
+    }
+
+    /// The intensity distribution with everything that was refitted and every effect on directions, on a grid fine enough
+    /// for them. The file's own grid, untouched, where there is none.
+    ///
+    /// # Errors
+    /// [`DistributionError`] if a factor is not finite.
+    pub fn distribution(&self) -> Result<IntensityDistribution, DistributionError> {
+        let directions = self.directions();
+        if directions.is_empty() && self.refined.is_unity() {
+            return Ok(self.luminaire.distribution().clone());
+        }
+        let base = self.luminaire.distribution();
+        let turns = !directions.is_empty() || self.refined.depends_on_c();
+        let c_deg = if turns {
+            with_steps(base.c_deg(), 360.0, 5.0)
+        } else {
+            base.c_deg().to_vec()
+        };
+        let gamma_deg = with_steps(base.gamma_deg(), base.gamma_deg()[base.gamma_deg().len() - 1], 1.0);
+        let mut intensity_cd = Vec::with_capacity(c_deg.len() * gamma_deg.len());
+        for c in &c_deg {
+            for gamma in &gamma_deg {
+                intensity_cd.push(base.intensity_cd_at(*c, *gamma) * self.direction_factor(&directions, *c, *gamma));
+            }
+        }
+        IntensityDistribution::new(c_deg, gamma_deg, intensity_cd)
+    }
+
+    /// Factor of the lamp's effects at a time since it was switched on; without a time warm-up is complete.
+    pub fn lamp_factor(&self, time_s: Option<f64>) -> f64 {
+        self.acts().fold(1.0, |factor, (act, values)| match act {
+            Act::Lamp(law) => factor * law(values, time_s),
+            _ => factor,
+        })
+    }
+
+    /// Factor of the effects on the path, over a length in mm.
+    pub fn path_factor(&self, path_mm: f64) -> f64 {
+        self.acts().fold(1.0, |factor, (act, values)| match act {
+            Act::Path(law) => factor * law(values, path_mm),
+            _ => factor,
+        })
+    }
+
+    /// Luminous efficacy of radiation in lm/W with the effects on it, where it is known.
+    pub fn ler_lm_per_w(&self) -> Option<f64> {
+        let factor = self.acts().fold(1.0, |factor, (act, values)| match act {
+            Act::Efficacy(law) => factor * law(values),
+            _ => factor,
+        });
+        self.luminaire.ler_lm_per_w().map(|ler| ler * factor)
+    }
+
+    /// Every act of every effect with its values, in the order of the catalogue within each kind of act.
+    pub(crate) fn acts(&self) -> impl Iterator<Item = (&'static Act, &[f64])> {
+        let mut order: Vec<(usize, &Effect)> = self
+            .effects
+            .iter()
+            .map(|effect| {
+                let place = crate::catalogue().iter().position(|spec| spec.name == effect.name());
+                (place.unwrap_or(usize::MAX), effect)
+            })
+            .collect();
+        order.sort_by_key(|(place, _)| *place);
+        order
+            .into_iter()
+            .flat_map(|(_, effect)| effect.acts().iter().map(move |act| (act, effect.values())))
+    }
+
+    pub(crate) fn directions(&self) -> Vec<(DirectionLaw, &[f64])> {
+        self.acts()
+            .filter_map(|(act, values)| match act {
+                Act::Direction(law) => Some((*law, values)),
+                _ => None,
+            })
+            .collect()
+    }
+
+    pub(crate) fn direction_factor(&self, directions: &[(DirectionLaw, &[f64])], c_deg: f64, gamma_deg: f64) -> f64 {
+        let mut factor = self.refined.factor(c_deg, gamma_deg);
+        if !directions.is_empty() {
+            let ((sin_c, cos_c), (sin, cos)) = (c_deg.to_radians().sin_cos(), gamma_deg.to_radians().sin_cos());
+            let ray = Ray {
+                c_deg,
+                gamma_deg,
+                direction: DVec3::new(sin * cos_c, sin * sin_c, cos),
+            };
+            for (law, values) in directions {
+                factor *= law(values, &ray);
+            }
+        }
+        factor
+    }
+
+    pub(crate) fn effective_emitter(&self) -> Option<Emitter> {
+        self.effects.iter().find_map(|effect| {
+            effect.acts().iter().find_map(|act| match act {
+                // At radius 0 the emitter of the file stays: a ring of no extent is no reason to forget a disc.
+                Act::Emitter(law) if !effect.is_null() => Some(law(effect.values())),
+                _ => None,
+            })
+        })
+    }
+
+    fn refuse_two_emitters(&self) -> Result<(), (usize, String)> {
+        let replaces = |effect: &Effect| effect.acts().iter().any(|act| matches!(act, Act::Emitter(_)));
+        let mut found = self.effects.iter().enumerate().filter(|(_, effect)| replaces(effect));
+        let Some((first, effect)) = found.next() else {
+            return Ok(());
+        };
+        if !matches!(self.luminaire.emitter(), Emitter::Point {} | Emitter::Disc { .. }) {
+            let name = effect.name();
+            return Err((
+                first,
+                format!("effect `{name}` replaces the emitter of a point or disc; this model has another"),
+            ));
+        }
+        match found.next() {
+            Some((second, effect)) => Err((second, format!("effect `{}` is there twice", effect.name()))),
+            None => Ok(()),
+        }
+    }
+}
+
+pub(crate) type DirectionLaw = fn(&[f64], &Ray) -> f64;
+
+/// The angles of a grid and between them others, so that none are farther apart than `step`.
+fn with_steps(grid: &[f64], end: f64, step: f64) -> Vec<f64> {
+    let mut angles = Vec::new();
+    for (index, &from) in grid.iter().enumerate() {
+        let to = grid.get(index + 1).copied().unwrap_or(end);
+        let parts = ((to - from) / step - 1e-9).ceil().max(1.0) as usize;
+        for part in 0..parts {
+            let angle = from + (to - from) * part as f64 / parts as f64;
+            if part == 0 || angle < end {
+                angles.push(angle);
+            }
+        }
+    }
+    angles
+}

@@ -1,0 +1,162 @@
+//! What a diagnosis has refitted of the luminaire: `[luminaire.refined]`.
+
+use serde::{Deserialize, Serialize};
+
+/// Corrections of the intensity that an honest analyst must allow for before any effect is named.
+///
+/// I′ = I · exp(Σ aₖ T₂ₖ(γ/γ_max)) · (1 + Σ aₘ cos(mC) sinᵐγ) · (1 + a tan²γ + b tan⁴γ). Beyond the γ that the data
+/// reached, each factor is held at its last value.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Refined {
+    /// Coefficients of T₀, T₂, T₄ … in ln I, the level first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ln_shape: Vec<f64>,
+    /// The largest γ of the readings.
+    #[serde(default = "right_angle")]
+    pub gamma_max_deg: f64,
+    /// Relative amplitudes of cos(m·C)·sinᵐγ.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub c_harmonics: Vec<Harmonic>,
+    /// Signal of a relative map for 1 lx at exposure 1.
+    #[serde(default = "one")]
+    pub map_gain: f64,
+    /// Coefficient of tan²γ.
+    #[serde(default)]
+    pub tan2: f64,
+    /// Coefficient of tan⁴γ.
+    #[serde(default)]
+    pub tan4: f64,
+    /// The largest γ of the maps.
+    #[serde(default = "sixty")]
+    pub tan_gamma_max_deg: f64,
+    /// Standard uncertainties and covariances, kept as written.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u: Option<toml::Table>,
+}
+
+/// One harmonic of C.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Harmonic {
+    /// Its order.
+    pub m: u32,
+    /// Its amplitude relative to the intensity.
+    pub amplitude_rel: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn right_angle() -> f64 {
+    90.0
+}
+
+fn sixty() -> f64 {
+    60.0
+}
+
+impl Default for Refined {
+    fn default() -> Self {
+        Self {
+            ln_shape: Vec::new(),
+            gamma_max_deg: right_angle(),
+            c_harmonics: Vec::new(),
+            map_gain: one(),
+            tan2: 0.0,
+            tan4: 0.0,
+            tan_gamma_max_deg: sixty(),
+            u: None,
+        }
+    }
+}
+
+impl Refined {
+    /// Factor on the intensity towards (C, γ), γ ≥ 0.
+    pub fn factor(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        let mut factor = 1.0;
+        if !self.ln_shape.is_empty() {
+            factor *= self.ln_shape_at(gamma_deg).exp();
+        }
+        for harmonic in &self.c_harmonics {
+            let m = f64::from(harmonic.m);
+            let sin = gamma_deg.to_radians().sin();
+            factor *= 1.0 + harmonic.amplitude_rel * (m * c_deg).to_radians().cos() * sin.powi(harmonic.m as i32);
+        }
+        if self.tan2 != 0.0 || self.tan4 != 0.0 {
+            let tan = gamma_deg.min(self.tan_gamma_max_deg).to_radians().tan();
+            let square = tan * tan;
+            factor *= 1.0 + square * (self.tan2 + self.tan4 * square);
+        }
+        factor
+    }
+
+    /// Whether the factor is 1 everywhere.
+    pub fn is_unity(&self) -> bool {
+        self.ln_shape.iter().all(|a| *a == 0.0)
+            && self.c_harmonics.iter().all(|h| h.amplitude_rel == 0.0)
+            && self.tan2 == 0.0
+            && self.tan4 == 0.0
+    }
+
+    /// Whether the factor depends on C.
+    pub fn depends_on_c(&self) -> bool {
+        self.c_harmonics.iter().any(|harmonic| harmonic.amplitude_rel != 0.0)
+    }
+
+    /// Σ aₖ T₂ₖ(x) = Σ aₖ Tₖ(2x² − 1), by Clenshaw's recurrence.
+    fn ln_shape_at(&self, gamma_deg: f64) -> f64 {
+        let x = (gamma_deg / self.gamma_max_deg).min(1.0);
+        let y = 2.0 * x * x - 1.0;
+        let (mut b1, mut b2) = (0.0, 0.0);
+        for &a in self.ln_shape.iter().skip(1).rev() {
+            (b1, b2) = (a + 2.0 * y * b1 - b2, b1);
+        }
+        self.ln_shape[0] + y * b1 - b2
+    }
+
+    pub(crate) fn is_possible(&self) -> bool {
+        let angle = |deg: f64| deg > 0.0 && deg <= 180.0;
+        self.ln_shape.iter().all(|a| a.is_finite())
+            && self.c_harmonics.iter().all(|h| h.amplitude_rel.is_finite())
+            && [self.map_gain, self.tan2, self.tan4].iter().all(|v| v.is_finite())
+            && angle(self.gamma_max_deg)
+            && self.tan_gamma_max_deg > 0.0
+            && self.tan_gamma_max_deg < 90.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chebyshev_terms_are_even_ones_in_gamma() {
+        let refined = Refined {
+            ln_shape: vec![0.1, -0.2, 0.05, 0.3],
+            gamma_max_deg: 70.0,
+            ..Refined::default()
+        };
+        for gamma in [0.0, 13.0, 41.5, 70.0, 85.0] {
+            let x = (gamma / 70.0f64).min(1.0);
+            let t = |n: f64| (n * x.acos()).cos();
+            let expected = (0.1 - 0.2 * t(2.0) + 0.05 * t(4.0) + 0.3 * t(6.0)).exp();
+            assert!((refined.factor(12.0, gamma) - expected).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn harmonics_vanish_on_the_axis() {
+        let refined = Refined {
+            c_harmonics: vec![Harmonic {
+                m: 2,
+                amplitude_rel: 0.1,
+            }],
+            ..Refined::default()
+        };
+        assert_eq!(refined.factor(77.0, 0.0), 1.0);
+        assert!((refined.factor(90.0, 90.0) - 0.9).abs() < 1e-15);
+        assert!(Refined::default().is_unity() && !refined.is_unity());
+    }
+}
