@@ -1,5 +1,7 @@
 //! One request at a time, and only its own answer.
 
+use std::collections::BTreeSet;
+
 use crate::{Alert, Command, Damaged, Framer, Message, Reply};
 
 /// What came of the bytes.
@@ -20,29 +22,21 @@ pub enum Event {
 /// Contract: [`start`](Self::start), write what it returns, feed every byte that arrives to
 /// [`handle_input`](Self::handle_input), and [`abandon`](Self::abandon) when the deadline has passed. Ids run over all
 /// hundred values, so a late answer would have to be late by a hundred requests to be taken for another.
+///
+/// A device sends checksums once it has accepted [`CHECKSUMS_ON`]; from then on an answer of that device without one is
+/// damaged.
 #[derive(Debug, Default)]
 pub struct Conversation {
     framer: Framer,
     waiting: Option<Command>,
     next_id: u8,
-    unchecked_allowed: bool,
+    checked_devices: BTreeSet<u8>,
 }
 
+/// Tells a device to end its replies with a checksum.
+pub const CHECKSUMS_ON: &str = "set comm.checksum 1";
+
 impl Conversation {
-    /// A conversation whose first request has id `first_id`: a fresh process should not begin where the last one did.
-    pub fn beginning_at(first_id: u8) -> Self {
-        Self {
-            next_id: first_id % 100,
-            ..Self::default()
-        }
-    }
-
-    /// Whether an answer without a checksum counts: only until the device has been told to send them
-    /// (`set comm.checksum 1`). A conversation begins strict.
-    pub fn allow_unchecked(&mut self, allowed: bool) {
-        self.unchecked_allowed = allowed;
-    }
-
     /// Begins a request; returns its frame. A request still in flight is given up.
     pub fn start(&mut self, command: Command) -> Vec<u8> {
         let command = command.with_id(self.next_id);
@@ -89,8 +83,13 @@ impl Conversation {
         if !ours {
             return Event::Stray(reply);
         }
+        if command.text() == CHECKSUMS_ON && reply.outcome.is_ok() {
+            self.checked_devices.insert(reply.device);
+            self.waiting = None;
+            return Event::Answer(reply);
+        }
         self.waiting = None;
-        if reply.checked || self.unchecked_allowed {
+        if reply.checked || !self.checked_devices.contains(&reply.device) {
             Event::Answer(reply)
         } else {
             Event::Damaged(Damaged {
@@ -141,12 +140,29 @@ mod tests {
         );
     }
 
+    /// A conversation with a device that was told to send checksums under id 0.
+    fn strict() -> Conversation {
+        let mut talk = Conversation::default();
+        talk.start(Command::new(1, 0, CHECKSUMS_ON).unwrap());
+        assert!(matches!(
+            talk.handle_input(b"@01 0 00 OK IDLE -- 0\r\n")[..],
+            [Event::Answer(_)]
+        ));
+        talk
+    }
+
     #[test]
-    fn an_answer_without_its_check_is_damaged() {
+    fn an_answer_that_lost_its_check_is_damaged() {
         let mut talk = Conversation::default();
         talk.start(get_pos());
+        assert!(
+            matches!(talk.handle_input(b"@01 1 00 OK IDLE -- 5\r\n")[..], [Event::Answer(_)]),
+            "not told yet"
+        );
+        let mut talk = strict();
+        talk.start(get_pos());
         assert!(matches!(
-            talk.handle_input(b"@01 1 00 OK IDLE -- 5\r\n")[..],
+            talk.handle_input(b"@01 1 01 OK IDLE -- 5\r\n")[..],
             [Event::Damaged(_)]
         ));
     }
@@ -184,11 +200,11 @@ mod tests {
 
         #[test]
         fn every_damaged_answer_is_refused(value in any::<i32>(), at in 0..40_usize, byte in any::<u8>()) {
-            let mut bytes = answer(0, &value.to_string());
+            let mut bytes = answer(1, &value.to_string());
             let at = at % (bytes.len() - 2);
             prop_assume!(bytes[at] != byte && !(bytes[at].eq_ignore_ascii_case(&byte)));
             bytes[at] = byte;
-            let mut talk = Conversation::default();
+            let mut talk = strict();
             talk.start(get_pos());
             for event in talk.handle_input(&bytes) {
                 // A leading zero for a space may still spell the same answer; nothing may spell another one.

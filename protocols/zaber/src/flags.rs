@@ -9,9 +9,9 @@ pub struct WarningFlag([u8; 2]);
 pub enum Severity {
     /// Nothing to act on.
     Note,
-    /// The position may be wrong, or a move did not end where it should: the move failed.
+    /// Worth a line in the log; the position that the device reports is still true.
     Warning,
-    /// The axis cannot move or does not know where it is.
+    /// The axis cannot move, or its position is not to be trusted (a stall, a limit met unexpectedly, no reference).
     Fault,
 }
 
@@ -72,7 +72,7 @@ impl WarningFlag {
     /// What it means for a measurement. An unknown `F` flag is a fault, an unknown `W` flag a warning.
     pub fn severity(&self) -> Severity {
         match &self.0 {
-            [b'F', _] | b"WR" | b"WH" => Severity::Fault,
+            [b'F', _] | b"WR" | b"WH" | b"WL" => Severity::Fault,
             [b'W', _] | b"NC" => Severity::Warning,
             _ => Severity::Note,
         }

@@ -1,0 +1,5 @@
+//! Axis drivers, one module an instrument.
+
+mod zaber;
+
+pub use zaber::ZaberDriver;

@@ -1,0 +1,334 @@
+//! One axis of a controller.
+
+use std::time::Duration;
+
+use async_trait::async_trait;
+use isolux_device::{Axis, AxisPosition, AxisSettings, DeviceError, Identity, Motion};
+use isolux_protocol_zaber::{Severity, WarningFlag};
+use isolux_units::AxisAngle;
+use tokio::time::{Instant, sleep};
+
+use super::controller::{Controller, Said};
+
+/// Speed in device units per (microstep/s), and per 10000 (microstep/s²) of acceleration (Zaber: "maxspeed", "accel").
+const UNITS: f64 = 1.6384;
+
+/// A moving axis whose count stays the same for this long has stalled.
+const NO_PROGRESS: Duration = Duration::from_secs(1);
+
+/// How far from its target a move may end, in microsteps: an encoder's dither.
+const TOLERANCE_STEPS: u64 = 2;
+
+/// Between the two equal positions that prove standstill.
+const STANDSTILL: Duration = Duration::from_millis(50);
+
+pub(crate) struct ZaberAxis {
+    controller: Controller,
+    axis: u8,
+    settings: AxisSettings,
+}
+
+/// A position and what the axis says of itself.
+struct State {
+    position: AxisPosition,
+    flags: Vec<WarningFlag>,
+    said: Said,
+}
+
+impl State {
+    /// The first flag that forbids to trust the axis, missing reference aside.
+    fn fault(&self) -> Option<WarningFlag> {
+        self.flags
+            .iter()
+            .copied()
+            .find(|flag| flag.severity() == Severity::Fault && !flag.is_unreferenced())
+    }
+}
+
+impl ZaberAxis {
+    /// Checks the limits and sets speed and acceleration. Moves nothing.
+    pub async fn open(controller: Controller, axis: u8, settings: AxisSettings) -> Result<Self, DeviceError> {
+        let scale = settings.scale();
+        let (own_min, _) = controller.number::<i64>(axis, "get limit.min").await?;
+        let (own_max, _) = controller.number::<i64>(axis, "get limit.max").await?;
+        let ends = [scale.angle(own_min).value(), scale.angle(own_max).value()];
+        let (from_deg, to_deg) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        let (lower, upper) = settings.limit();
+        for wanted in [lower, upper] {
+            let steps = scale.steps(wanted);
+            if steps < own_min || steps > own_max {
+                let (device, wanted_deg) = (format!("{} (limit_deg)", controller.name()), wanted.value());
+                return Err(DeviceError::OutOfTravel {
+                    device,
+                    wanted_deg,
+                    from_deg,
+                    to_deg,
+                });
+            }
+        }
+
+        let speed = (settings.speed_deg_s() * scale.steps_per_deg() * UNITS).floor();
+        let accel = (settings.accel_deg_s2() * scale.steps_per_deg() * UNITS / 10_000.0).floor();
+        let mut actual = [0.0; 2];
+        let smallest = [1.0 / UNITS, 10_000.0 / UNITS];
+        for (i, (name, key, units)) in [("maxspeed", "speed_deg_s", speed), ("accel", "accel_deg_s2", accel)]
+            .into_iter()
+            .enumerate()
+        {
+            // Zero would mean "no ramp at all", and rounding up more than the station allows.
+            if units < 1.0 {
+                return Err(DeviceError::Unsupported {
+                    device: controller.name().to_owned(),
+                    action: format!("set {name}"),
+                    reason: format!(
+                        "{key} is below the smallest this axis can do, {}",
+                        smallest[i] / scale.steps_per_deg()
+                    ),
+                });
+            }
+            controller.ask(axis, &format!("set {name} {units}")).await?;
+            let (read, said) = controller.number::<f64>(axis, &format!("get {name}")).await?;
+            if read != units {
+                return Err(controller.fault(&format!("set {name} {units}"), "it reads back otherwise", said.frame));
+            }
+            actual[i] = read * smallest[i] / scale.steps_per_deg();
+        }
+        let settings = AxisSettings::new(*scale, settings.limit(), actual[0], actual[1]);
+        let settings = settings.map_err(|error| DeviceError::Unsupported {
+            device: controller.name().to_owned(),
+            action: "use these settings".to_owned(),
+            reason: error.to_string(),
+        })?;
+        Ok(Self {
+            controller,
+            axis,
+            settings,
+        })
+    }
+
+    async fn ask(&self, text: &str) -> Result<Said, DeviceError> {
+        self.controller.ask(self.axis, text).await
+    }
+
+    /// Count, motion and all flags. The reply carries one flag; only when there is one are all of them asked for.
+    async fn state(&self) -> Result<State, DeviceError> {
+        let (steps, said) = self.controller.number::<i64>(self.axis, "get pos").await?;
+        let at = Instant::now();
+        let mut flags: Vec<WarningFlag> = said.flag.into_iter().collect();
+        if said.flag.is_some() {
+            let all = self.ask("warnings").await?;
+            flags.extend(all.data.split(' ').skip(1).filter_map(WarningFlag::parse));
+        }
+        let homed = !flags.iter().any(WarningFlag::is_unreferenced);
+        let position = AxisPosition {
+            angle: self.settings.scale().angle(steps),
+            steps,
+            moving: said.busy,
+            homed,
+            at,
+        };
+        Ok(State { position, flags, said })
+    }
+
+    /// Stops after a failure, and says in `error` when even that could not be verified.
+    async fn stopped_because(&self, error: DeviceError) -> DeviceError {
+        match self.stop().await {
+            Ok(_) => error,
+            Err(second) => match error {
+                DeviceError::Fault {
+                    device,
+                    action,
+                    reason,
+                    evidence,
+                } => {
+                    let reason = format!("{reason}; and standstill could not be verified: {second}");
+                    DeviceError::Fault {
+                        device,
+                        action,
+                        reason,
+                        evidence,
+                    }
+                }
+                // A lost or silent link: that standstill is unknown follows from the second failure, which is the worse one.
+                _ => second,
+            },
+        }
+    }
+
+    fn refused_by(&self, flag: WarningFlag, action: &str, said: &Said) -> DeviceError {
+        self.controller.fault(
+            action,
+            format!("{} ({})", flag.letters(), flag.meaning()),
+            said.frame.clone(),
+        )
+    }
+
+    fn timeout(&self, action: &str, waited: Duration, state: &State) -> DeviceError {
+        let (device, received) = (self.controller.name().to_owned(), state.said.frame.clone());
+        DeviceError::Timeout {
+            device,
+            action: action.to_owned(),
+            waited,
+            received,
+        }
+    }
+
+    /// Waits until two positions in a row are equal and the axis says that it is idle.
+    async fn standstill(&self, action: &str, limit: Duration) -> Result<State, DeviceError> {
+        let began = Instant::now();
+        let mut before = self.state().await?;
+        loop {
+            sleep(STANDSTILL).await;
+            let now = self.state().await?;
+            if !now.position.moving && !before.position.moving && now.position.steps == before.position.steps {
+                return Ok(now);
+            }
+            if began.elapsed() >= limit {
+                return Err(self.timeout(action, began.elapsed(), &now));
+            }
+            before = now;
+        }
+    }
+}
+
+#[async_trait]
+impl Axis for ZaberAxis {
+    fn identity(&self) -> &Identity {
+        self.controller.identity()
+    }
+
+    fn settings(&self) -> &AxisSettings {
+        &self.settings
+    }
+
+    async fn position(&self) -> Result<AxisPosition, DeviceError> {
+        let state = self.state().await?;
+        match state.fault() {
+            Some(flag) => Err(self.refused_by(flag, "get pos", &state.said)),
+            None => Ok(state.position),
+        }
+    }
+
+    async fn home(&self, deadline: Instant) -> Result<AxisPosition, DeviceError> {
+        let began = Instant::now();
+        // What is remembered of an earlier stall must not fail this homing; what comes up during it must.
+        self.ask("warnings clear").await?;
+        self.ask("home").await?;
+        loop {
+            sleep(Duration::from_millis(100)).await;
+            let state = self.state().await?;
+            if let Some(flag) = state.fault() {
+                let error = self.refused_by(flag, "home", &state.said);
+                return Err(self.stopped_because(error).await);
+            }
+            if !state.position.moving {
+                if state.position.homed {
+                    return Ok(self.standstill("home", Duration::from_secs(1)).await?.position);
+                }
+                let reason = "it came to rest without a reference";
+                return Err(self.controller.fault("home", reason, state.said.frame));
+            }
+            if Instant::now() >= deadline {
+                let error = self.timeout("home", began.elapsed(), &state);
+                return Err(self.stopped_because(error).await);
+            }
+        }
+    }
+
+    async fn start_move(&self, to: AxisAngle) -> Result<Motion, DeviceError> {
+        if !self.settings.allows(to) {
+            let (from, until) = self.settings.limit();
+            return Err(DeviceError::OutOfTravel {
+                device: self.controller.name().to_owned(),
+                wanted_deg: to.value(),
+                from_deg: from.value(),
+                to_deg: until.value(),
+            });
+        }
+        let scale = self.settings.scale();
+        let target_steps = scale.steps(to);
+        let action = format!("move abs {target_steps}");
+        let state = self.state().await?;
+        if let Some(flag) = state.fault() {
+            return Err(self.refused_by(flag, &action, &state.said));
+        }
+        if !state.position.homed {
+            return Err(self
+                .controller
+                .fault(&action, "no reference: home the axis first", state.said.frame));
+        }
+        let from_steps = state.position.steps;
+        self.ask(&action).await?;
+        // A move begun in motion may have to brake and come back: a second ramp covers it.
+        let distance = (target_steps - from_steps) as f64 * scale.step_deg();
+        let expected = self.settings.duration(distance);
+        let deadline = Instant::now() + 2 * expected + Duration::from_secs(2);
+        Ok(Motion {
+            from_steps,
+            target_steps,
+            target: scale.angle(target_steps),
+            expected,
+            deadline,
+        })
+    }
+
+    async fn finish_move(&self, motion: Motion) -> Result<AxisPosition, DeviceError> {
+        let action = format!("move abs {}", motion.target_steps);
+        let pause = (motion.expected / 16).clamp(Duration::from_millis(10), Duration::from_millis(200));
+        let began = Instant::now();
+        let mut last = (motion.from_steps, began);
+        loop {
+            sleep(pause).await;
+            let state = match self.state().await {
+                Ok(state) => state,
+                Err(error) => return Err(self.stopped_because(error).await),
+            };
+            let position = state.position;
+            let error = if let Some(flag) = state.fault() {
+                self.refused_by(flag, &action, &state.said)
+            } else if !position.homed {
+                self.controller
+                    .fault(&action, "the reference was lost on the way", state.said.frame)
+            } else if !position.moving {
+                if position.steps.abs_diff(motion.target_steps) <= TOLERANCE_STEPS {
+                    return Ok(position);
+                }
+                let reason = format!(
+                    "it came to rest at {} and not at {}",
+                    position.steps, motion.target_steps
+                );
+                self.controller.fault(&action, reason, state.said.frame)
+            } else if position.steps == last.0 && last.1.elapsed() >= NO_PROGRESS {
+                let reason = format!(
+                    "no progress from {} for {:?}: stalled",
+                    position.steps,
+                    last.1.elapsed()
+                );
+                self.controller.fault(&action, reason, state.said.frame)
+            } else if Instant::now() >= motion.deadline {
+                self.timeout(&action, began.elapsed(), &state)
+            } else {
+                if position.steps != last.0 {
+                    last = (position.steps, Instant::now());
+                }
+                continue;
+            };
+            return Err(self.stopped_because(error).await);
+        }
+    }
+
+    async fn stop(&self) -> Result<AxisPosition, DeviceError> {
+        self.ask("stop").await?;
+        let ramp = Duration::try_from_secs_f64(self.settings.speed_deg_s() / self.settings.accel_deg_s2());
+        let limit = 2 * ramp.unwrap_or_default() + Duration::from_secs(1);
+        match self.standstill("stop", limit).await {
+            Ok(state) => Ok(state.position),
+            // It does not slow down as it should: cut the ramp.
+            Err(DeviceError::Timeout { .. }) => {
+                self.ask("estop").await?;
+                Ok(self.standstill("estop", Duration::from_secs(1)).await?.position)
+            }
+            Err(error) => Err(error),
+        }
+    }
+}

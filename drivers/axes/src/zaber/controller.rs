@@ -1,0 +1,181 @@
+//! One controller on a bus: asking it something, and what went wrong.
+
+use std::time::Duration;
+
+use isolux_device::{DeviceError, ErrorKind, Identity, Target};
+use isolux_protocol_zaber::{CHECKSUMS_ON, Command, Conversation, Event, Reply, Status, WarningFlag};
+use isolux_transport::{Bus, Outcome};
+use tokio::time::Instant;
+
+/// A reply takes a few milliseconds at 115200 baud, some 100 ms at 9600.
+const ANSWER: Duration = Duration::from_millis(500);
+
+/// Every command used here may be repeated: it asks, sets a value, or moves to an absolute place.
+const TRIES: usize = 3;
+
+/// The codec as the owner of a bus.
+#[derive(Default)]
+pub(crate) struct Talk(Conversation);
+
+impl isolux_transport::Conversation for Talk {
+    type Request = Command;
+    type Answer = Reply;
+
+    /// Ids tell late replies apart: nothing needs to be waited for.
+    fn ready_at(&self, now: Instant) -> Instant {
+        now
+    }
+
+    fn start(&mut self, _: Instant, request: Command) -> (Vec<u8>, Option<Reply>) {
+        (self.0.start(request), None)
+    }
+
+    fn handle_input(&mut self, _: Instant, bytes: &[u8]) -> Option<Outcome<Reply>> {
+        let mut outcome = None;
+        for event in self.0.handle_input(bytes) {
+            match event {
+                Event::Answer(reply) => outcome = Some(Outcome::Answer(reply)),
+                Event::Damaged(damaged) => {
+                    outcome = Some(Outcome::Malformed {
+                        reason: damaged.reason,
+                        frame: damaged.line,
+                    });
+                }
+                Event::Alert(alert) => tracing::warn!(?alert, "alert"),
+                Event::Stray(reply) => tracing::warn!(?reply, "late reply dropped"),
+            }
+        }
+        outcome
+    }
+
+    fn abandon(&mut self, _: Instant) -> Vec<u8> {
+        self.0.abandon()
+    }
+}
+
+/// What a device said: data, moving or not, the flag that came along, and the frame as evidence.
+#[derive(Debug, Clone)]
+pub(crate) struct Said {
+    pub data: String,
+    pub busy: bool,
+    pub flag: Option<WarningFlag>,
+    pub frame: Vec<u8>,
+}
+
+/// A device on a bus.
+#[derive(Clone)]
+pub(crate) struct Controller {
+    bus: Bus<Talk>,
+    device: u8,
+    name: String,
+    identity: Identity,
+}
+
+impl Controller {
+    /// Turns checksums on and asks who is there.
+    pub async fn open(bus: Bus<Talk>, device: u8, target: &Target) -> Result<Self, DeviceError> {
+        let identity = Identity {
+            driver: super::NAME,
+            target: target.to_string(),
+            model: String::new(),
+            serial: None,
+            firmware: None,
+        };
+        let mut controller = Self {
+            bus,
+            device,
+            name: target.to_string(),
+            identity,
+        };
+        controller.ask(0, CHECKSUMS_ON).await?;
+        let id = controller.ask(0, "get device.id").await?.data;
+        controller.identity.model = format!("Zaber device id {id}");
+        controller.identity.serial = Some(controller.ask(0, "get system.serial").await?.data);
+        controller.identity.firmware = Some(controller.ask(0, "get version").await?.data);
+        Ok(controller)
+    }
+
+    pub const fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Asks `axis` (0: the device), again if the line damaged or lost the answer.
+    pub async fn ask(&self, axis: u8, text: &str) -> Result<Said, DeviceError> {
+        let mut tries = 1;
+        loop {
+            match self.ask_once(axis, text).await {
+                Err(error) if tries < TRIES && matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) => {
+                    tracing::warn!(%error, tries, "asking again");
+                    tries += 1;
+                }
+                result => return result,
+            }
+        }
+    }
+
+    /// Asks for a number.
+    pub async fn number<T: std::str::FromStr>(&self, axis: u8, text: &str) -> Result<(T, Said), DeviceError> {
+        let said = self.ask(axis, text).await?;
+        // Firmware 7 writes decimals where a setting has a fraction; a count never has one.
+        match said.data.parse() {
+            Ok(number) => Ok((number, said)),
+            Err(_) => Err(self.malformed(
+                text,
+                &format!("\"{}\" is not the number asked for", said.data),
+                said.frame,
+            )),
+        }
+    }
+
+    async fn ask_once(&self, axis: u8, text: &str) -> Result<Said, DeviceError> {
+        let action = if text.is_empty() { "status" } else { text };
+        let command = Command::new(self.device, axis, text).map_err(|error| DeviceError::Unsupported {
+            device: self.name.clone(),
+            action: action.to_owned(),
+            reason: error.to_string(),
+        })?;
+        let reply = self.bus.ask(command, Instant::now() + ANSWER).await;
+        let reply = reply.map_err(|error| error.during(&self.name, action))?;
+        let frame = reply.encode();
+        match reply.outcome {
+            Ok(data) => Ok(Said {
+                data,
+                busy: reply.status == Status::Busy,
+                flag: reply.flag,
+                frame,
+            }),
+            Err(rejection) => {
+                let (device, action) = (self.name.clone(), action.to_owned());
+                Err(DeviceError::Refused {
+                    device,
+                    action,
+                    reason: rejection.reason,
+                    frame,
+                })
+            }
+        }
+    }
+
+    pub fn malformed(&self, action: &str, reason: &str, frame: Vec<u8>) -> DeviceError {
+        let (device, action, reason) = (self.name.clone(), action.to_owned(), reason.to_owned());
+        DeviceError::Malformed {
+            device,
+            action,
+            reason,
+            frame,
+        }
+    }
+
+    pub fn fault(&self, action: &str, reason: impl Into<String>, evidence: Vec<u8>) -> DeviceError {
+        DeviceError::Fault {
+            device: self.name.clone(),
+            action: action.to_owned(),
+            reason: reason.into(),
+            evidence,
+        }
+    }
+}
