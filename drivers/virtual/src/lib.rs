@@ -1,0 +1,21 @@
+//! Twins of the instruments: each answers the real bytes of its instrument from the truth of one virtual room.
+//!
+//! [`VirtualRoom`] is the room with its switches, axes and clock. [`VirtualRoom::listen`] serves its three instruments on
+//! pipes inside the process: on a runtime whose clock is paused a day of hours takes seconds. [`outlet`] serves them on
+//! a pty or over TCP for other programs. The twins share no codec with the drivers, so that both must be right.
+
+pub mod fault;
+mod luxmeter;
+pub mod outlet;
+mod server;
+mod spectrometer;
+pub mod station;
+mod world;
+mod zaber;
+
+pub use isolux_darkroom::document::Instrument;
+pub use server::{Serving, VirtualRoom};
+pub use world::{Switches, World};
+
+/// The darkroom that `isolux run` opens without a job: the lamp as it is, a room as rooms are.
+pub const BUILT_IN: &str = include_str!("builtin.toml");

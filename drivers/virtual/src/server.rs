@@ -1,0 +1,207 @@
+//! Pumps bytes between links and twins, on the clock of the runtime.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use isolux_darkroom::Darkroom;
+use isolux_darkroom::document::Instrument;
+use isolux_transport::{MemoryLinks, NameTaken};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::task::JoinSet;
+use tokio::time::Instant;
+
+use crate::fault::{Fate, LinkFaults};
+use crate::luxmeter::T10A;
+use crate::spectrometer::Usb2000;
+use crate::world::World;
+use crate::zaber::Controller;
+
+/// An instrument that answers bytes.
+pub(crate) trait Twin: Send {
+    /// Takes one request off the front of `inbox`; `None` if none is complete.
+    fn receive(&mut self, inbox: &mut Vec<u8>, world: &mut World, now_s: f64) -> Option<Answer>;
+
+    /// Something stops what moves.
+    fn stall(&mut self, _world: &mut World, _now_s: f64) {}
+
+    /// True while something moves that could be stopped.
+    fn can_stall(&self, _world: &World, _now_s: f64) -> bool {
+        false
+    }
+}
+
+/// Reads an answer off the room.
+pub(crate) type Look = Box<dyn FnOnce(&World) -> Vec<u8> + Send>;
+
+/// An answer and when it is sent, s after the room was opened. No bytes: no answer.
+pub(crate) enum Answer {
+    /// These bytes.
+    At(f64, Vec<u8>),
+    /// What the room gives at that time.
+    When(f64, Look),
+}
+
+/// A virtual darkroom with its instruments. Clones are the same room.
+#[derive(Clone)]
+pub struct VirtualRoom {
+    world: Arc<Mutex<World>>,
+    epoch: Instant,
+    axes: Device,
+    luxmeter: Device,
+    spectrometer: Device,
+}
+
+/// One twin and its link's faults.
+#[derive(Clone)]
+struct Device {
+    twin: Arc<Mutex<dyn Twin>>,
+    faults: Arc<Mutex<LinkFaults>>,
+}
+
+impl Device {
+    fn new(twin: impl Twin + 'static, instrument: Instrument, document: &Darkroom) -> Self {
+        let faults = LinkFaults::new(&document.fault, instrument, document.seed);
+        Self {
+            twin: Arc::new(Mutex::new(twin)),
+            faults: Arc::new(Mutex::new(faults)),
+        }
+    }
+}
+
+/// The tasks that serve a room; dropping it ends them and frees their names.
+#[derive(Debug)]
+pub struct Serving {
+    tasks: JoinSet<()>,
+}
+
+impl Serving {
+    pub(crate) fn of(tasks: JoinSet<()>) -> Self {
+        Self { tasks }
+    }
+
+    /// Waits until all its tasks have ended, which they do only when their links end.
+    pub async fn finished(mut self) {
+        while self.tasks.join_next().await.is_some() {}
+    }
+}
+
+fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl VirtualRoom {
+    /// Name of the axes' pipe, and of the switches and the thermometer on their controller.
+    pub const AXES: &str = "axes";
+    /// Name of the lux meter's pipe.
+    pub const LUXMETER: &str = "luxmeter";
+    /// Name of the spectroradiometer's pipe.
+    pub const SPECTROMETER: &str = "spectrometer";
+
+    /// Opens the room that `document` describes; its clock starts now, on the clock of the present runtime.
+    pub fn open(document: Darkroom) -> Self {
+        let world = World::new(document);
+        let document = world.room().document();
+        Self {
+            axes: Device::new(Controller::new(&world), Instrument::Axes, document),
+            luxmeter: Device::new(T10A::new(), Instrument::Luxmeter, document),
+            spectrometer: Device::new(Usb2000::new(), Instrument::Spectroradiometer, document),
+            epoch: Instant::now(),
+            world: Arc::new(Mutex::new(world)),
+        }
+    }
+
+    /// Serves the three instruments as `memory:axes`, `memory:luxmeter` and `memory:spectrometer` of `links`, on the
+    /// present runtime.
+    ///
+    /// # Errors
+    /// A name is served already.
+    pub fn listen(&self, links: &MemoryLinks) -> Result<Serving, NameTaken> {
+        let mut tasks = JoinSet::new();
+        for (name, instrument) in [
+            (Self::AXES, Instrument::Axes),
+            (Self::LUXMETER, Instrument::Luxmeter),
+            (Self::SPECTROMETER, Instrument::Spectroradiometer),
+        ] {
+            let mut listener = links.listen(name)?;
+            let room = self.clone();
+            tasks.spawn(async move {
+                let mut open = JoinSet::new();
+                while let Some(stream) = listener.accept().await {
+                    let room = room.clone();
+                    open.spawn(async move { room.serve(instrument, stream).await });
+                }
+            });
+        }
+        Ok(Serving { tasks })
+    }
+
+    /// Answers on one stream until it ends.
+    pub async fn serve<S: AsyncRead + AsyncWrite + Unpin>(&self, instrument: Instrument, mut stream: S) {
+        let device = match instrument {
+            Instrument::Axes => &self.axes,
+            Instrument::Luxmeter => &self.luxmeter,
+            Instrument::Spectroradiometer => &self.spectrometer,
+        };
+        if lock(&device.faults).refuses(self.now_s()) {
+            return;
+        }
+        let mut inbox = Vec::new();
+        let mut buffer = [0; 1024];
+        loop {
+            match stream.read(&mut buffer).await {
+                Ok(0) | Err(_) => return,
+                Ok(count) => inbox.extend(&buffer[..count]),
+            }
+            while let Some(answer) = self.take(device, &mut inbox) {
+                let (at_s, make): (f64, Look) = match answer {
+                    Answer::At(_, bytes) if bytes.is_empty() => continue,
+                    Answer::At(at_s, bytes) => (at_s, Box::new(move |_| bytes)),
+                    Answer::When(at_s, make) => (at_s, make),
+                };
+                self.wait_until(at_s).await;
+                let bytes = make(&lock(&self.world));
+                let fate = lock(&device.faults).fate(bytes, self.now_s());
+                match fate {
+                    Fate::Sent { bytes, delay_s } => {
+                        if delay_s > 0.0 {
+                            self.wait_until(self.now_s() + delay_s).await;
+                        }
+                        if stream.write_all(&bytes).await.is_err() || stream.flush().await.is_err() {
+                            return;
+                        }
+                    }
+                    Fate::Lost => {}
+                    Fate::Disconnected => return,
+                }
+            }
+        }
+    }
+
+    /// Seconds since the room was opened.
+    pub fn now_s(&self) -> f64 {
+        self.epoch.elapsed().as_secs_f64()
+    }
+
+    /// Looks at the room, or reaches into it as a person would.
+    pub fn with_world<T>(&self, act: impl FnOnce(&mut World, f64) -> T) -> T {
+        let now_s = self.now_s();
+        act(&mut lock(&self.world), now_s)
+    }
+
+    fn take(&self, device: &Device, inbox: &mut Vec<u8>) -> Option<Answer> {
+        let now_s = self.now_s();
+        let mut world = lock(&self.world);
+        let mut twin = lock(&device.twin);
+        if twin.can_stall(&world, now_s) && lock(&device.faults).stalls(now_s) {
+            twin.stall(&mut world, now_s);
+        }
+        twin.receive(inbox, &mut world, now_s)
+    }
+
+    async fn wait_until(&self, at_s: f64) {
+        let wait = at_s - self.now_s();
+        if wait > 0.0 {
+            tokio::time::sleep(Duration::from_secs_f64(wait)).await;
+        }
+    }
+}

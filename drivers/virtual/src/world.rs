@@ -1,0 +1,333 @@
+//! The state of the room that its instruments share: axes, lamp, shutter, baffle, clock.
+
+use isolux_darkroom::climate;
+use isolux_darkroom::document::{Axis, Darkroom};
+use isolux_darkroom::motion::Motion;
+use isolux_darkroom::{Kind, Observation, Room};
+
+/// Which axis of the controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AxisName {
+    /// Turns the luminaire about its own axis.
+    C,
+    /// Turns it before the detector.
+    Gamma,
+    /// Carries the detector; its position is the distance.
+    Rail,
+}
+
+impl AxisName {
+    /// All, in the controller's order.
+    pub const ALL: [Self; 3] = [Self::C, Self::Gamma, Self::Rail];
+}
+
+/// One axis: its motion in microsteps of the true position.
+#[derive(Debug, Clone)]
+pub struct AxisState {
+    /// Microsteps per degree (rail: per mm).
+    pub counts_per_unit: f64,
+    /// Lowest and highest position, microsteps.
+    pub limit: [f64; 2],
+    /// Fastest speed, microsteps per second.
+    pub top_speed: f64,
+    /// Largest acceleration, microsteps per second squared.
+    pub top_acceleration: f64,
+    /// What the axis does, in microsteps.
+    pub motion: Motion,
+    /// Share of the play taken up, −1 to 1, when the present motion began, and where that was.
+    play: (f64, f64),
+    /// Play, microsteps.
+    play_width: f64,
+}
+
+impl AxisState {
+    fn new(axis: &Axis, play_deg: f64) -> Self {
+        let counts_per_unit = axis.counts_per_deg.value();
+        let start = (axis.start_deg * counts_per_unit).round();
+        Self {
+            counts_per_unit,
+            limit: axis.limit_deg.map(|limit| (limit * counts_per_unit).round()),
+            top_speed: axis.speed_deg_s * counts_per_unit,
+            top_acceleration: axis.accel_deg_s2 * counts_per_unit,
+            motion: Motion::at_rest(start),
+            play: (0.0, start),
+            play_width: play_deg.abs() * counts_per_unit,
+        }
+    }
+
+    fn rail(distance_mm: f64) -> Self {
+        let counts_per_unit = 2000.0;
+        Self {
+            counts_per_unit,
+            limit: [100.0 * counts_per_unit, 12_000.0 * counts_per_unit],
+            top_speed: 400.0 * counts_per_unit,
+            top_acceleration: 800.0 * counts_per_unit,
+            motion: Motion::at_rest(distance_mm * counts_per_unit),
+            play: (0.0, 0.0),
+            play_width: 0.0,
+        }
+    }
+
+    /// Takes up `motion` at `now_s`.
+    pub fn drive(&mut self, motion: Motion, now_s: f64) {
+        self.play = (self.travel(now_s), self.motion.position(now_s));
+        self.motion = motion;
+    }
+
+    /// Position at `now_s`, degrees (rail: mm).
+    pub fn position(&self, now_s: f64) -> f64 {
+        self.motion.position(now_s) / self.counts_per_unit
+    }
+
+    /// Share of the play taken up at `now_s`: the sign of the last motion, once it was wide enough.
+    pub fn travel(&self, now_s: f64) -> f64 {
+        let moved = self.motion.position(now_s) - self.play.1;
+        if moved == 0.0 {
+            return self.play.0;
+        }
+        if self.play_width == 0.0 {
+            return moved.signum();
+        }
+        (self.play.0 + moved / (0.5 * self.play_width)).clamp(-1.0, 1.0)
+    }
+}
+
+/// Lamp, shutter and baffle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Switches {
+    /// The lamp has current.
+    pub lamp: bool,
+    /// The shutter before the detectors is open.
+    pub shutter_open: bool,
+    /// The baffle stands in the beam.
+    pub baffle_in: bool,
+}
+
+/// The room as it is now.
+#[derive(Debug, Clone)]
+pub struct World {
+    room: Room,
+    axes: [AxisState; 3],
+    switches: Switches,
+    /// (when, what was before), latest last.
+    switched: Vec<(f64, Switches)>,
+    lamp_since_s: Option<f64>,
+}
+
+impl World {
+    /// The room at the moment it is opened.
+    pub fn new(document: Darkroom) -> Self {
+        let play_deg = document.flaws.backlash.width_deg;
+        let axes = [
+            AxisState::new(&document.axis.c, 0.0),
+            AxisState::new(&document.axis.gamma, play_deg),
+            AxisState::rail(document.bench.distance_mm),
+        ];
+        let lamp = document.lamp.on_at_start;
+        Self {
+            axes,
+            switches: Switches {
+                lamp,
+                ..Switches::default()
+            },
+            switched: Vec::new(),
+            lamp_since_s: lamp.then_some(0.0),
+            room: Room::new(document),
+        }
+    }
+
+    /// The truth.
+    pub fn room(&self) -> &Room {
+        &self.room
+    }
+
+    /// One axis.
+    pub fn axis(&self, name: AxisName) -> &AxisState {
+        &self.axes[name as usize]
+    }
+
+    /// One axis, to drive it.
+    pub fn axis_mut(&mut self, name: AxisName) -> &mut AxisState {
+        &mut self.axes[name as usize]
+    }
+
+    /// The switches.
+    pub fn switches(&self) -> Switches {
+        self.switches
+    }
+
+    /// Sets the switches at `now_s`.
+    pub fn set_switches(&mut self, switches: Switches, now_s: f64) {
+        if switches == self.switches {
+            return;
+        }
+        if switches.lamp && !self.switches.lamp {
+            self.lamp_since_s = Some(now_s);
+        }
+        // Only what an integration under way can still see is kept.
+        self.switched.retain(|(when, _)| now_s - when < 100.0);
+        self.switched.push((now_s, self.switches));
+        self.switches = switches;
+    }
+
+    /// Seconds since the lamp was switched on.
+    pub fn lamp_time_s(&self, now_s: f64) -> Option<f64> {
+        self.lamp_since_s.map(|since| now_s - since)
+    }
+
+    /// Air temperature, °C.
+    pub fn temperature_c(&self, now_s: f64) -> f64 {
+        climate::temperature_c(&self.room.document().room, now_s)
+    }
+
+    /// Illuminance on the lux meter, averaged from `from_s` to `to_s`, lx. Axes that turn and switches that switch in that
+    /// time are followed through it.
+    pub fn meter_lx(&self, from_s: f64, to_s: f64) -> f64 {
+        self.average(from_s, to_s, |world, at_s, window_s| {
+            let switches = world.switches_at(at_s);
+            let kind = match switches {
+                Switches {
+                    shutter_open: false, ..
+                } => Kind::Capped,
+                Switches { lamp: false, .. } => Kind::LampOff,
+                Switches { baffle_in: true, .. } => Kind::Baffled,
+                _ => Kind::Lit,
+            };
+            world.room.illuminance_lx(&world.observation(kind, at_s), window_s)
+        })
+    }
+
+    /// Illuminance on the spectroradiometer's entrance, averaged from `from_s` to `to_s`, lx. Shutter and baffle stand before
+    /// it as before the meter.
+    pub fn spectroradiometer_lx(&self, from_s: f64, to_s: f64) -> f64 {
+        self.average(from_s, to_s, |world, at_s, window_s| {
+            let switches = world.switches_at(at_s);
+            if !switches.shutter_open {
+                return 0.0;
+            }
+            let o = world.observation(Kind::Lit, at_s);
+            let direct = switches.lamp && !switches.baffle_in;
+            world
+                .room
+                .spectroradiometer_lx(direct, o.c_deg, o.gamma_deg, o.time_s, window_s)
+        })
+    }
+
+    fn observation(&self, kind: Kind, at_s: f64) -> Observation {
+        Observation {
+            kind,
+            time_s: self.lamp_time_s(at_s).unwrap_or(0.0),
+            c_deg: self.axis(AxisName::C).position(at_s),
+            gamma_deg: self.axis(AxisName::Gamma).position(at_s),
+            distance_mm: self.axis(AxisName::Rail).position(at_s),
+            travel: self.axis(AxisName::Gamma).travel(at_s),
+            range: 0,
+            ambient_c: self.temperature_c(at_s),
+        }
+    }
+
+    /// The switches as they were at `at_s`; the lamp follows its switch late.
+    fn switches_at(&self, at_s: f64) -> Switches {
+        let set_at = |at_s: f64| {
+            self.switched
+                .iter()
+                .find(|(when, _)| *when > at_s)
+                .map_or(self.switches, |(_, before)| *before)
+        };
+        let lamp = set_at(at_s - self.room.document().lamp.switch_s).lamp;
+        Switches { lamp, ..set_at(at_s) }
+    }
+
+    fn average(&self, from_s: f64, to_s: f64, light: impl Fn(&Self, f64, f64) -> f64) -> f64 {
+        let late = self.room.document().lamp.switch_s;
+        let changed = self.axes.iter().any(|axis| axis.motion.moving(from_s))
+            || self.switched.last().is_some_and(|(when, _)| when + late > from_s);
+        let parts = if changed { 16 } else { 1 };
+        let window_s = (to_s - from_s) / parts as f64;
+        (0..parts)
+            .map(|k| light(self, from_s + (k as f64 + 0.5) * window_s, window_s))
+            .sum::<f64>()
+            / parts as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_follows_switches_inside_a_window() {
+        let mut document = Darkroom::default();
+        document.lamp.switch_s = 0.0;
+        let mut world = World::new(document);
+        assert_eq!(world.meter_lx(0.0, 0.5), 0.0);
+        world.set_switches(
+            Switches {
+                lamp: true,
+                shutter_open: true,
+                baffle_in: false,
+            },
+            1.25,
+        );
+        let half = world.meter_lx(1.0, 1.5);
+        let full = world.meter_lx(1.5, 2.0);
+        assert!((half / full - 0.5).abs() < 1e-9);
+        assert_eq!(world.lamp_time_s(2.0), Some(0.75));
+        world.set_switches(
+            Switches {
+                lamp: true,
+                shutter_open: true,
+                baffle_in: true,
+            },
+            3.0,
+        );
+        assert_eq!(world.meter_lx(3.5, 4.0), 0.0);
+    }
+
+    #[test]
+    fn a_reading_while_the_axis_turns_is_the_mean_over_the_way() {
+        let mut world = World::new(Darkroom::default());
+        world.set_switches(
+            Switches {
+                lamp: true,
+                shutter_open: true,
+                baffle_in: false,
+            },
+            0.0,
+        );
+        let gamma = world.axis(AxisName::Gamma);
+        let motion = gamma.motion.move_to(
+            60.0 * gamma.counts_per_unit,
+            10.0,
+            gamma.top_speed,
+            gamma.top_acceleration,
+        );
+        world.axis_mut(AxisName::Gamma).drive(motion, 10.0);
+        let before = world.meter_lx(9.0, 9.5);
+        let turning = world.meter_lx(11.0, 11.5);
+        let after = world.meter_lx(20.0, 20.5);
+        assert!(before > turning && turning > after);
+        assert!((after / before - 0.5f64.powf(5.3)).abs() < 0.01);
+    }
+
+    #[test]
+    fn play_is_taken_up_over_its_width() {
+        let mut document = Darkroom::default();
+        document.flaws.backlash.width_deg = 0.4;
+        let mut world = World::new(document);
+        let drive = |world: &mut World, to: f64, now: f64| {
+            let axis = world.axis_mut(AxisName::Gamma);
+            let motion = axis
+                .motion
+                .move_to(to * axis.counts_per_unit, now, axis.top_speed, axis.top_acceleration);
+            axis.drive(motion, now);
+        };
+        assert_eq!(world.axis(AxisName::Gamma).travel(0.0), 0.0);
+        drive(&mut world, 10.0, 1.0);
+        assert_eq!(world.axis(AxisName::Gamma).travel(20.0), 1.0);
+        drive(&mut world, 9.8, 20.0);
+        assert!(world.axis(AxisName::Gamma).travel(30.0).abs() < 0.01);
+        drive(&mut world, 9.0, 30.0);
+        assert_eq!(world.axis(AxisName::Gamma).travel(40.0), -1.0);
+    }
+}
