@@ -269,10 +269,8 @@ async fn opens_homes_moves_and_reads_back() {
     assert_eq!(axis.identity().serial.as_deref(), Some("98765"));
     assert_eq!(axis.identity().firmware.as_deref(), Some("7.33"));
     // Speed 1280·1.6384 = 2097.152 and acceleration 12800·1.6384/10000 = 2.097 device units, rounded down.
-    assert_eq!(
-        (room.lock().unwrap().maxspeed, room.lock().unwrap().accel),
-        (2097.0, 2.0)
-    );
+    assert_eq!(room.lock().unwrap().maxspeed, 2097.0);
+    assert_eq!(room.lock().unwrap().accel, 2.0);
     assert!(axis.settings().speed_deg_s() <= 1.0 && axis.settings().speed_deg_s() > 0.999);
 
     assert!(!axis.position().await.unwrap().homed);
