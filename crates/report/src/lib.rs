@@ -5,5 +5,6 @@
 
 pub mod axes;
 pub mod html;
+pub mod map;
 pub mod plots;
 pub mod svg;

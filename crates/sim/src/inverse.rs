@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::patch::{self, Light, Patch, Scratch};
 use crate::rules::Estimate;
 use crate::sensor::Sensor;
-use crate::source::{Part, Source};
+use crate::source::{Part, Shape, Source};
 use crate::tiles;
 
 /// Relative error that the reference path aims at in every pixel.
@@ -74,36 +74,46 @@ fn from_part(part: &Part, corner: DVec3, sensor: &Sensor, scratch: &mut Scratch)
         second: own(sensor.step_y),
     };
     let centre = own(part.shape.centre());
-    let Some(emitter) = part.shape.patch() else {
+    if matches!(part.shape, Shape::Point(_)) {
         return over_pixel(light, &pixel.shifted(-centre), scratch);
-    };
-    let emitter = match emitter {
-        Patch::Disc { centre, first, second } => Patch::Disc {
-            centre: own(centre),
-            first: own(first),
-            second: own(second),
-        },
-        Patch::Parallelogram { corner, first, second } => Patch::Parallelogram {
-            corner: own(corner),
-            first: own(first),
-            second: own(second),
-        },
-    };
-    let sight = pixel.centre() - centre;
+    }
+    let mut total = Estimate::default();
+    for (emitter, share) in part.shape.patches() {
+        let emitter = match emitter {
+            Patch::Disc { centre, first, second } => Patch::Disc {
+                centre: own(centre),
+                first: own(first),
+                second: own(second),
+            },
+            Patch::Parallelogram { corner, first, second } => Patch::Parallelogram {
+                corner: own(corner),
+                first: own(first),
+                second: own(second),
+            },
+        };
+        let found = over_both(light, &pixel, &emitter, scratch);
+        total.value += share * found.value;
+        total.error += share.abs() * found.error;
+    }
+    total
+}
+
+fn over_both(light: Light<'_>, pixel: &Patch, emitter: &Patch, scratch: &mut Scratch) -> Estimate {
+    let sight = pixel.centre() + emitter.centre();
     let reach = pixel.radius() + emitter.radius();
-    let nearest = singular_distance(sight).min(sensor_distance(light, sight, &emitter));
+    let nearest = singular_distance(sight).min(sensor_distance(light, sight, emitter));
     if !patch::may_bend(light.table, sight, reach) && reach < 0.4 * nearest {
         // Analytic over pixel and emitter together: one product rule of each, its order from the size.
-        return smooth(light, sight, &pixel, Some(&emitter), reach / nearest);
+        return smooth(light, sight, pixel, Some(emitter), reach / nearest);
     }
     if reach < 0.05 * nearest {
         // A kink too weak to matter: its slope over the reach of the patch bounds what a product rule can miss.
-        let value = product(light, sight, &pixel, Some(&emitter), [2, 2]);
+        let value = product(light, sight, pixel, Some(emitter), [2, 2]);
         let [bend_c, bend_gamma] = light.table.bend();
         let height = 1e6 * light.toward.dot(sight) / sight.length().powi(3);
         let strength = height * reach * (bend_c / nearest + bend_gamma / sight.length());
         if strength <= 3e-4 * value.abs() {
-            let fine = product(light, sight, &pixel, Some(&emitter), [3, 3]);
+            let fine = product(light, sight, pixel, Some(emitter), [3, 3]);
             let step = (value - fine).abs();
             if strength <= 1e-5 * fine.abs() || step <= 0.3 * RELATIVE_TOLERANCE * fine.abs() {
                 return Estimate {
@@ -116,9 +126,9 @@ fn from_part(part: &Part, corner: DVec3, sensor: &Sensor, scratch: &mut Scratch)
     // Kinks are met exactly over the larger of the two; over the smaller one what is left is smooth enough for a rule
     // that is refined until it settles.
     let (inner, outer) = if pixel.radius() >= emitter.radius() {
-        (&pixel, &emitter)
+        (pixel, emitter)
     } else {
-        (&emitter, &pixel)
+        (emitter, pixel)
     };
     let shift = inner.shifted(outer.centre());
     settle(

@@ -1,7 +1,14 @@
 //! Light on the sensor: solvers over a luminaire and a sensor.
+//!
+//! [`inverse`] integrates, without noise and with a bound on its own error; [`direct`] counts rays, in three samplings of
+//! one law; [`noise`] says what the counting does to a result.
 
+pub mod direct;
+pub mod emission;
 pub mod inverse;
+pub mod noise;
 mod patch;
+pub mod random;
 mod rules;
 pub mod sensor;
 pub mod source;

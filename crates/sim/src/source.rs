@@ -19,6 +19,15 @@ pub enum Shape {
         /// Its radius.
         radius: f64,
     },
+    /// A ring of even areal density between two radii round `centre`.
+    Ring {
+        /// Its centre.
+        centre: DVec3,
+        /// Inner radius.
+        inner: f64,
+        /// Outer radius.
+        outer: f64,
+    },
     /// A rectangle of `half` sides along x and y round `centre`.
     Rectangle {
         /// Its centre.
@@ -29,27 +38,63 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The lines of sight from the shape to the point p, before p is added: −e over the shape. `None` for a point.
-    pub(crate) fn patch(&self) -> Option<Patch> {
+    /// The lines of sight from the shape to the origin, −e over the shape, as patches and their shares of the area (the
+    /// hole of a ring is negative); none for a point.
+    pub(crate) fn patches(&self) -> Vec<(Patch, f64)> {
+        let disc = |centre: DVec3, radius: f64| Patch::Disc {
+            centre: -centre,
+            first: radius * DVec3::X,
+            second: radius * DVec3::Y,
+        };
         match *self {
-            Self::Point(_) => None,
-            Self::Disc { centre, radius } => Some(Patch::Disc {
-                centre: -centre,
-                first: radius * DVec3::X,
-                second: radius * DVec3::Y,
-            }),
-            Self::Rectangle { centre, half: [x, y] } => Some(Patch::Parallelogram {
-                corner: -centre - DVec3::new(x, y, 0.0),
-                first: 2.0 * x * DVec3::X,
-                second: 2.0 * y * DVec3::Y,
-            }),
+            Self::Point(_) => Vec::new(),
+            Self::Disc { centre, radius } => vec![(disc(centre, radius), 1.0)],
+            Self::Ring { centre, inner, outer } => {
+                let area = outer * outer - inner * inner;
+                let mut patches = vec![(disc(centre, outer), outer * outer / area)];
+                if inner > 0.0 {
+                    patches.push((disc(centre, inner), -inner * inner / area));
+                }
+                patches
+            }
+            Self::Rectangle { centre, half: [x, y] } => {
+                let corner = -centre - DVec3::new(x, y, 0.0);
+                vec![(
+                    Patch::Parallelogram {
+                        corner,
+                        first: 2.0 * x * DVec3::X,
+                        second: 2.0 * y * DVec3::Y,
+                    },
+                    1.0,
+                )]
+            }
+        }
+    }
+
+    /// The point of the shape for two numbers in [0, 1), evenly over its area.
+    #[inline]
+    pub fn point(&self, u: f64, w: f64) -> DVec3 {
+        let polar = |square: f64| {
+            let (sin, cos) = (std::f64::consts::TAU * w).sin_cos();
+            DVec3::new(cos, sin, 0.0) * square.sqrt()
+        };
+        match *self {
+            Self::Point(centre) => centre,
+            Self::Disc { centre, radius } => centre + polar(u) * radius,
+            Self::Ring { centre, inner, outer } => centre + polar(inner * inner + u * (outer * outer - inner * inner)),
+            Self::Rectangle { centre, half: [x, y] } => {
+                centre + DVec3::new((2.0 * u - 1.0) * x, (2.0 * w - 1.0) * y, 0.0)
+            }
         }
     }
 
     /// Its middle.
     pub fn centre(&self) -> DVec3 {
         match *self {
-            Self::Point(centre) | Self::Disc { centre, .. } | Self::Rectangle { centre, .. } => centre,
+            Self::Point(centre)
+            | Self::Disc { centre, .. }
+            | Self::Ring { centre, .. }
+            | Self::Rectangle { centre, .. } => centre,
         }
     }
 
@@ -58,6 +103,7 @@ impl Shape {
         match *self {
             Self::Point(_) => 0.0,
             Self::Disc { radius, .. } => radius,
+            Self::Ring { outer, .. } => outer,
             Self::Rectangle { half: [x, y], .. } => x.hypot(y),
         }
     }
@@ -66,7 +112,7 @@ impl Shape {
 /// One part of the emitter: a share of the luminaire's far field that leaves from one shape.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// Share of the table's intensity; the shares of a luminaire sum to 1. Negative for the hole of a ring.
+    /// Share of the table's intensity; the shares of a luminaire sum to 1.
     pub share: f64,
     /// Where it leaves from.
     pub shape: Shape,
@@ -96,22 +142,6 @@ impl Source {
             table,
             aim: None,
         }])
-    }
-
-    /// A ring of even areal density between two radii in mm: the outer disc less the inner one.
-    pub fn ring(table: &Arc<Table>, centre: DVec3, inner: f64, outer: f64) -> Self {
-        let area = outer * outer - inner * inner;
-        let part = |share, radius| Part {
-            share,
-            shape: Shape::Disc { centre, radius },
-            table: Arc::clone(table),
-            aim: None,
-        };
-        let mut parts = vec![part(outer * outer / area, outer)];
-        if inner > 0.0 {
-            parts.push(part(-inner * inner / area, inner));
-        }
-        Self::new(parts)
     }
 
     /// Its parts.

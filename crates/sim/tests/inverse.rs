@@ -211,7 +211,17 @@ fn a_ring_is_the_mean_of_its_points() {
     let distribution = rough();
     let table = Arc::new(Table::new(&distribution));
     let sensor = Sensor::new(&pose(10.0, 2, 80.0)).unwrap();
-    let found = inverse::solve(&Source::ring(&table, DVec3::ZERO, 22.0, 34.0), &sensor);
+    let found = inverse::solve(
+        &Source::single(
+            Arc::clone(&table),
+            Shape::Ring {
+                centre: DVec3::ZERO,
+                inner: 22.0,
+                outer: 34.0,
+            },
+        ),
+        &sensor,
+    );
     let mut sum = 0.0;
     let (rings, spokes) = (20, 720);
     for ring in 0..rings {

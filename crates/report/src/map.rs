@@ -1,0 +1,386 @@
+//! False-colour maps: a sensor's irradiance as a PNG with scale bar, and as a figure with sections.
+
+use std::fmt::Write as _;
+
+use font8x8::legacy::{BASIC_LEGACY, LATIN_LEGACY};
+
+use crate::axes::{Frame, Scale, number};
+use crate::svg::{Anchor, Stroke, Svg};
+
+/// A map as a solver leaves it: row 0 is the smallest y. Pictures show x to the right and y up, as the lamp sees the sensor.
+#[derive(Debug, Clone, Copy)]
+pub struct Map<'a> {
+    /// Values, `[iy * nx + ix]`.
+    pub values: &'a [f32],
+    /// Pixels along x.
+    pub nx: usize,
+    /// Pixels along y.
+    pub ny: usize,
+    /// Width and height in mm.
+    pub size_mm: [f64; 2],
+    /// What the values are (“irradiance”).
+    pub quantity: &'a str,
+    /// Their unit.
+    pub unit: &'a str,
+}
+
+impl Map<'_> {
+    /// Smallest and largest finite value; a range of a millionth where all are equal.
+    pub fn range(&self) -> (f64, f64) {
+        let finite = || {
+            self.values
+                .iter()
+                .copied()
+                .filter(|value| value.is_finite())
+                .map(f64::from)
+        };
+        let low = finite().fold(f64::INFINITY, f64::min);
+        let high = finite().fold(f64::NEG_INFINITY, f64::max);
+        if low > high {
+            return (0.0, 1.0);
+        }
+        let least = 1e-6 * high.abs().max(1e-30);
+        if high - low < least {
+            (low - 0.5 * least, high + 0.5 * least)
+        } else {
+            (low, high)
+        }
+    }
+
+    /// Mean of the pixels under (x, y) of a picture of `width` × `height`, y counted from the top.
+    fn shown(&self, x: usize, y: usize, width: usize, height: usize) -> f64 {
+        let span = |k: usize, shown: usize, pixels: usize| {
+            let from = k * pixels / shown;
+            from..((k + 1) * pixels / shown).max(from + 1)
+        };
+        let (mut sum, mut count) = (0.0, 0.0);
+        for iy in span(height - 1 - y, height, self.ny) {
+            for ix in span(x, width, self.nx) {
+                sum += f64::from(self.values[iy * self.nx + ix]);
+                count += 1.0;
+            }
+        }
+        sum / count
+    }
+
+    /// Width and height in picture points that keep the sensor's shape within `most`.
+    fn extent(&self, most: usize) -> (usize, usize) {
+        let [w, h] = self.size_mm;
+        let scale = most as f64 / w.max(h);
+        (
+            ((w * scale).round() as usize).max(16),
+            ((h * scale).round() as usize).max(16),
+        )
+    }
+
+    /// The bare map in false colour, at most `most` points a side.
+    pub fn bare_png(&self, most: usize) -> Vec<u8> {
+        let (width, height) = self.extent(most);
+        let mut canvas = Canvas::new(width, height);
+        self.paint(&mut canvas, 0, 0, width, height);
+        canvas.png()
+    }
+
+    fn paint(&self, canvas: &mut Canvas, left: usize, top: usize, width: usize, height: usize) {
+        let (low, high) = self.range();
+        for y in 0..height {
+            for x in 0..width {
+                canvas.set(
+                    left + x,
+                    top + y,
+                    viridis((self.shown(x, y, width, height) - low) / (high - low)),
+                );
+            }
+        }
+    }
+
+    /// The map with its axes in mm and a scale bar with unit, as PNG.
+    pub fn png(&self) -> Vec<u8> {
+        let (width, height) = self.extent(768);
+        let (left, top) = (86, 46);
+        let mut canvas = Canvas::new(left + width + 190, (top + height + 70).max(300));
+        canvas.text(left, 16, Align::Left, &format!("{} / {}", self.quantity, self.unit));
+        self.paint(&mut canvas, left, top, width, height);
+        canvas.frame(left, top, width, height);
+        let [w, h] = self.size_mm;
+        for (axis, extent) in [(0, w), (1, h)] {
+            for tick in Scale::linear(-0.5 * extent, 0.5 * extent).ticks() {
+                if tick.abs() > 0.5 * extent * (1.0 + 1e-9) {
+                    continue;
+                }
+                let share = tick / extent + 0.5;
+                if axis == 0 {
+                    let x = left + (share * width as f64) as usize;
+                    canvas.vertical(x, top + height, 6);
+                    canvas.text(x, top + height + 12, Align::Centre, &number(tick));
+                } else {
+                    let y = top + ((1.0 - share) * height as f64) as usize;
+                    canvas.horizontal(left - 6, y, 6);
+                    canvas.text(left - 10, y.saturating_sub(7), Align::Right, &number(tick));
+                }
+            }
+        }
+        canvas.text(left + width / 2, top + height + 40, Align::Centre, "x / mm");
+        canvas.text(8, top + height / 2 - 24, Align::Left, "y");
+        canvas.text(8, top + height / 2 - 6, Align::Left, "/mm");
+        self.bar(&mut canvas, left + width + 24, top, height);
+        canvas.png()
+    }
+
+    fn bar(&self, canvas: &mut Canvas, left: usize, top: usize, height: usize) {
+        let (low, high) = self.range();
+        for y in 0..height {
+            let colour = viridis(1.0 - (y as f64 + 0.5) / height as f64);
+            for x in 0..22 {
+                canvas.set(left + x, top + y, colour);
+            }
+        }
+        canvas.frame(left, top, 22, height);
+        let digits = digits(low, high);
+        for tick in Scale::linear(low, high).ticks() {
+            if (low..=high).contains(&tick) {
+                let y = top + ((high - tick) / (high - low) * (height - 1) as f64) as usize;
+                canvas.horizontal(left + 22, y, 5);
+                canvas.text(left + 32, y.saturating_sub(7), Align::Left, &format!("{tick:.digits$}"));
+            }
+        }
+        canvas.text(left, top + height + 12, Align::Left, self.unit);
+    }
+
+    /// A figure: the map with scale bar, and its sections along x and y through the middle.
+    pub fn figure(&self, title: &str) -> String {
+        let (low, high) = self.range();
+        let digits = digits(low, high);
+        let [w, h] = self.size_mm;
+        let side = 380.0;
+        let (wide, tall) = (side * w / w.max(h), side * h / w.max(h));
+        let mut svg = Svg::new(980.0, 470.0, title);
+        let frame = Frame {
+            left: 70.0,
+            top: 30.0,
+            width: wide,
+            height: tall,
+            x: Scale::linear(-0.5 * w, 0.5 * w),
+            y: Scale::linear(-0.5 * h, 0.5 * h),
+        };
+        svg.image(70.0, 30.0, wide, tall, &self.bare_png(512));
+        frame.draw(&mut svg, "x / mm", "y / mm");
+        let bar = 70.0 + wide + 16.0;
+        for step in 0..64 {
+            let [r, g, b] = viridis(1.0 - (f64::from(step) + 0.5) / 64.0);
+            let mut fill = String::new();
+            let _ = write!(fill, "#{r:02x}{g:02x}{b:02x}");
+            svg.rectangle(
+                bar,
+                30.0 + f64::from(step) * tall / 64.0,
+                14.0,
+                tall / 64.0 + 0.6,
+                &fill,
+                None,
+            );
+        }
+        for tick in Scale::linear(low, high).ticks() {
+            if (low..=high).contains(&tick) {
+                let y = 30.0 + tall * (high - tick) / (high - low);
+                svg.text(
+                    (bar + 19.0, y + 4.0),
+                    11.0,
+                    Anchor::Start,
+                    "#333333",
+                    &format!("{tick:.digits$}"),
+                );
+            }
+        }
+        svg.text((bar, 20.0), 12.0, Anchor::Start, "#333333", self.unit);
+        self.sections(&mut svg, title);
+        svg.finish()
+    }
+
+    fn sections(&self, svg: &mut Svg, title: &str) {
+        let [w, h] = self.size_mm;
+        let along_x: Vec<f64> = (0..self.nx)
+            .map(|ix| f64::from(self.values[self.ny / 2 * self.nx + ix]))
+            .collect();
+        let along_y: Vec<f64> = (0..self.ny)
+            .map(|iy| f64::from(self.values[iy * self.nx + self.nx / 2]))
+            .collect();
+        let frame = Frame {
+            left: 640.0,
+            top: 30.0,
+            width: 310.0,
+            height: 380.0,
+            x: Scale::linear(-0.5 * w.max(h), 0.5 * w.max(h)),
+            y: Scale::around(along_x.iter().chain(&along_y).copied(), false),
+        };
+        frame.draw(svg, "position / mm", &format!("{} / {}", self.quantity, self.unit));
+        for (values, extent, colour, name, line) in [
+            (&along_x, w, "#c22f2f", "along x, y = 0", 0.0),
+            (&along_y, h, "#2f5fc2", "along y, x = 0", 16.0),
+        ] {
+            let stride = (values.len() / 400).max(1);
+            let points = (0..values.len() / stride).map(|k| {
+                let part = &values[k * stride..(k + 1) * stride];
+                let at = (k as f64 + 0.5) * stride as f64 / values.len() as f64 - 0.5;
+                frame.at(at * extent, part.iter().sum::<f64>() / stride as f64)
+            });
+            svg.polyline(points, Stroke::solid(colour, 1.6));
+            svg.text((650.0, 46.0 + line), 11.0, Anchor::Start, colour, name);
+        }
+        svg.text((70.0, 20.0), 12.0, Anchor::Start, "#333333", title);
+    }
+}
+
+/// Decimals that tell ticks of a range apart.
+fn digits(low: f64, high: f64) -> usize {
+    let step = crate::axes::tick_step(high - low);
+    (-step.log10().floor()).clamp(0.0, 9.0) as usize
+}
+
+/// The colour map viridis (van der Walt and Smith), by a polynomial of degree six.
+pub fn viridis(t: f64) -> [u8; 3] {
+    const TERMS: [[f64; 3]; 7] = [
+        [0.277_727_3, 0.005_407_3, 0.334_099_8],
+        [0.105_093_0, 1.404_613_5, 1.384_590_2],
+        [-0.330_861_8, 0.214_847_6, 0.095_095_2],
+        [-4.634_230_5, -5.799_101_0, -19.332_441],
+        [6.228_269_9, 14.179_933_4, 56.690_552_6],
+        [4.776_385_0, -13.745_145_4, -65.353_032_6],
+        [-5.435_455_9, 4.645_852_6, 26.312_435_2],
+    ];
+    let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 };
+    std::array::from_fn(|k| {
+        let value = TERMS.iter().rev().fold(0.0, |sum, term| sum * t + term[k]);
+        (value.clamp(0.0, 1.0) * 255.0).round() as u8
+    })
+}
+
+enum Align {
+    Left,
+    Centre,
+    Right,
+}
+
+/// An RGB raster with a fixed font: 8 × 8 letters at double size.
+struct Canvas {
+    width: usize,
+    height: usize,
+    rgb: Vec<u8>,
+}
+
+impl Canvas {
+    fn new(width: usize, height: usize) -> Self {
+        Self {
+            width,
+            height,
+            rgb: vec![255; width * height * 3],
+        }
+    }
+
+    fn set(&mut self, x: usize, y: usize, colour: [u8; 3]) {
+        if x < self.width && y < self.height {
+            let at = (y * self.width + x) * 3;
+            self.rgb[at..at + 3].copy_from_slice(&colour);
+        }
+    }
+
+    fn horizontal(&mut self, x: usize, y: usize, length: usize) {
+        (x..x + length).for_each(|x| self.set(x, y, [40; 3]));
+    }
+
+    fn vertical(&mut self, x: usize, y: usize, length: usize) {
+        (y..y + length).for_each(|y| self.set(x, y, [40; 3]));
+    }
+
+    fn frame(&mut self, left: usize, top: usize, width: usize, height: usize) {
+        self.horizontal(left - 1, top - 1, width + 2);
+        self.horizontal(left - 1, top + height, width + 2);
+        self.vertical(left - 1, top - 1, height + 2);
+        self.vertical(left + width, top - 1, height + 2);
+    }
+
+    fn text(&mut self, x: usize, y: usize, align: Align, text: &str) {
+        const LETTER: usize = 12;
+        let length = text.chars().count() * LETTER;
+        let start = match align {
+            Align::Left => x,
+            Align::Centre => x.saturating_sub(length / 2),
+            Align::Right => x.saturating_sub(length),
+        };
+        for (k, letter) in text.chars().enumerate() {
+            let rows = match letter as usize {
+                code @ 0..128 => BASIC_LEGACY[code],
+                code @ 160..256 => LATIN_LEGACY[code - 160],
+                0x2212 => BASIC_LEGACY['-' as usize],
+                _ => BASIC_LEGACY['?' as usize],
+            };
+            for (row, bits) in rows.iter().enumerate() {
+                for column in (0..8).filter(|column| bits >> column & 1 == 1) {
+                    // Twice as tall as the font, half as wide again.
+                    let left = start + k * LETTER + column * 3 / 2;
+                    for dx in 0..2 {
+                        for dy in 0..2 {
+                            self.set(left + dx, y + 2 * row + dy, [25; 3]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn png(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        let mut encoder = png::Encoder::new(&mut out, self.width as u32, self.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        // Writing to memory with matching sizes cannot fail.
+        if let Ok(mut writer) = encoder.write_header() {
+            let _ = writer.write_image_data(&self.rgb);
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn viridis_runs_from_violet_to_yellow() {
+        assert_eq!(viridis(0.0), [71, 1, 85]);
+        let [r, g, b] = viridis(1.0);
+        assert!(r > 240 && g > 220 && b < 60, "{r} {g} {b}");
+        assert_eq!(viridis(f64::NAN), viridis(0.0));
+    }
+
+    #[test]
+    fn row_zero_is_at_the_bottom() {
+        let values = [0.0, 0.0, 1.0, 1.0];
+        let map = Map {
+            values: &values,
+            nx: 2,
+            ny: 2,
+            size_mm: [1.0; 2],
+            quantity: "irradiance",
+            unit: "W/m²",
+        };
+        assert_eq!(map.shown(0, 0, 2, 2), 1.0);
+        assert_eq!(map.shown(0, 1, 2, 2), 0.0);
+        let png = map.png();
+        assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
+    }
+
+    #[test]
+    fn an_even_map_is_drawn() {
+        let values = [3.5; 6];
+        let map = Map {
+            values: &values,
+            nx: 3,
+            ny: 2,
+            size_mm: [3.0, 2.0],
+            quantity: "illuminance",
+            unit: "lx",
+        };
+        assert!(map.figure("even").contains("along x"));
+        assert!(map.png().len() > 1000);
+    }
+}
