@@ -38,6 +38,20 @@ impl IntensityDistribution {
             .collect()
     }
 
+    /// What one candela at each point of the grid adds to the flux over the sphere, in lumen: Φ = Σ wᵢ·Iᵢ, in the order of
+    /// [`intensity_cd`](Self::intensity_cd). The weights of a grid over the whole sphere add up to 4π sr.
+    pub fn flux_weights_sr(&self) -> Vec<f64> {
+        let mut along_gamma = vec![0.0; self.gamma_deg().len()];
+        for (index, edge) in self.gamma_deg().windows(2).enumerate() {
+            along_gamma[index] += linear_times_sine(edge[0], edge[1], 1.0, 0.0);
+            along_gamma[index + 1] += linear_times_sine(edge[0], edge[1], 0.0, 1.0);
+        }
+        self.plane_widths_deg()
+            .iter()
+            .flat_map(|width| along_gamma.iter().map(|weight| width.to_radians() * weight))
+            .collect()
+    }
+
     /// ∫ I sin γ dγ of one half-plane over a zone, in cd·rad.
     fn zone_of_plane(&self, plane: usize, from_deg: f64, to_deg: f64) -> f64 {
         let row = self.row(plane);
@@ -153,6 +167,15 @@ mod tests {
                 }
             }
             prop_assert!((d.flux().value() - sum).abs() < 1e-8 * sum.max(1.0), "{} {}", d.flux().value(), sum);
+        }
+
+        #[test]
+        fn weights_add_up_to_the_flux(values in prop::collection::vec(-1.0..100.0f64, 12)) {
+            let d = IntensityDistribution::new(vec![10.0, 100.0, 190.0], vec![0.0, 20.0, 90.0, 180.0], values).unwrap();
+            let weights = d.flux_weights_sr();
+            prop_assert!((weights.iter().sum::<f64>() - 4.0 * PI).abs() < 1e-12);
+            let sum: f64 = weights.iter().zip(d.intensity_cd()).map(|(w, i)| w * i).sum();
+            prop_assert!((sum - d.flux().value()).abs() < 1e-10);
         }
 
         #[test]
