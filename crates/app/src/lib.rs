@@ -7,6 +7,7 @@ pub mod convert;
 pub mod failure;
 pub mod files;
 pub mod inspect;
+pub mod predict;
 pub mod progress;
 
 pub use failure::{Failure, FailureKind};

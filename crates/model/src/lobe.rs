@@ -21,7 +21,7 @@ const SMOOTHING: isize = 4;
 
 /// The lobe of one LED and the sum of all.
 #[derive(Debug, Clone)]
-pub(crate) struct Lobe {
+pub struct Lobe {
     lobe: Vec<f64>,
     sum: Sum,
 }
@@ -36,7 +36,12 @@ enum Sum {
 
 impl Lobe {
     /// The lobe of LEDs `nodes` that lean inward by `aim_deg`.
-    pub fn fit(distribution: &IntensityDistribution, nodes: &[Node], aim_deg: f64, on_circles: bool) -> Option<Self> {
+    pub(crate) fn fit(
+        distribution: &IntensityDistribution,
+        nodes: &[Node],
+        aim_deg: f64,
+        on_circles: bool,
+    ) -> Option<Self> {
         let target: Vec<f64> = (0..NODES)
             .map(|i| mean_over_c(distribution, i as f64 * STEP_DEG).max(0.0))
             .collect();

@@ -14,6 +14,7 @@ use crate::document::{
 };
 use crate::effects::{Act, Effect, Ray};
 use crate::emitter::Emitter;
+use crate::lobe::Lobe;
 use crate::luminaire::{Luminaire, Spectral};
 use crate::photometric_file::{PhotometricFileError, read_distribution, read_spectrum};
 use crate::refined::Refined;
@@ -28,6 +29,15 @@ pub struct Model {
     trust: Trust,
     u_scale: UncertaintyScale,
     folder: Utf8PathBuf,
+}
+
+/// Names of the effects that a simulation applies, and of those that it does not, in file order.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct InSimulation {
+    /// Luminaire, path and sensor.
+    pub applied: Vec<&'static str>,
+    /// Bench and camera signal.
+    pub not_applicable: Vec<&'static str>,
 }
 
 /// Why a model cannot be used.
@@ -296,6 +306,60 @@ impl Model {
     pub fn emitter(&self) -> Emitter {
         self.effective_emitter()
             .unwrap_or_else(|| self.luminaire.emitter().clone())
+    }
+
+    /// The lobe of one LED where the emitter's LEDs lean inward: LED i carries
+    /// weight · I(direction) · [`Lobe::share`]`(axis, direction)`, so that all of them at infinity are I.
+    pub fn lobe(&self) -> Option<Lobe> {
+        let emitter = self.emitter();
+        let aim_deg = emitter.aim_deg();
+        if aim_deg == 0.0 {
+            return None;
+        }
+        // A circle of eight LEDs or more is as good as even; other places need their own sum.
+        let on_circles =
+            matches!(&emitter, Emitter::Leds { count, .. } if !count.is_empty() && count.iter().all(|n| *n >= 8));
+        Lobe::fit(self.luminaire.distribution(), &emitter.nodes(1), aim_deg, on_circles)
+    }
+
+    /// Standard deviation in pixels of the spread of light to neighbours.
+    pub fn blur_px(&self) -> f64 {
+        let square: f64 = self
+            .acts()
+            .map(|(act, values)| match act {
+                Act::Blur(law) => law(values).powi(2),
+                _ => 0.0,
+            })
+            .sum();
+        square.sqrt()
+    }
+
+    /// Which effects a simulation of a sensor applies. Those of the bench never; those of a camera's signal (exposure,
+    /// linearity, zero, saturation, steps) neither, because a simulation ends at the light on the sensor.
+    pub fn in_simulation(&self) -> InSimulation {
+        let mut names = InSimulation::default();
+        for effect in &self.effects {
+            let lights = effect.acts().iter().any(|act| {
+                matches!(
+                    act,
+                    Act::Emitter(_)
+                        | Act::Direction(_)
+                        | Act::Lamp(_)
+                        | Act::Path(_)
+                        | Act::Placement(_)
+                        | Act::Pixel(_)
+                        | Act::Background(_)
+                        | Act::Blur(_)
+                        | Act::Efficacy(_)
+                )
+            });
+            if lights {
+                names.applied.push(effect.name());
+            } else {
+                names.not_applicable.push(effect.name());
+            }
+        }
+        names
     }
 
     /// The intensity distribution with everything that was refitted and every effect on directions, on a grid fine enough

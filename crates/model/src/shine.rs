@@ -34,14 +34,7 @@ impl<'m> Shine<'m> {
             Emitter::Disc { .. } => 2,
             _ => 4,
         });
-        let on_circles =
-            matches!(&emitter, Emitter::Leds { count, .. } if count.iter().all(|n| *n >= 8) && !count.is_empty());
-        let aim_deg = emitter.aim_deg();
-        let lobe = if aim_deg == 0.0 {
-            None
-        } else {
-            Lobe::fit(model.luminaire().distribution(), &nodes, aim_deg, on_circles)
-        };
+        let lobe = model.lobe();
         let position_mm: DVec3 = nodes.iter().map(|node| node.weight * node.position_mm).sum();
         let extent_mm = nodes
             .iter()

@@ -2,6 +2,7 @@
 
 mod convert;
 mod inspect;
+mod predict;
 mod reading;
 
 use clap::Subcommand;
@@ -12,6 +13,7 @@ use isolux_app::Failure;
 pub enum Command {
     Convert(convert::Convert),
     Inspect(inspect::Inspect),
+    Predict(predict::Predict),
 }
 
 /// Runs one command to its end.
@@ -22,5 +24,6 @@ pub fn run(command: Command) -> Result<(), Failure> {
     match command {
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Predict(arguments) => predict::run(&arguments),
     }
 }

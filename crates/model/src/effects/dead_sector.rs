@@ -4,7 +4,7 @@
 //! share that grows like tan γ.
 
 use super::act::{Act, Ray};
-use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, Split, amplitude, azimuth, shape};
+use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, ParameterSpec, Split, amplitude, shape};
 
 /// Failed or dimmed LEDs (C-dependent).
 pub(super) static DEAD_SECTOR: EffectSpec = EffectSpec {
@@ -16,7 +16,10 @@ pub(super) static DEAD_SECTOR: EffectSpec = EffectSpec {
     source: "share of a sector of aimed LEDs in a direction: (cos ψ + sin ψ tan γ cos ΔC)ⁿ to first order in ψ",
     parameters: &[
         amplitude("depth_rel", "1", (0.0, 0.3), 0.02, READINGS_AND_MAPS),
-        azimuth(360.0, READINGS_AND_MAPS),
+        ParameterSpec {
+            required: true,
+            ..shape("azimuth_deg", "°", 0.0, (0.0, 360.0), AZIMUTHS_DEG, READINGS_AND_MAPS)
+        },
         shape("width_deg", "°", 120.0, (20.0, 240.0), &[40.0, 80.0, 140.0, 220.0], READINGS_AND_MAPS),
     ],
     amplitude_power: 1,
@@ -24,6 +27,9 @@ pub(super) static DEAD_SECTOR: EffectSpec = EffectSpec {
     splits: &[Split { from: "luminaire_tilt", by: "second_distance" }, Split { from: "self_absorption", by: "second_distance" }],
     acts: &[Act::Direction(dimming)],
 };
+
+/// One lobe is no sum of two at right angles: azimuths are tried one by one.
+const AZIMUTHS_DEG: &[f64] = &[0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0, 210.0, 240.0, 270.0, 300.0, 330.0];
 
 /// Beyond this γ the growth is held: a sector cannot dim more than it gave.
 const GAMMA_HELD_DEG: f64 = 75.0;

@@ -40,6 +40,8 @@ pub struct SpectraSet {
     pub c_deg: f64,
     /// Polar angle.
     pub gamma_deg: f64,
+    header: Vec<String>,
+    text: Vec<Vec<String>>,
     rows: Vec<SpectrumRow>,
 }
 
@@ -136,20 +138,16 @@ impl SpectraSet {
         if rows.is_empty() {
             return Err(ObservationError::new(&csv_path, None, Problem::NoRows("spectra")));
         }
-        let Document {
-            quantity,
-            unit,
-            distance_mm,
-            c_deg,
-            gamma_deg,
-        } = document;
+        let text = table.rows.into_iter().map(|(_, fields)| fields).collect();
         Ok(Self {
             path: csv_path,
-            quantity,
-            unit,
-            distance_mm,
-            c_deg,
-            gamma_deg,
+            quantity: document.quantity,
+            unit: document.unit,
+            distance_mm: document.distance_mm,
+            c_deg: document.c_deg,
+            gamma_deg: document.gamma_deg,
+            header: table.header,
+            text,
             rows,
         })
     }
@@ -157,6 +155,16 @@ impl SpectraSet {
     /// The CSV file.
     pub fn path(&self) -> &Utf8Path {
         &self.path
+    }
+
+    /// Column names as written.
+    pub fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// The fields of each row as written, in the order of [`header`](Self::header).
+    pub fn text(&self) -> &[Vec<String>] {
+        &self.text
     }
 
     /// One row a wavelength, in file order.
