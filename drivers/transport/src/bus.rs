@@ -91,6 +91,7 @@ impl BusError {
 
 struct Job<C: Conversation> {
     request: C::Request,
+    patience: Duration,
     deadline: Instant,
     reply: oneshot::Sender<Result<C::Answer, BusError>>,
 }
@@ -135,6 +136,21 @@ impl<C: Conversation> Bus<C> {
     /// # Errors
     /// [`BusError`].
     pub async fn ask(&self, request: C::Request, deadline: Instant) -> Result<C::Answer, BusError> {
+        self.ask_within(request, deadline.saturating_duration_since(Instant::now()), deadline)
+            .await
+    }
+
+    /// The same, with at most `patience` from when the request was sent: time spent in the queue, or on draining the line
+    /// after an earlier failure, does not count.
+    ///
+    /// # Errors
+    /// [`BusError`].
+    pub async fn ask_within(
+        &self,
+        request: C::Request,
+        patience: Duration,
+        deadline: Instant,
+    ) -> Result<C::Answer, BusError> {
         let gone = || BusError::Disconnected {
             reason: "the link was lost before".to_owned(),
         };
@@ -142,6 +158,7 @@ impl<C: Conversation> Bus<C> {
         self.jobs
             .send(Job {
                 request,
+                patience,
                 deadline,
                 reply,
             })
@@ -165,7 +182,7 @@ impl<C: Conversation> Owner<C> {
                 job = queue.recv() => {
                     let Some(job) = job else { return };
                     if !job.reply.is_closed() {
-                        let result = self.exchange(job.request, job.deadline).await;
+                        let result = self.exchange(job.request, job.patience, job.deadline).await;
                         let _ = job.reply.send(result);
                     }
                 }
@@ -180,7 +197,12 @@ impl<C: Conversation> Owner<C> {
         }
     }
 
-    async fn exchange(&mut self, request: C::Request, deadline: Instant) -> Result<C::Answer, BusError> {
+    async fn exchange(
+        &mut self,
+        request: C::Request,
+        patience: Duration,
+        deadline: Instant,
+    ) -> Result<C::Answer, BusError> {
         let began = Instant::now();
         while self.conversation.ready_at(Instant::now()) > Instant::now() {
             let ready = self.conversation.ready_at(Instant::now());
@@ -197,6 +219,7 @@ impl<C: Conversation> Owner<C> {
             }
             self.still_connected()?;
         }
+        let deadline = deadline.min(Instant::now() + patience);
         let (frame, at_once) = self.conversation.start(Instant::now(), request);
         let sent = async {
             self.link.write_all(&frame).await?;

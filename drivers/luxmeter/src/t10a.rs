@@ -1,0 +1,299 @@
+//! Konica Minolta T-10A: `konica-t10a:LINK?head=0`.
+//!
+//! The meter converts all the time, a new value every half second, and a request gets the latest one. So a request sent at
+//! `t` is answered with light of (t − 1 s, t], and while the automatic range is changing the old value is repeated for one
+//! interval more (manual, section 1). The driver therefore waits two intervals after `not_before` in a fixed range, three in
+//! automatic range, and more than one interval between two requests, so that no conversion is returned twice.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use isolux_device::{
+    Caution, DeviceError, ErrorKind, Identity, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxOutcome, LuxRange,
+    LuxReading, OpenError, Target,
+};
+use isolux_protocol_t10a::{Answer, Conversation, Event, Measurement, QUIET, Range, Request};
+use isolux_transport::{Bus, LineSettings, Links, Outcome, Parity};
+use isolux_units::Lux;
+use tokio::sync::Mutex;
+use tokio::time::{Instant, sleep, sleep_until};
+
+/// Name of the driver in `open = "konica-t10a:…"`.
+const NAME: &str = "konica-t10a";
+
+/// Manual, section 2.
+const LINE: LineSettings = LineSettings {
+    baud: 9600,
+    data_bits: 7,
+    parity: Parity::Even,
+    stop_bits: 1,
+};
+
+/// A new value appears this often, and integrates as long.
+const UPDATE: Duration = Duration::from_millis(500);
+
+/// Over and above the update interval between two requests: the meter's clock is not this one.
+const MARGIN: Duration = Duration::from_millis(50);
+
+/// An answer of 32 bytes takes 33 ms at 9600 baud; the meter may finish a conversion first.
+const ANSWER: Duration = Duration::from_millis(800);
+
+/// After commands 54 and 55 the meter wants half a second (manual, sections 5.4 and 5.5).
+const SETTLE: Duration = Duration::from_millis(500);
+
+/// Upper ends of the five ranges in lx.
+const FULL_SCALE_LX: [f64; 5] = [29.99, 299.9, 2999.0, 29_990.0, 299_900.0];
+
+/// Tries at one reading before its error is told.
+const TRIES: usize = 3;
+
+/// Opens T-10A meters.
+pub struct T10aDriver {
+    links: Arc<dyn Links>,
+}
+
+impl T10aDriver {
+    /// A driver that opens its links through `links`.
+    pub fn new(links: Arc<dyn Links>) -> Self {
+        Self { links }
+    }
+}
+
+#[async_trait]
+impl LuxMeterFactory for T10aDriver {
+    async fn open_lux_meter(&self, target: &Target) -> Result<Box<dyn LuxMeter>, OpenError> {
+        target.only(&["head"])?;
+        let head = target.number("head", 0_u8)?;
+        if head > 29 {
+            return Err(target.wrong(format!("head={head} is not 0 to 29")));
+        }
+        let link = self
+            .links
+            .open(target.link(), LINE)
+            .await
+            .map_err(|error| error.opening(target))?;
+        let range_full_scale = FULL_SCALE_LX.iter().filter_map(|lx| Lux::new(*lx).ok()).collect();
+        let meter = T10a {
+            bus: Bus::spawn(link, Talk::default()),
+            name: target.to_string(),
+            head,
+            identity: Identity {
+                driver: NAME,
+                target: target.to_string(),
+                model: "Konica Minolta T-10A".to_owned(),
+                // The language has no word for either.
+                serial: None,
+                firmware: None,
+            },
+            properties: LuxMeterProperties {
+                range_full_scale,
+                update_interval: UPDATE,
+                integration: UPDATE,
+            },
+            state: Mutex::new(State {
+                range: Range::Auto,
+                asked: None,
+            }),
+        };
+        meter.connect().await?;
+        Ok(Box::new(meter))
+    }
+}
+
+struct T10a {
+    bus: Bus<Talk>,
+    name: String,
+    head: u8,
+    identity: Identity,
+    properties: LuxMeterProperties,
+    state: Mutex<State>,
+}
+
+struct State {
+    range: Range,
+    /// When the last reading was asked for.
+    asked: Option<Instant>,
+}
+
+#[async_trait]
+impl LuxMeter for T10a {
+    fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    fn properties(&self) -> &LuxMeterProperties {
+        &self.properties
+    }
+
+    async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError> {
+        let began = Instant::now();
+        let mut state = self.state.lock().await;
+        let mut tries = 0;
+        loop {
+            let reach = if state.range == Range::Auto { 3 } else { 2 } * UPDATE;
+            let fresh = state.asked.map_or(began, |asked| asked + UPDATE + MARGIN);
+            let at = fresh.max(not_before + reach);
+            if at + Duration::from_millis(50) > deadline {
+                sleep_until(deadline).await;
+                let (device, action) = (self.name.clone(), "read".to_owned());
+                return Err(DeviceError::Timeout {
+                    device,
+                    action,
+                    waited: began.elapsed(),
+                    received: Vec::new(),
+                });
+            }
+            sleep_until(at).await;
+            let asked = Instant::now();
+            state.asked = Some(asked);
+            let request = Request::Read {
+                head: self.head,
+                range: state.range,
+                hold: false,
+            };
+            let error = match self.ask(request, "read", deadline).await {
+                Ok((Answer::Long { measurement, .. }, evidence)) => {
+                    // A range that was asked for and is not there yet: the value is an old one.
+                    let switching = matches!(state.range, Range::Fixed(range) if measurement.status.range != range);
+                    if !switching {
+                        return self.reading(measurement, asked - reach, evidence);
+                    }
+                    self.malformed("read", "the range that was asked for is not in use yet", evidence)
+                }
+                Ok((Answer::Short { .. }, evidence)) => self.malformed("read", "no measurement", evidence),
+                Err(error) => error,
+            };
+            tries += 1;
+            if tries >= TRIES || !matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) {
+                return Err(error);
+            }
+            tracing::warn!(%error, tries, "asking again");
+            // A meter that was switched off and on has forgotten its PC mode and answers nothing else.
+            if error.kind() == ErrorKind::Timeout && Instant::now() < deadline {
+                let _ = self.connect().await;
+            }
+        }
+    }
+
+    async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError> {
+        let wanted = match range {
+            LuxRange::Auto => Range::Auto,
+            LuxRange::Fixed(range @ 1..=5) => Range::Fixed(range),
+            LuxRange::Fixed(range) => {
+                let (device, action) = (self.name.clone(), format!("use range {range}"));
+                let reason = "the T-10A has ranges 1 to 5".to_owned();
+                return Err(DeviceError::Unsupported { device, action, reason });
+            }
+        };
+        self.state.lock().await.range = wanted;
+        Ok(())
+    }
+}
+
+impl T10a {
+    /// PC mode, then all heads running.
+    async fn connect(&self) -> Result<(), DeviceError> {
+        let mut tries = 1;
+        loop {
+            let deadline = Instant::now() + ANSWER + 2 * QUIET;
+            match self.ask(Request::Connect, "connect (command 54)", deadline).await {
+                Ok(_) => break,
+                Err(error) if tries < TRIES && matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) => {
+                    tries += 1;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        sleep(SETTLE).await;
+        let sent = self.bus.ask(Request::Hold(false), Instant::now() + 2 * QUIET).await;
+        sent.map_err(|error| error.during(&self.name, "run (command 55)"))?;
+        sleep(SETTLE).await;
+        Ok(())
+    }
+
+    /// One exchange; after an earlier failure the line is drained first.
+    async fn ask(&self, request: Request, action: &str, deadline: Instant) -> Result<(Answer, Vec<u8>), DeviceError> {
+        match self.bus.ask_within(request, ANSWER, deadline).await {
+            Ok(Some(answer)) => Ok(answer),
+            Ok(None) => Err(self.malformed(action, "nobody answers this request", Vec::new())),
+            Err(error) => Err(error.during(&self.name, action)),
+        }
+    }
+
+    fn reading(&self, measurement: Measurement, began: Instant, evidence: Vec<u8>) -> Result<LuxReading, DeviceError> {
+        let status = measurement.status;
+        let fault = |reason: String| DeviceError::Fault {
+            device: self.name.clone(),
+            action: "read".to_owned(),
+            reason,
+            evidence: evidence.clone(),
+        };
+        if let Some(error) = status.error {
+            return Err(fault(error.to_string()));
+        }
+        if status.hold {
+            return Err(fault(
+                "the meter holds its reading (HOLD key): the value is old; release it".to_owned(),
+            ));
+        }
+        let unusable = |reason: &str| self.malformed("read", reason, evidence.clone());
+        let (outcome, digit) = match (status.over_range, measurement.illuminance_lx) {
+            (true, value) => (LuxOutcome::OverRange, value.map_or(1.0, |value| value.digit())),
+            (false, Some(value)) => {
+                let lux = Lux::new(value.number()).map_err(|error| unusable(&error.to_string()))?;
+                (LuxOutcome::Measured(lux), value.digit())
+            }
+            (false, None) => return Err(unusable("no error, and no value")),
+        };
+        Ok(LuxReading {
+            outcome,
+            range: status.range,
+            digit: Lux::new(digit).map_err(|error| unusable(&error.to_string()))?,
+            began,
+            ended: Instant::now(),
+            caution: status.low_battery.then_some(Caution::LowBattery),
+            evidence,
+        })
+    }
+
+    fn malformed(&self, action: &str, reason: &str, frame: Vec<u8>) -> DeviceError {
+        let (device, action, reason) = (self.name.clone(), action.to_owned(), reason.to_owned());
+        DeviceError::Malformed {
+            device,
+            action,
+            reason,
+            frame,
+        }
+    }
+}
+
+/// The codec as the owner of a bus.
+#[derive(Default)]
+struct Talk(Conversation);
+
+impl isolux_transport::Conversation for Talk {
+    type Request = Request;
+    /// `None`: sent, and nobody answers.
+    type Answer = Option<(Answer, Vec<u8>)>;
+
+    fn ready_at(&self, now: Instant) -> Instant {
+        Instant::from_std(self.0.ready_at(now.into_std()))
+    }
+
+    fn start(&mut self, _: Instant, request: Request) -> (Vec<u8>, Option<Self::Answer>) {
+        let (frame, answered) = self.0.start(request);
+        (frame, if answered { None } else { Some(None) })
+    }
+
+    fn handle_input(&mut self, now: Instant, bytes: &[u8]) -> Option<Outcome<Self::Answer>> {
+        Some(match self.0.handle_input(now.into_std(), bytes)? {
+            Event::Answer(answer, frame) => Outcome::Answer(Some((answer, frame))),
+            Event::Damaged { reason, frame } => Outcome::Malformed { reason, frame },
+        })
+    }
+
+    fn abandon(&mut self, now: Instant) -> Vec<u8> {
+        self.0.abandon(now.into_std())
+    }
+}

@@ -1,0 +1,322 @@
+//! The T-10A driver against a scripted meter on an in-memory link, with the clock paused.
+//!
+//! The meter below was written from the manual's text, not from the codec: it converts every half second, and a value
+//! says in which conversion it was taken.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use isolux_device::{Caution, ErrorKind, LuxMeter, LuxMeterFactory, LuxOutcome, LuxRange, OpenError, Target};
+use isolux_luxmeter::T10aDriver;
+use isolux_transport::{LineSettings, Link, LinkError, Links, MemoryLinks, Parity};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
+use tokio::time::Instant;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Fault {
+    Silent,
+    Late(u64),
+    FlipBit,
+    Disconnect,
+}
+
+struct Meter {
+    began: Instant,
+    remote: bool,
+    faults: VecDeque<Fault>,
+    /// Overrides of the answer's status: hold, error, battery.
+    status: (char, char, char),
+    range: char,
+    /// Answers until a change of range has happened.
+    range_delay: u32,
+    heard: Vec<String>,
+}
+
+impl Meter {
+    /// Four digits: the number of the last complete conversion, whose light is of (n·0.5 s, (n + 1)·0.5 s].
+    fn conversion(&self) -> u64 {
+        (self.began.elapsed().as_millis() as u64 / 500).saturating_sub(1)
+    }
+}
+
+fn frame(body: &str) -> Vec<u8> {
+    let check = body.bytes().fold(3_u8, |check, byte| check ^ byte);
+    format!("\x02{body}\x03{check:02X}\r\n").into_bytes()
+}
+
+async fn serve(meter: Arc<Mutex<Meter>>, mut stream: DuplexStream) {
+    let mut request = [0; 14];
+    while stream.read_exact(&mut request).await.is_ok() {
+        let body = String::from_utf8(request[1..9].to_vec()).unwrap();
+        assert_eq!(request.to_vec(), frame(&body), "the host's frame");
+        let (answer, fault) = {
+            let mut meter = meter.lock().unwrap();
+            meter.heard.push(body.clone());
+            let answer = match &body[2..4] {
+                "54" => {
+                    meter.remote = true;
+                    Some(frame("0054    "))
+                }
+                "10" if meter.remote => {
+                    let wanted = body.chars().nth(6).unwrap();
+                    if wanted != '0' && wanted != meter.range {
+                        if meter.range_delay == 0 {
+                            meter.range = wanted;
+                        } else {
+                            meter.range_delay -= 1;
+                        }
+                    }
+                    let (hold, error, battery) = meter.status;
+                    let value = if error == ' ' {
+                        format!("+{:04}2", meter.conversion())
+                    } else {
+                        " ".repeat(6)
+                    };
+                    Some(frame(&format!(
+                        "{}10{hold}{error}{}{battery}{value}{}",
+                        &body[..2],
+                        meter.range,
+                        " ".repeat(12)
+                    )))
+                }
+                _ => None,
+            };
+            let fault = if answer.is_some() {
+                meter.faults.pop_front()
+            } else {
+                None
+            };
+            (answer, fault)
+        };
+        let Some(mut answer) = answer else { continue };
+        tokio::time::sleep(Duration::from_millis(15)).await;
+        match fault {
+            Some(Fault::Silent) => continue,
+            Some(Fault::Disconnect) => return,
+            Some(Fault::FlipBit) => answer[12] ^= 1,
+            Some(Fault::Late(milliseconds)) => tokio::time::sleep(Duration::from_millis(milliseconds)).await,
+            None => {}
+        }
+        if stream.write_all(&answer).await.is_err() {
+            return;
+        }
+    }
+}
+
+/// Notes the line settings that are asked for: a pty or a pipe would drop them.
+struct Noted {
+    links: MemoryLinks,
+    lines: Arc<Mutex<Vec<LineSettings>>>,
+}
+
+#[async_trait::async_trait]
+impl Links for Noted {
+    async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError> {
+        self.lines.lock().unwrap().push(line);
+        self.links.open(address, line).await
+    }
+}
+
+async fn bench() -> (Box<dyn LuxMeter>, Arc<Mutex<Meter>>) {
+    let links = MemoryLinks::default();
+    let mut listener = links.listen("meter").unwrap();
+    let meter = Arc::new(Mutex::new(Meter {
+        began: Instant::now(),
+        remote: false,
+        faults: VecDeque::new(),
+        status: ('0', ' ', '0'),
+        range: '2',
+        range_delay: 0,
+        heard: vec![],
+    }));
+    let twin = Arc::clone(&meter);
+    tokio::spawn(async move {
+        while let Some(stream) = listener.accept().await {
+            tokio::spawn(serve(Arc::clone(&twin), stream));
+        }
+    });
+    let lines = Arc::new(Mutex::new(vec![]));
+    let driver = T10aDriver::new(Arc::new(Noted {
+        links,
+        lines: Arc::clone(&lines),
+    }));
+    let opened = driver
+        .open_lux_meter(&Target::parse("konica-t10a:memory:meter?head=0").unwrap())
+        .await
+        .unwrap();
+    let line = LineSettings {
+        baud: 9600,
+        data_bits: 7,
+        parity: Parity::Even,
+        stop_bits: 1,
+    };
+    assert_eq!(*lines.lock().unwrap(), [line]);
+    (opened, meter)
+}
+
+/// A reading and the moments between which its light fell, by the meter's own word.
+async fn read(meter: &dyn LuxMeter, truth: &Arc<Mutex<Meter>>, not_before: Instant) -> (f64, Instant, Instant) {
+    let reading = meter
+        .read(not_before, Instant::now() + Duration::from_secs(20))
+        .await
+        .unwrap();
+    let LuxOutcome::Measured(lux) = reading.outcome else {
+        panic!("{reading:?}")
+    };
+    let conversion = (lux.value() * 100.0).round();
+    let from = truth.lock().unwrap().began + Duration::from_millis(500 * conversion as u64);
+    let until = from + Duration::from_millis(500);
+    assert!(
+        reading.began <= from && until <= reading.ended,
+        "the stated interval holds the true one"
+    );
+    (conversion, from, until)
+}
+
+#[tokio::test(start_paused = true)]
+async fn connects_runs_and_reads() {
+    let (meter, truth) = bench().await;
+    assert_eq!(truth.lock().unwrap().heard, ["00541   ", "99550  0"]);
+    let reading = meter
+        .read(Instant::now(), Instant::now() + Duration::from_secs(5))
+        .await
+        .unwrap();
+    assert_eq!((reading.range, reading.digit.value(), reading.caution), (2, 0.01, None));
+    assert_eq!(reading.evidence.len(), 32);
+    assert_eq!(truth.lock().unwrap().heard[2], "00100200");
+}
+
+#[tokio::test(start_paused = true)]
+async fn no_light_from_before_the_move_and_no_conversion_twice() {
+    let (meter, truth) = bench().await;
+    for range in [LuxRange::Fixed(2), LuxRange::Auto] {
+        meter.set_range(range).await.unwrap();
+        // Whatever the phase between the axes and the meter's half seconds.
+        for phase in 0..25 {
+            tokio::time::sleep(Duration::from_millis(137 * phase)).await;
+            let rest = Instant::now();
+            let (mut last, from, _) = read(&*meter, &truth, rest).await;
+            assert!(from >= rest, "light from before the axes came to rest");
+            for _ in 0..5 {
+                let (conversion, ..) = read(&*meter, &truth, rest).await;
+                assert!(conversion > last, "the same conversion twice");
+                last = conversion;
+            }
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_late_reading_never_becomes_the_next_one() {
+    let (meter, truth) = bench().await;
+    for late in [100, 750, 900, 1500, 2500] {
+        truth.lock().unwrap().faults.push_back(Fault::Late(late));
+        let rest = Instant::now();
+        let (_, from, _) = read(&*meter, &truth, rest).await;
+        assert!(from >= rest, "late by {late} ms");
+        for _ in 0..4 {
+            let rest = Instant::now();
+            let (_, from, _) = read(&*meter, &truth, rest).await;
+            assert!(from >= rest, "after one late by {late} ms");
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn damage_and_silence_are_asked_again_and_then_told() {
+    let (meter, truth) = bench().await;
+    for fault in [Fault::FlipBit, Fault::Silent] {
+        truth.lock().unwrap().faults.push_back(fault);
+        read(&*meter, &truth, Instant::now()).await;
+    }
+    truth.lock().unwrap().faults.extend([Fault::FlipBit; 3]);
+    let deadline = || Instant::now() + Duration::from_secs(30);
+    assert_eq!(
+        meter.read(Instant::now(), deadline()).await.unwrap_err().kind(),
+        ErrorKind::Malformed
+    );
+    truth.lock().unwrap().faults.extend([Fault::Silent; 12]);
+    assert_eq!(
+        meter.read(Instant::now(), deadline()).await.unwrap_err().kind(),
+        ErrorKind::Timeout
+    );
+    truth.lock().unwrap().faults.clear();
+    let soon = Instant::now() + Duration::from_millis(300);
+    assert_eq!(
+        meter.read(Instant::now(), soon).await.unwrap_err().kind(),
+        ErrorKind::Timeout
+    );
+    assert_eq!(Instant::now(), soon, "the deadline was kept");
+    truth.lock().unwrap().faults.push_back(Fault::Disconnect);
+    assert_eq!(
+        meter.read(Instant::now(), deadline()).await.unwrap_err().kind(),
+        ErrorKind::Disconnected
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_meter_that_lost_its_power_is_connected_again() {
+    let (meter, truth) = bench().await;
+    truth.lock().unwrap().remote = false;
+    read(&*meter, &truth, Instant::now()).await;
+    assert_eq!(
+        truth
+            .lock()
+            .unwrap()
+            .heard
+            .iter()
+            .filter(|body| *body == "00541   ")
+            .count(),
+        2
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn over_range_is_a_quality_and_a_broken_head_a_fault() {
+    let (meter, truth) = bench().await;
+    let deadline = || Instant::now() + Duration::from_secs(10);
+    truth.lock().unwrap().status = ('0', '5', '0');
+    let over = meter.read(Instant::now(), deadline()).await.unwrap();
+    assert_eq!((over.outcome, over.illuminance()), (LuxOutcome::OverRange, None));
+    truth.lock().unwrap().status = ('0', '1', '0');
+    assert_eq!(
+        meter.read(Instant::now(), deadline()).await.unwrap_err().kind(),
+        ErrorKind::Fault
+    );
+    truth.lock().unwrap().status = ('1', ' ', '0');
+    let held = meter.read(Instant::now(), deadline()).await.unwrap_err();
+    assert!(
+        held.kind() == ErrorKind::Fault && held.to_string().contains("HOLD"),
+        "{held}"
+    );
+    truth.lock().unwrap().status = ('0', ' ', '1');
+    let low = meter.read(Instant::now(), deadline()).await.unwrap();
+    assert_eq!(low.caution, Some(Caution::LowBattery));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_range_is_waited_for() {
+    let (meter, truth) = bench().await;
+    truth.lock().unwrap().range_delay = 2;
+    meter.set_range(LuxRange::Fixed(4)).await.unwrap();
+    let deadline = Instant::now() + Duration::from_secs(10);
+    assert_eq!(meter.read(Instant::now(), deadline).await.unwrap().range, 4);
+    assert_eq!(
+        meter.set_range(LuxRange::Fixed(6)).await.unwrap_err().kind(),
+        ErrorKind::Unsupported
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn wrong_addresses_are_refused() {
+    let driver = T10aDriver::new(Arc::new(MemoryLinks::default()));
+    for open in ["konica-t10a:memory:x?head=30", "konica-t10a:memory:x?hed=0"] {
+        let error = driver
+            .open_lux_meter(&Target::parse(open).unwrap())
+            .await
+            .err()
+            .unwrap();
+        assert!(matches!(error, OpenError::Address { .. }), "{error}");
+    }
+}
