@@ -105,13 +105,13 @@ impl Table {
     }
 }
 
-fn of_readings(model: &Model, readings: &Readings) -> Result<Table, Failure> {
-    Ok(Table {
+fn of_readings(model: &Model, readings: &Readings) -> Table {
+    Table {
         header: readings.header().to_vec(),
         coordinates: readings.text().to_vec(),
         column: "predicted_illuminance_lx",
         values: model.predict_readings(&readings.coordinates()),
-    })
+    }
 }
 
 fn of_maps(model: &Model, model_path: &Utf8Path, maps: &MapSet) -> Result<Table, Failure> {
