@@ -3,12 +3,14 @@
 //! A front end calls one function a command, hands it a [`progress::Progress`] and prints what comes back. Nothing here
 //! writes to a terminal; nothing in a front end holds physics.
 
+pub mod capture;
 pub mod convert;
 pub mod failure;
 pub mod files;
 pub mod inspect;
 pub mod predict;
 pub mod progress;
+pub mod twins;
 
 pub use failure::{Failure, FailureKind};
 

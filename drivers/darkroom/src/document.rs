@@ -481,7 +481,7 @@ impl Darkroom {
             "must rise from pixel 0 to pixel 2047",
         );
         rules.positive("camera.full_scale_lx", self.camera.full_scale_lx);
-        rules.within("camera.noise_abs", self.camera.noise_abs, 0.0, 1.0);
+        rules.within("camera.noise_abs", self.camera.noise_abs, 1e-9, 1.0);
         rules.within("camera.noise_rel", self.camera.noise_rel, 0.0, 1.0);
         for (flaw, key, value) in self.flaws.values() {
             rules.require(

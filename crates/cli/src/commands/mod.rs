@@ -4,6 +4,7 @@ mod convert;
 mod inspect;
 mod predict;
 mod reading;
+mod twins;
 
 use clap::Subcommand;
 use isolux_app::Failure;
@@ -14,6 +15,7 @@ pub enum Command {
     Convert(convert::Convert),
     Inspect(inspect::Inspect),
     Predict(predict::Predict),
+    Virtual(twins::Virtual),
 }
 
 /// Runs one command to its end.
@@ -25,5 +27,6 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
+        Command::Virtual(arguments) => twins::run(&arguments),
     }
 }

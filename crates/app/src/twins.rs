@@ -1,0 +1,161 @@
+//! `virtual darkroom|axis|luxmeter|spectroradiometer`: the twins as a process, for other programs to talk to.
+
+use std::time::Duration;
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_darkroom::{Darkroom, Room};
+use isolux_virtual::outlet::{self, Offer, Outlet};
+use isolux_virtual::station::{CALIBRATION_FILE, calibration, station};
+use isolux_virtual::{BUILT_IN, Instrument, Switches, VirtualRoom};
+
+use crate::files::{self, Overwrite};
+use crate::{Failure, FailureKind, capture};
+
+/// Which twins, and how.
+#[derive(Debug, Clone)]
+pub struct Wishes {
+    /// `darkroom.toml`; none: the built-in darkroom.
+    pub darkroom: Option<Utf8PathBuf>,
+    /// The twins to serve.
+    pub twins: Twins,
+    /// TCP port on the loopback address, 0 for any; none: a pty each.
+    pub tcp_port: Option<u16>,
+    /// Where to write a station file for them.
+    pub station_out: Option<Utf8PathBuf>,
+    /// Whether an existing station file may be replaced.
+    pub overwrite: Overwrite,
+    /// End after this time by itself.
+    pub lasts: Option<Duration>,
+}
+
+/// The twins to serve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Twins {
+    /// All instruments of the room.
+    All,
+    /// The axes and the switches on their controller.
+    Axes,
+    /// The lux meter alone, in lit air.
+    LuxMeter,
+    /// The spectroradiometer alone, in lit air.
+    Spectroradiometer,
+}
+
+/// One twin that can be reached.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Reachable {
+    /// `axes`, `luxmeter` or `spectroradiometer`.
+    pub instrument: &'static str,
+    /// What a station's `open` names after the driver.
+    pub address: String,
+    /// A whole `open` for it.
+    pub open: String,
+}
+
+/// Serves the twins until `lasts` is over or SIGINT or SIGTERM comes. `ready` hears where they are, once, before any byte.
+///
+/// # Errors
+/// Bad input (exit 2) with file and line; exit 3 when the system refuses ports or ptys; exit 130 when interrupted.
+pub fn serve(wishes: &Wishes, ready: impl FnOnce(&[Reachable])) -> Result<(), Failure> {
+    let document = match &wishes.darkroom {
+        Some(path) => capture::document(path)?,
+        None => Darkroom::parse(BUILT_IN).map_err(Failure::bad_input)?,
+    };
+    if let Some(path) = &wishes.station_out {
+        files::refuse_existing(path, wishes.overwrite)?;
+        files::refuse_existing(&beside(path), wishes.overwrite)?;
+    }
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(Failure::instrument)?;
+    runtime.block_on(async {
+        let room = VirtualRoom::open(document.clone());
+        let instruments: &[Instrument] = match wishes.twins {
+            Twins::All => &[Instrument::Axes, Instrument::Luxmeter, Instrument::Spectroradiometer],
+            Twins::Axes => &[Instrument::Axes],
+            Twins::LuxMeter => &[Instrument::Luxmeter],
+            Twins::Spectroradiometer => &[Instrument::Spectroradiometer],
+        };
+        if matches!(wishes.twins, Twins::LuxMeter | Twins::Spectroradiometer) {
+            // Nobody is there to switch the lamp on.
+            let lit = Switches {
+                lamp: true,
+                shutter_open: true,
+                baffle_in: false,
+            };
+            room.with_world(|world, now_s| world.set_switches(lit, now_s));
+        }
+        let offer = wishes.tcp_port.map_or(Offer::Pty, |port| Offer::Tcp { port });
+        let (outlets, _serving) = outlet::offer(&room, instruments, offer).await.map_err(|error| {
+            Failure::instrument(format!("cannot offer the twins: {error}"))
+                .help("try --tcp 0 for any free port on the loopback address")
+        })?;
+        if let Some(path) = &wishes.station_out {
+            files::write(
+                &beside(path),
+                calibration(&Room::new(document.clone())).as_bytes(),
+                wishes.overwrite,
+            )?;
+            files::write(path, station(&document, &outlets).as_bytes(), wishes.overwrite)?;
+        }
+        ready(&outlets.iter().map(reachable).collect::<Vec<_>>());
+        let over = async {
+            match wishes.lasts {
+                Some(lasts) => tokio::time::sleep(lasts).await,
+                None => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            () = over => Ok(()),
+            ended = interrupted() => Err(ended),
+        }
+    })
+}
+
+fn beside(station: &Utf8Path) -> Utf8PathBuf {
+    station.with_file_name(CALIBRATION_FILE)
+}
+
+fn reachable(outlet: &Outlet) -> Reachable {
+    let Outlet { instrument, address } = outlet;
+    let (instrument, open) = match instrument {
+        Instrument::Axes => ("axes", format!("zaber:{address}?axis=1")),
+        Instrument::Luxmeter => ("luxmeter", format!("konica-t10a:{address}?head=0")),
+        Instrument::Spectroradiometer => ("spectroradiometer", format!("ocean-ooi:{address}")),
+    };
+    Reachable {
+        instrument,
+        address: address.clone(),
+        open,
+    }
+}
+
+/// Waits for SIGINT or SIGTERM.
+async fn interrupted() -> Failure {
+    let failed = |error: std::io::Error| Failure::instrument(format!("cannot wait for signals: {error}"));
+    #[cfg(unix)]
+    let terminated = async {
+        match tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate()) {
+            Ok(mut signal) => {
+                signal.recv().await;
+                Ok(())
+            }
+            Err(error) => Err(error),
+        }
+    };
+    #[cfg(not(unix))]
+    let terminated = std::future::pending::<std::io::Result<()>>();
+    let ended = tokio::select! {
+        ended = tokio::signal::ctrl_c() => ended,
+        ended = terminated => ended,
+    };
+    match ended {
+        Ok(()) => Failure {
+            kind: FailureKind::Interrupted,
+            message: "interrupted, the twins have gone".to_owned(),
+            help: None,
+        },
+        Err(error) => failed(error),
+    }
+}
