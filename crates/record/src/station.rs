@@ -45,7 +45,7 @@ pub struct StationDocument {
     pub baffle: Option<Access>,
     /// How the detector is set to another distance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rail: Option<Access>,
+    pub rail: Option<Rail>,
     /// The thermometer of the room.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ambient: Option<Access>,
@@ -183,6 +183,70 @@ pub struct Stable {
     pub spread_rel: f64,
 }
 
+/// The detector's carriage: a linear axis, or a person who is asked. Distance = zero_mm + sense × counts ÷ counts_per_mm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rail {
+    /// `driver:target`; then the five keys of a linear axis are needed too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub open: Option<String>,
+    /// What a person is asked to do instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prompt: Option<String>,
+    /// Counts of the drive per millimetre.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counts_per_mm: Option<Ratio>,
+    /// The distance at which the drive counts zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zero_mm: Option<f64>,
+    /// +1 or −1: whether the distance rises with the counts; without it +1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sense: Option<i8>,
+    /// Smallest and largest distance that may be driven to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit_mm: Option<[f64; 2]>,
+    /// Speed of a move.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_mm_s: Option<f64>,
+    /// Acceleration of a move.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accel_mm_s2: Option<f64>,
+}
+
+/// A rail that is driven, with everything that a linear axis needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrivenRail<'a> {
+    /// `driver:target`.
+    pub open: &'a str,
+    /// Counts per millimetre.
+    pub counts_per_mm: Ratio,
+    /// Distance at count zero.
+    pub zero_mm: f64,
+    /// +1 or −1.
+    pub sense: i8,
+    /// Smallest and largest distance.
+    pub limit_mm: [f64; 2],
+    /// Speed.
+    pub speed_mm_s: f64,
+    /// Acceleration.
+    pub accel_mm_s2: f64,
+}
+
+impl Rail {
+    /// The driven rail; none where a person moves the detector.
+    pub fn driven(&self) -> Option<DrivenRail<'_>> {
+        Some(DrivenRail {
+            open: self.open.as_deref()?,
+            counts_per_mm: self.counts_per_mm?,
+            zero_mm: self.zero_mm?,
+            sense: self.sense.unwrap_or(1),
+            limit_mm: self.limit_mm?,
+            speed_mm_s: self.speed_mm_s?,
+            accel_mm_s2: self.accel_mm_s2?,
+        })
+    }
+}
+
 /// An instrument, or a person who is asked.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -254,7 +318,7 @@ impl Station {
     }
 
     /// The detector's rail.
-    pub fn rail(&self) -> Option<&Access> {
+    pub fn rail(&self) -> Option<&Rail> {
         self.0.rail.as_ref()
     }
 
@@ -320,12 +384,14 @@ impl TryFrom<StationDocument> for Station {
         for (name, access) in [
             ("shutter", &station.shutter),
             ("baffle", &station.baffle),
-            ("rail", &station.rail),
             ("ambient", &station.ambient),
         ] {
             if let Some(access) = access {
                 one_of(name, access.open.as_deref(), access.prompt.as_deref())?;
             }
+        }
+        if let Some(rail) = &station.rail {
+            validate_rail(rail)?;
         }
         Ok(Self(station))
     }
@@ -355,6 +421,34 @@ fn validate_axis(name: &str, axis: &Axis) -> Result<(), Fault> {
     positive(&format!("{name}.speed_deg_s"), axis.speed_deg_s)?;
     positive(&format!("{name}.accel_deg_s2"), axis.accel_deg_s2)?;
     optional_positive(&format!("{name}.tolerance_deg"), axis.tolerance_deg)
+}
+
+fn validate_rail(rail: &Rail) -> Result<(), Fault> {
+    one_of("rail", rail.open.as_deref(), rail.prompt.as_deref())?;
+    if rail.open.is_none() {
+        return Ok(());
+    }
+    let Some(driven) = rail.driven() else {
+        return Err(Fault::new(
+            "rail",
+            "a driven rail needs counts_per_mm, zero_mm, limit_mm, speed_mm_s and accel_mm_s2",
+        ));
+    };
+    if !matches!(driven.sense, 1 | -1) {
+        return Err(Fault::new("rail.sense", "is 1 or -1"));
+    }
+    if !driven.zero_mm.is_finite() {
+        return Err(Fault::new("rail.zero_mm", "is not a finite distance"));
+    }
+    let [low, high] = driven.limit_mm;
+    if !(low.is_finite() && high.is_finite() && 0.0 < low && low < high) {
+        return Err(Fault::new(
+            "rail.limit_mm",
+            "is [smallest, largest] in mm, above 0, the first below the second",
+        ));
+    }
+    positive("rail.speed_mm_s", driven.speed_mm_s)?;
+    positive("rail.accel_mm_s2", driven.accel_mm_s2)
 }
 
 fn one_of(name: &str, open: Option<&str>, prompt: Option<&str>) -> Result<(), Fault> {

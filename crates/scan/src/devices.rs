@@ -22,6 +22,8 @@ pub struct Devices {
     pub shutter: Option<TwoState>,
     /// Baffle; on = in the beam.
     pub baffle: Option<TwoState>,
+    /// The detector's carriage, where it is driven: an axis whose positions are millimetres.
+    pub rail: Option<Box<dyn Axis>>,
     /// The room's thermometer.
     pub ambient: Option<Box<dyn Thermometer>>,
 }
@@ -107,6 +109,9 @@ impl Devices {
                 }),
                 None => {}
             }
+        }
+        if let (Some(rail), Some(driven)) = (&self.rail, station.rail().and_then(|rail| rail.driven())) {
+            records.push(record("rail", driven.open, rail.identity()));
         }
         if let (Some(thermometer), Some(open)) = (&self.ambient, open(station.ambient())) {
             records.push(record("ambient", &open, thermometer.identity()));

@@ -253,6 +253,18 @@ fn check_block(station: &Station, index: usize, block: &Block) -> Result<(), Fau
             ),
         );
     }
+    if let Some(rail) = station.rail().and_then(|rail| rail.driven())
+        && block.instrument == Instrument::Luxmeter
+    {
+        let [low, high] = rail.limit_mm;
+        let wanted = distance_mm(station, block);
+        if !(low..=high).contains(&wanted) {
+            return fault(
+                key("distance_mm"),
+                format!("{wanted} mm is outside the rail's limits {low}…{high} mm"),
+            );
+        }
+    }
     if block.instrument == Instrument::Spectroradiometer {
         if station.spectroradiometer().is_none() {
             return fault(key("instrument"), "the station has no [spectroradiometer]".to_owned());

@@ -17,7 +17,7 @@ use crate::devices::{Devices, Operator, Request, TwoState};
 use crate::dry_run::{distance_mm, dry_run};
 use crate::error::ScanError;
 use crate::itinerary::{REFERENCE_DEG, Visit, visits};
-use crate::motion::{Axes, Pose, stop_all};
+use crate::motion::{Axes, Pose, drive_rail, stop_all};
 use crate::observe::{Observer, ScanEvent};
 use crate::settle::{Noise, Photometer};
 use crate::spectrum;
@@ -97,7 +97,7 @@ impl Engine<'_> {
         clock: &RunClock,
         outcome: Result<(), ScanError>,
     ) -> Result<(), ScanError> {
-        let rest = stop_all(devices.axis_c.as_ref(), devices.axis_gamma.as_ref()).await;
+        let rest = stop_all(devices).await;
         let readings = run.len();
         let outcome = match outcome {
             Err(ScanError::Interrupted { reason, .. }) => Err(ScanError::Interrupted { reason, readings }),
@@ -206,12 +206,10 @@ impl<'a> Session<'a> {
         self.total = visits.iter().filter(|visit| visit.role == Role::Point).count() as u64;
         self.event("began", &json!({ "points": self.total, "resumed": resumed.is_some() }))?;
         // A program that was killed may have left an axis running.
-        stop_all(self.devices.axis_c.as_ref(), self.devices.axis_gamma.as_ref())
-            .await
-            .map_err(|axes| ScanError::NotAtRest {
-                axes,
-                before: String::new(),
-            })?;
+        stop_all(self.devices).await.map_err(|axes| ScanError::NotAtRest {
+            axes,
+            before: String::new(),
+        })?;
         self.engine.observer.event(&ScanEvent::Homing);
         self.axes.home().await?;
         self.event("homed", &Value::Null)?;
@@ -220,6 +218,10 @@ impl<'a> Session<'a> {
             .set_range(LuxRange::Auto)
             .await
             .map_err(ScanError::device("luxmeter"))?;
+        if let Some(rail) = &self.devices.rail {
+            let home_mm = self.engine.station.bench().distance_mm;
+            drive_rail(rail.as_ref(), home_mm).await?;
+        }
         self.find_lamp(resumed).await?;
         let mut current = None;
         for visit in &visits {
@@ -296,10 +298,15 @@ impl<'a> Session<'a> {
         if let Some(prompt) = &block.prompt {
             self.ask(prompt.clone(), block.kind, distance).await?;
         } else if block.instrument == Instrument::Luxmeter && distance != self.distance_mm {
-            let prompt = station.rail().and_then(|rail| rail.prompt.clone());
-            let words = prompt.unwrap_or_else(|| "move the detector".to_owned());
-            self.ask(format!("{words} (to {distance} mm)"), block.kind, distance)
-                .await?;
+            if let Some(rail) = &self.devices.rail {
+                let found_mm = drive_rail(rail.as_ref(), distance).await?;
+                self.event("rail", &json!({ "distance_mm": found_mm }))?;
+            } else {
+                let prompt = station.rail().and_then(|rail| rail.prompt.clone());
+                let words = prompt.unwrap_or_else(|| "move the detector".to_owned());
+                self.ask(format!("{words} (to {distance} mm)"), block.kind, distance)
+                    .await?;
+            }
         }
         if block.instrument == Instrument::Luxmeter {
             self.distance_mm = distance;
@@ -468,12 +475,10 @@ impl<'a> Session<'a> {
 
     /// Stops the axes, asks the person, records who answered.
     async fn ask(&mut self, prompt: String, kind: ReadingKind, distance_mm: f64) -> Result<(), ScanError> {
-        stop_all(self.devices.axis_c.as_ref(), self.devices.axis_gamma.as_ref())
-            .await
-            .map_err(|axes| ScanError::NotAtRest {
-                axes,
-                before: String::new(),
-            })?;
+        stop_all(self.devices).await.map_err(|axes| ScanError::NotAtRest {
+            axes,
+            before: String::new(),
+        })?;
         let request = Request {
             prompt,
             kind,

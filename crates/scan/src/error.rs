@@ -20,7 +20,7 @@ pub enum ScanError {
         source: DeviceError,
     },
     /// An axis stands elsewhere than it was sent.
-    #[error("{role} stands at {found_deg}°, sent to {target_deg}° (tolerance {tolerance_deg}°)")]
+    #[error("{role} stands at {found_deg}, sent to {target_deg} (tolerance {tolerance_deg}; degrees, mm for the rail)")]
     Position {
         /// The axis.
         role: &'static str,

@@ -185,21 +185,55 @@ impl<'a> Axes<'a> {
     }
 }
 
-/// Stops both axes from any state and verifies that they stand still. Both are told at once: one that does not answer
-/// must not keep the other running.
+/// Stops everything that can move, from any state, and verifies that it stands still. All are told at once: one that does
+/// not answer must not keep another running.
 ///
 /// # Errors
 /// The axes that could not be verified at rest, and why.
-pub async fn stop_all(c: &dyn Axis, gamma: &dyn Axis) -> Result<Pose, Vec<(&'static str, DeviceError)>> {
-    let (stopped_c, stopped_gamma) = tokio::join!(stop("axis.c", c), stop("axis.gamma", gamma));
-    match (stopped_c, stopped_gamma) {
-        (Ok(c), Ok(gamma)) => Ok(Pose {
-            c_deg: c.angle.value(),
-            gamma_deg: gamma.angle.value(),
-            rest_at: c.at.max(gamma.at),
-        }),
-        (c, gamma) => Err(c.err().into_iter().chain(gamma.err()).collect()),
+pub async fn stop_all(devices: &Devices) -> Result<(), Vec<(&'static str, DeviceError)>> {
+    let rail = async {
+        match devices.rail.as_deref() {
+            Some(rail) => stop("rail", rail).await.map(drop),
+            None => Ok(()),
+        }
+    };
+    let (c, gamma, rail) = tokio::join!(
+        stop("axis.c", devices.axis_c.as_ref()),
+        stop("axis.gamma", devices.axis_gamma.as_ref()),
+        rail
+    );
+    let failed: Vec<_> = c.err().into_iter().chain(gamma.err()).chain(rail.err()).collect();
+    if failed.is_empty() { Ok(()) } else { Err(failed) }
+}
+
+/// Drives the detector's carriage and verifies where it rests; the distance that was read back, in mm.
+///
+/// # Errors
+/// What the drive reports; [`ScanError::Position`] when it rests elsewhere.
+pub async fn drive_rail(rail: &dyn Axis, distance_mm: f64) -> Result<f64, ScanError> {
+    let tolerance = 0.05_f64.max(1.5 * rail.settings().scale().step_deg());
+    let to = AxisAngle::new(distance_mm).map_err(|_| ScanError::Position {
+        role: "rail",
+        target_deg: distance_mm,
+        found_deg: f64::NAN,
+        tolerance_deg: tolerance,
+    })?;
+    let motion = rail.start_move(to).await.map_err(ScanError::device("rail"))?;
+    let finished = timeout_at(motion.deadline + DRIVER_GRACE, rail.finish_move(motion)).await;
+    finished
+        .map_err(|_| dead("rail", rail, "finish a move"))?
+        .map_err(ScanError::device("rail"))?;
+    let position = rail.position().await.map_err(ScanError::device("rail"))?;
+    let found = position.angle.value();
+    if position.moving || (found - distance_mm).abs() > tolerance {
+        return Err(ScanError::Position {
+            role: "rail",
+            target_deg: distance_mm,
+            found_deg: found,
+            tolerance_deg: tolerance,
+        });
     }
+    Ok(found)
 }
 
 async fn stop(role: &'static str, axis: &dyn Axis) -> Result<AxisPosition, (&'static str, DeviceError)> {

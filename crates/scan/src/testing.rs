@@ -463,6 +463,7 @@ pub fn bench() -> (Devices, Shared) {
         lamp: switch(Part::Lamp, "lamp"),
         shutter: switch(Part::Shutter, "shutter"),
         baffle: switch(Part::Baffle, "baffle"),
+        rail: None,
         ambient: None,
     };
     (devices, room)

@@ -62,7 +62,8 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
              [lamp]\nopen = \"zaber:{axes}?do=1\"\ndiameter_mm = {diameter:.1}\n\n[shutter]\nopen = \"zaber:{axes}?do=2\"\n\n\
              [baffle]\nopen = \"zaber:{axes}?do=3\"\n\n\
              # The detector's carriage, in mm from the intersection of the axes: 2000 microsteps a millimetre.\n\
-             [rail]\nopen = \"zaber:{axes}?axis=3\"\n\n\
+             [rail]\nopen = \"zaber:{axes}?axis=3\"\ncounts_per_mm = \"2000/1\"\nzero_mm = 0.0\n\
+             limit_mm = [100.0, 12000.0]\nspeed_mm_s = 400.0\naccel_mm_s2 = 800.0\n\n\
              # A 0–10 V temperature transmitter on the controller's first analogue input.\n\
              [ambient]\nopen = \"zaber:{axes}?ai=1&c_at_0v=-50&c_at_10v=100\"\n"
         ));
