@@ -1,6 +1,7 @@
 //! `convert`: any photometric or spectral format to any other, by extension.
 
 use camino::Utf8Path;
+use isolux_formats::spectral::{self, SpectrumFile};
 use isolux_formats::{Content, Distribution, Finding, Format, Parsed, ReadOptions, Severity, eulumdat, ies};
 
 use crate::files::{self, Overwrite};
@@ -102,13 +103,32 @@ fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, wishes: &Wishes) -> R
     match &parsed.document {
         None => Err(unreadable()),
         Some(Content::Distribution(distribution)) => encode_distribution(distribution, format, wishes),
-        Some(Content::Spectrum(_)) => Err(unwritable("a spectrum", target)),
+        Some(Content::Spectrum(spectrum)) => encode_spectrum(spectrum, format, wishes, target),
     }
 }
 
 fn unwritable(what: &str, target: &Utf8Path) -> Finding {
     Finding::error("convert-target", format!("{what} cannot be written as {target}"))
         .fix("distributions go to .ldt, .ies, .xml and .json, spectra to .spdx, .spd, .sp, .spectrum, .csv and .json")
+}
+
+fn encode_spectrum(
+    spectrum: &SpectrumFile,
+    format: Option<Format>,
+    wishes: &Wishes,
+    target: &Utf8Path,
+) -> Result<Encoded, Finding> {
+    let chosen = match &wishes.series {
+        None => None,
+        Some(name) => Some(spectrum.with_series(name).ok_or_else(|| {
+            let names: Vec<&str> = spectrum.series.iter().map(|series| series.name.as_str()).collect();
+            Finding::error("convert-series", format!("there is no whole series “{name}”"))
+                .fix(format!("the file has: {}", names.join(", ")))
+        })?),
+    };
+    format
+        .and_then(|format| spectral::write(chosen.as_ref().unwrap_or(spectrum), format))
+        .ok_or_else(|| unwritable("a spectrum", target))
 }
 
 fn encode_distribution(

@@ -80,7 +80,11 @@ fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
         .map_or_else(|| path.to_string(), |inner| format!("{path}!{inner}"));
     let quantities = match &parsed.document {
         Some(Content::Distribution(distribution)) => distribution.quantities(),
-        _ => Map::new(),
+        Some(Content::Spectrum(spectrum)) => match serde_json::to_value(spectrum.quantities()) {
+            Ok(Value::Object(quantities)) => quantities,
+            _ => Map::new(),
+        },
+        None => Map::new(),
     };
     Inspection {
         file,

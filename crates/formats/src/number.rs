@@ -35,6 +35,14 @@ pub enum NotANumber {
 /// # Errors
 /// [`NotANumber`]; nothing is ever repaired, dropped or guessed.
 pub fn read(text: &str) -> Result<Number, NotANumber> {
+    read_up_to(text, LARGEST)
+}
+
+/// [`read`] with another bound on the magnitude: photons per second and square metre pass 10¹⁸.
+///
+/// # Errors
+/// [`NotANumber`].
+pub fn read_up_to(text: &str, largest: f64) -> Result<Number, NotANumber> {
     let text = text.trim_matches([' ', '\t', '\u{a0}', '\0', '\u{1a}']);
     if text.is_empty() {
         return Err(NotANumber::Blank);
@@ -58,7 +66,7 @@ pub fn read(text: &str) -> Result<Number, NotANumber> {
         Ok(value) => (value, false),
         Err(_) => (with_comma(text).ok_or(NotANumber::Malformed)?, true),
     };
-    if !value.is_finite() || value.abs() > LARGEST {
+    if !value.is_finite() || value.abs() > largest {
         return Err(NotANumber::TooLarge);
     }
     Ok(Number { value, comma })

@@ -1,0 +1,368 @@
+//! From rows of numbers with their places to a spectrum: order, repeats, gaps, outliers.
+
+use serde_json::{Map, Value};
+
+use super::axis::AxisUnit;
+use super::{Series, SpectrumFile};
+use crate::finding::{Finding, Findings};
+
+/// One row as it stands in the file.
+#[derive(Debug, Clone)]
+pub(super) struct Point {
+    pub line: usize,
+    pub column: usize,
+    /// The abscissa, in the file's unit.
+    pub x: f64,
+    /// One value a series; none where blank.
+    pub value: Vec<Option<f64>>,
+}
+
+/// Everything a reader collected.
+#[derive(Debug)]
+pub(super) struct Draft {
+    pub points: Vec<Point>,
+    /// One name a series; may be short.
+    pub names: Vec<String>,
+    pub axis: Option<AxisUnit>,
+    pub quantity: Option<String>,
+    pub unit: Option<String>,
+    pub header: Map<String, Value>,
+    /// False once something was found that makes the numbers not trustworthy.
+    pub whole: bool,
+}
+
+impl Draft {
+    pub fn new(encoding: &str) -> Self {
+        let mut header = Map::new();
+        header.insert("encoding".into(), encoding.into());
+        Self {
+            points: Vec::new(),
+            names: Vec::new(),
+            axis: None,
+            quantity: None,
+            unit: None,
+            header,
+            whole: true,
+        }
+    }
+
+    /// The spectrum, if nothing stands against it.
+    pub fn finish(mut self, findings: &mut Findings) -> Option<SpectrumFile> {
+        if self.points.is_empty() && self.whole {
+            findings.push(
+                Finding::error("spectrum-empty", "no pair of wavelength and value stands in this file")
+                    .fix("fetch the file again, or check that it is a spectrum"),
+            );
+            return None;
+        }
+        self.axis_in_nm(findings)?;
+        self.order(findings);
+        if self.whole && self.points.len() < 2 {
+            let line = self.points[0].line;
+            findings.push(
+                Finding::error("spectrum-short", "one pair alone is no spectrum")
+                    .at(line, 1)
+                    .fix("fetch the file again"),
+            );
+            self.whole = false;
+        }
+        if self.whole {
+            gaps(&self.points, findings);
+            outliers(&self.points, findings);
+            negatives(&self.points, findings);
+        }
+        let blank = self.points.iter().find(|p| p.value.first().is_none_or(Option::is_none));
+        if let (true, Some(point)) = (self.whole, blank) {
+            findings.push(
+                Finding::error("spectrum-blank", "no value stands beside this wavelength")
+                    .at(point.line, point.column)
+                    .fix("write the missing value"),
+            );
+            self.whole = false;
+        }
+        self.whole.then(|| self.document())
+    }
+
+    fn document(self) -> SpectrumFile {
+        let count = self.points.iter().map(|p| p.value.len()).max().unwrap_or(0);
+        let series = (0..count)
+            .map(|k| Series {
+                name: self
+                    .names
+                    .get(k)
+                    .filter(|name| !name.is_empty())
+                    .cloned()
+                    .unwrap_or_else(|| format!("series {}", k + 1)),
+                value: self.points.iter().map(|p| p.value.get(k).copied().flatten()).collect(),
+            })
+            .collect();
+        SpectrumFile {
+            wavelength_nm: self.points.iter().map(|p| p.x).collect(),
+            value: self
+                .points
+                .iter()
+                .filter_map(|p| p.value.first().copied().flatten())
+                .collect(),
+            series: if count > 1 { series } else { Vec::new() },
+            quantity: self.quantity,
+            unit: self.unit,
+            header: self.header,
+        }
+    }
+
+    /// Brings the abscissa to nm; none where it is no wavelength.
+    fn axis_in_nm(&mut self, findings: &mut Findings) -> Option<()> {
+        let first = self.points.first().map_or((1, 1), |p| (p.line, p.column));
+        let largest = self.points.iter().map(|p| p.x).fold(0.0, f64::max);
+        let unit = self.axis.unwrap_or_else(|| {
+            if !self.points.is_empty() && largest > 0.0 && largest < 30.0 {
+                findings.push(
+                    Finding::warning(
+                        "spectrum-axis-unit",
+                        "the wavelengths have no unit and are too small for nm",
+                    )
+                    .at(first.0, first.1)
+                    .assumed("µm")
+                    .fix("write the unit into the heading"),
+                );
+                AxisUnit::Micrometre
+            } else {
+                AxisUnit::Nanometre
+            }
+        });
+        match unit {
+            AxisUnit::Other(name) => {
+                findings.push(
+                    Finding::error(
+                        "spectrum-no-wavelength",
+                        format!("the abscissa is in {name}: this is no spectrum over wavelength"),
+                    )
+                    .at(first.0, first.1)
+                    .raw(name)
+                    .fix("give wavelengths in nm or µm, or wave numbers in 1/cm"),
+                );
+                return None;
+            }
+            AxisUnit::Nanometre => {}
+            other => findings.push(
+                Finding::note(
+                    "spectrum-axis-converted",
+                    format!("the abscissa is in {}", other.name()),
+                )
+                .at(first.0, first.1)
+                .raw(other.name())
+                .assumed("converted to nm"),
+            ),
+        }
+        for point in &mut self.points {
+            if point.x <= 0.0 {
+                self.whole = false;
+                findings.push(
+                    Finding::error("spectrum-wavelength", "a wavelength must be above zero")
+                        .at(point.line, point.column)
+                        .raw(&format!("{}", point.x)),
+                );
+            }
+            point.x = unit.to_nm(point.x);
+            if self.whole && !(1.0..=1e6).contains(&point.x) {
+                self.whole = false;
+                findings.push(
+                    Finding::error(
+                        "spectrum-wavelength",
+                        format!("{} nm is no wavelength of light", point.x),
+                    )
+                    .at(point.line, point.column)
+                    .fix("check the number and the unit of the wavelengths"),
+                );
+            }
+        }
+        Some(())
+    }
+
+    /// Rising order without repeats, or a finding at the row that breaks it.
+    fn order(&mut self, findings: &mut Findings) {
+        let (mut rises, mut falls) = (0usize, 0usize);
+        for pair in self.points.windows(2) {
+            rises += usize::from(pair[1].x > pair[0].x);
+            falls += usize::from(pair[1].x < pair[0].x);
+        }
+        if falls > rises {
+            findings.push(
+                Finding::note("spectrum-falling", "the wavelengths fall from line to line")
+                    .at(self.points[0].line, 1)
+                    .assumed("reversed"),
+            );
+            self.points.reverse();
+            std::mem::swap(&mut rises, &mut falls);
+        }
+        if falls > 0 && self.digitised(falls) {
+            let at = self
+                .points
+                .windows(2)
+                .find(|p| p[1].x < p[0].x)
+                .map_or(1, |p| p[1].line);
+            findings.push(
+                Finding::warning(
+                    "spectrum-unsorted",
+                    format!("{falls} wavelengths step back by less than 1 nm, as in a digitised curve"),
+                )
+                .at(at, 1)
+                .assumed("sorted by wavelength")
+                .fix("sort the file"),
+            );
+            self.points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        } else {
+            for pair in self.points.windows(2) {
+                if pair[1].x < pair[0].x {
+                    self.whole = false;
+                    findings.push(
+                        Finding::error(
+                            "spectrum-order",
+                            format!("the wavelength {} nm stands after {} nm", pair[1].x, pair[0].x),
+                        )
+                        .at(pair[1].line, pair[1].column)
+                        .raw(&format!("{}", pair[1].x))
+                        .fix("put the lines back into their order, or mend the wavelength"),
+                    );
+                }
+            }
+        }
+        self.merge_repeats(findings);
+    }
+
+    /// Small steps back in an uneven grid are how curves come from a digitiser; in an even grid they are damage.
+    fn digitised(&self, falls: usize) -> bool {
+        let steps: Vec<f64> = self.points.windows(2).map(|p| p[1].x - p[0].x).collect();
+        let mut sizes: Vec<f64> = steps.iter().map(|s| s.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let median = sizes[sizes.len() / 2];
+        let even = steps.iter().filter(|s| (**s - median).abs() < 0.02 * median).count() * 2 > steps.len();
+        !even && falls * 3 < steps.len() && steps.iter().all(|s| *s > -1.0)
+    }
+
+    fn merge_repeats(&mut self, findings: &mut Findings) {
+        let mut kept: Vec<(Point, usize)> = Vec::with_capacity(self.points.len());
+        for point in std::mem::take(&mut self.points) {
+            match kept.last_mut() {
+                Some((last, count)) if last.x == point.x => {
+                    let same = last.value == point.value;
+                    let message = format!("the wavelength {} nm stands here again", point.x);
+                    findings.push(
+                        Finding::warning("spectrum-wavelength-repeated", message)
+                            .at(point.line, point.column)
+                            .raw(&format!("{}", point.x))
+                            .assumed(if same {
+                                "one of the equal lines"
+                            } else {
+                                "the mean of their values"
+                            })
+                            .fix("keep one line a wavelength"),
+                    );
+                    let n = *count as f64;
+                    for (a, b) in last.value.iter_mut().zip(&point.value) {
+                        *a = match (*a, *b) {
+                            (Some(a), Some(b)) if a == b => Some(a),
+                            (Some(a), Some(b)) => Some((a * n + b) / (n + 1.0)),
+                            (a, b) => a.or(b),
+                        };
+                    }
+                    *count += 1;
+                }
+                _ => kept.push((point, 1)),
+            }
+        }
+        self.points = kept.into_iter().map(|(p, _)| p).collect();
+    }
+}
+
+/// A step out of line in a grid that is smooth around it: a lost or a damaged line.
+fn gaps(points: &[Point], findings: &mut Findings) {
+    let steps: Vec<f64> = points.windows(2).map(|p| p[1].x - p[0].x).collect();
+    if steps.len() < 4 {
+        return;
+    }
+    for i in 0..steps.len() {
+        // The three steps on either side, or six on one at the ends; a damaged wavelength spoils two neighbouring steps.
+        let neighbours: Vec<f64> = (i.saturating_sub(4)..(i + 5).min(steps.len()))
+            .filter(|&k| k != i && k + 1 != i && k != i + 1)
+            .map(|k| steps[k])
+            .collect();
+        if neighbours.len() < 3 {
+            continue;
+        }
+        let mean = neighbours.iter().sum::<f64>() / neighbours.len() as f64;
+        let smooth = neighbours.iter().all(|s| (s - mean).abs() <= 0.05 * mean);
+        if smooth && (steps[i] > 1.4 * mean || steps[i] < 0.6 * mean) {
+            let (a, b) = (&points[i], &points[i + 1]);
+            findings.push(
+                Finding::warning(
+                    "spectrum-gap",
+                    format!(
+                        "{} nm lie between two lines where about {mean:.4} nm is usual",
+                        short(steps[i])
+                    ),
+                )
+                .at(b.line.max(a.line), b.column)
+                .raw(&format!("{}", b.x))
+                .assumed("the spectrum is linear across the step")
+                .fix("check for a missing line or a damaged wavelength"),
+            );
+        }
+    }
+}
+
+/// One value far above everything else: a lost decimal point or a stray exponent.
+fn outliers(points: &[Point], findings: &mut Findings) {
+    let series = points.iter().map(|p| p.value.len()).max().unwrap_or(0);
+    for k in 0..series {
+        let (mut first, mut second, mut at) = (0.0f64, 0.0f64, None);
+        for point in points {
+            let size = point.value.get(k).copied().flatten().unwrap_or(0.0).abs();
+            if size > first {
+                (second, first, at) = (first, size, Some(point));
+            } else {
+                second = second.max(size);
+            }
+        }
+        if let (Some(point), true) = (at, points.len() > 4 && second > 0.0 && first > 1e3 * second) {
+            findings.push(
+                Finding::warning(
+                    "spectrum-outlier",
+                    format!("the value {first:e} is more than a thousand times every other"),
+                )
+                .at(point.line, point.column)
+                .raw(&format!("{first:e}"))
+                .assumed("as written")
+                .fix("check decimal point and exponent"),
+            );
+        }
+    }
+}
+
+fn negatives(points: &[Point], findings: &mut Findings) {
+    let first = |p: &Point| p.value.first().copied().flatten().unwrap_or(0.0);
+    let low = points.iter().min_by(|a, b| first(a).total_cmp(&first(b)));
+    let high = points.iter().map(first).fold(0.0, f64::max);
+    let count = points.iter().filter(|p| first(p) < 0.0).count();
+    if let (Some(low), true) = (low, count > 0) {
+        let strong = -first(low) > 0.1 * high;
+        let message = format!(
+            "{count} values are negative, the lowest {} at {} nm",
+            short(first(low)),
+            low.x
+        );
+        let finding = if strong {
+            Finding::warning("spectrum-negative", message).fix("check the sign, or the dark measurement")
+        } else {
+            Finding::note("spectrum-negative", message)
+        };
+        findings.push(finding.at(low.line, low.column).assumed("kept as they are"));
+    }
+}
+
+fn short(value: f64) -> String {
+    format!("{value:.6}")
+        .trim_end_matches('0')
+        .trim_end_matches('.')
+        .to_owned()
+}

@@ -1,0 +1,639 @@
+//! Columns of numbers in a text: CSV of any separator and decimal sign, pairs, vendors' exports.
+
+use serde_json::Value;
+
+use super::SpectrumFile;
+use super::axis::{AxisUnit, is_wavelength_heading};
+use super::points::{Draft, Point};
+use crate::finding::{Finding, Findings};
+use crate::number;
+use crate::read::{Format, Kind, Parsed};
+use crate::text::Text;
+
+/// Above this a value is damage, also for photons per second.
+pub(super) const LARGEST: f64 = 1e30;
+
+/// Whether an Ocean Optics or a like marker stands in the text.
+pub(super) fn looks_like_vendor_text(text: &Text<'_>) -> bool {
+    text.lines().take(200).any(is_begin)
+}
+
+fn is_begin(line: &str) -> bool {
+    line.contains(">>>>>Begin")
+}
+
+/// Reads a table of wavelengths and values.
+pub(super) fn read(text: &Text<'_>, mut findings: Findings, format: Format) -> Parsed<SpectrumFile> {
+    let mut draft = Draft::new(text.encoding);
+    let lines = Lines::of(text, format);
+    if let Some(separator) = lines.separator {
+        draft.header.insert("separator".into(), separator.name().into());
+    }
+    let rows: Vec<Row<'_>> = lines.rows(text);
+    if let Some(wide) = super::table_wide::read(&rows, text, &mut findings) {
+        draft.header.extend(wide.header);
+        draft.points = wide.points;
+        draft.names = wide.names;
+        draft.axis = wide.axis;
+        draft.whole = wide.whole;
+    } else {
+        tall(&rows, text, format, &mut draft, &mut findings);
+    }
+    pixels(&draft, &rows, &mut findings);
+    unfinished_line(text, &mut findings);
+    let file = draft.finish(&mut findings);
+    Parsed::new(format, Kind::Spectrum, file, findings)
+}
+
+/// A last line without its end may be cut in the middle of a number.
+pub(super) fn unfinished_line(text: &Text<'_>, findings: &mut Findings) {
+    if !text.ends_with_newline && text.len() > 1 {
+        let last = text.line(text.len() - 1);
+        if last.trim_end().ends_with(|c: char| c.is_ascii_digit()) {
+            findings.push(
+                Finding::warning(
+                    "text-unfinished",
+                    "the last line has no line end: its last number may be cut",
+                )
+                .at(text.len(), last.chars().count().max(1))
+                .raw(last)
+                .assumed("the number is whole")
+                .fix("end the file with a line end"),
+            );
+        }
+    }
+}
+
+/// Ocean Optics states the number of pixels.
+fn pixels(draft: &Draft, rows: &[Row<'_>], findings: &mut Findings) {
+    let stated = rows.iter().find_map(|row| {
+        let (key, value) = row.text.split_once(':')?;
+        let key = key.trim();
+        (key.starts_with("Number of Pixels") || key.starts_with("Pixels in")).then_some(())?;
+        number::read(value).ok().map(|n| (row.line, n.value))
+    });
+    if let (Some((line, stated)), true) = (stated, draft.whole)
+        && stated != draft.points.len() as f64
+    {
+        findings.push(
+            Finding::error(
+                "csv-pixels",
+                format!(
+                    "the header promises {stated} pixels, {} lines of data follow",
+                    draft.points.len()
+                ),
+            )
+            .at(line, 1)
+            .assumed("the lines that stand there")
+            .fix("check for a lost or doubled line"),
+        );
+    }
+}
+
+/// How a line falls into cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Separator {
+    Tab,
+    Semicolon,
+    Comma,
+    Bar,
+    Blank,
+}
+
+impl Separator {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Tab => "tab",
+            Self::Semicolon => ";",
+            Self::Comma => ",",
+            Self::Bar => "|",
+            Self::Blank => "blank",
+        }
+    }
+
+    fn cells(self, line: &str) -> Vec<&str> {
+        match self {
+            Self::Tab => quoted(line, '\t'),
+            Self::Semicolon => quoted(line, ';'),
+            Self::Comma => quoted(line, ','),
+            Self::Bar => quoted(line, '|'),
+            Self::Blank => line.split_whitespace().collect(),
+        }
+    }
+}
+
+/// Cells of a line, where a separator inside quotes does not count; quotes are taken off.
+fn quoted(line: &str, separator: char) -> Vec<&str> {
+    let mut out = Vec::new();
+    let (mut start, mut inside) = (0, false);
+    for (at, c) in line.char_indices() {
+        if c == '"' {
+            inside = !inside;
+        } else if c == separator && !inside {
+            out.push(unquoted(&line[start..at]));
+            start = at + c.len_utf8();
+        }
+    }
+    out.push(unquoted(&line[start..]));
+    out
+}
+
+fn unquoted(cell: &str) -> &str {
+    let cell = cell.trim();
+    cell.strip_prefix('"')
+        .and_then(|rest| rest.strip_suffix('"'))
+        .map_or(cell, str::trim)
+}
+
+/// One line with its cells.
+#[derive(Debug)]
+pub(super) struct Row<'t> {
+    pub line: usize,
+    pub text: &'t str,
+    pub cells: Vec<&'t str>,
+    /// A `#`, `%`, `!`, `;` or `//` stands in front.
+    pub comment: bool,
+}
+
+impl Row<'_> {
+    pub fn column(&self, cell: usize) -> usize {
+        self.cells
+            .get(cell)
+            .map_or(1, |cell| super::speos::column_of(self.text, cell))
+    }
+
+    pub fn is_number(&self, cell: usize) -> bool {
+        self.cells
+            .get(cell)
+            .is_some_and(|c| number::read_up_to(without_nm(c), f64::MAX).is_ok())
+    }
+
+    /// A row of data: at least two cells that are numbers, the first of them in the first two cells.
+    fn is_data(&self) -> bool {
+        !self.comment
+            && self.cells.len() >= 2
+            && (self.is_number(0) || self.is_number(1))
+            && (0..self.cells.len()).filter(|&k| self.is_number(k)).count() >= 2
+    }
+
+    /// A line that begins like data and is none: a damaged number or a lost cell.
+    fn nearly_data(&self) -> bool {
+        let first = self.cells.first().copied().unwrap_or("");
+        !self.comment && !first.is_empty() && (self.is_number(0) || begins_like_a_number(first))
+    }
+}
+
+/// `380nm` and `380 [nm]` are 380.
+fn without_nm(cell: &str) -> &str {
+    cell.strip_suffix("[nm]")
+        .or_else(|| cell.strip_suffix("nm"))
+        .map_or(cell, str::trim_end)
+}
+
+fn begins_like_a_number(cell: &str) -> bool {
+    cell.trim_start_matches(['-', '+', '.', ','])
+        .starts_with(|c: char| c.is_ascii_digit())
+}
+
+struct Lines {
+    separator: Option<Separator>,
+    format: Format,
+}
+
+impl Lines {
+    /// The separator that makes the most lines two or more numbers, all of the same width.
+    fn of(text: &Text<'_>, format: Format) -> Self {
+        let mut best: Option<(usize, Separator)> = None;
+        for separator in [
+            Separator::Tab,
+            Separator::Semicolon,
+            Separator::Bar,
+            Separator::Blank,
+            Separator::Comma,
+        ] {
+            let mut widths: Vec<usize> = text
+                .lines()
+                .filter(|line| !line.trim().is_empty())
+                .map(|line| separator.cells(line))
+                .filter(|cells| {
+                    cells.len() >= 2
+                        && cells
+                            .iter()
+                            .all(|c| c.is_empty() || number::read_up_to(without_nm(c), f64::MAX).is_ok())
+                        && cells.iter().filter(|c| !c.is_empty()).count() >= 2
+                })
+                .map(|cells| cells.len())
+                .collect();
+            widths.sort_unstable();
+            let common = widths.chunk_by(|a, b| a == b).map(<[usize]>::len).max().unwrap_or(0);
+            if common > best.map_or(0, |b| b.0) {
+                best = Some((common, separator));
+            }
+        }
+        Self {
+            separator: best.map(|b| b.1),
+            format,
+        }
+    }
+
+    fn rows<'t>(&self, text: &'t Text<'_>) -> Vec<Row<'t>> {
+        let separator = self.separator.unwrap_or(Separator::Comma);
+        let mut rows: Vec<Row<'t>> = text
+            .lines()
+            .enumerate()
+            .filter(|(_, line)| !line.trim().is_empty())
+            .map(|(index, line)| {
+                let trimmed = line.trim_start();
+                let comment = ["#", "%", "!", "//", "*"].iter().any(|mark| trimmed.starts_with(mark));
+                // pbrt and Mitsuba allow a comment behind the pair.
+                let data = match (self.format, line.find('#')) {
+                    (Format::Spd, Some(at)) if !comment => &line[..at],
+                    _ => line,
+                };
+                let cells = separator.cells(data);
+                Row {
+                    line: index + 1,
+                    text: line,
+                    cells,
+                    comment,
+                }
+            })
+            .collect();
+        // A separator at the end of every line makes no column.
+        let width = common_width(&rows);
+        let filled = rows
+            .iter()
+            .filter(|row| row.cells.len() == width && row.is_data())
+            .filter_map(|row| row.cells.iter().rposition(|cell| !cell.is_empty()))
+            .max()
+            .map_or(width, |last| last + 1);
+        for row in &mut rows {
+            while row.cells.len() > filled.max(1) && row.cells.last().is_some_and(|cell| cell.is_empty()) {
+                row.cells.pop();
+            }
+        }
+        rows
+    }
+}
+
+/// One wavelength a row.
+fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, findings: &mut Findings) {
+    let begin = rows.iter().position(|row| is_begin(row.text));
+    let first = (begin.map_or(0, |b| b + 1)..rows.len()).find(|&i| rows[i].is_data());
+    let Some(first) = first else {
+        describe_failure(rows, text, draft, findings);
+        return;
+    };
+    // Damage in the very first line of data must not turn it into a heading.
+    let first = (begin.map_or(0, |b| b + 1)..first)
+        .rev()
+        .take_while(|&i| rows[i].nearly_data())
+        .last()
+        .unwrap_or(first);
+    let end = (first..rows.len())
+        .find(|&i| rows[i].text.contains(">>>>>"))
+        .unwrap_or(rows.len());
+    if begin.is_some() && end == rows.len() {
+        findings.push(Finding::note("csv-no-end", "no >>>>>End<<<<< line closes the data").at(text.len(), 1));
+    }
+    let body = &rows[first..end];
+    let last = body
+        .iter()
+        .rposition(|row| row.is_data() || row.nearly_data())
+        .unwrap_or(0);
+    for row in &body[last + 1..] {
+        if !row.comment {
+            findings.push(
+                Finding::note("csv-after-data", "this line stands after the data and is not read")
+                    .at(row.line, 1)
+                    .raw(row.text),
+            );
+        }
+    }
+    let body = &body[..=last];
+    let heading = heading(&rows[..first], body);
+    preamble(&rows[..first], heading, draft);
+
+    let width = common_width(body);
+    let names: Vec<&str> = heading.map_or(Vec::new(), |row| row.cells.clone());
+    let names: Vec<&str> = names
+        .iter()
+        .map(|n| n.trim_start_matches(['#', '%', '!']).trim())
+        .collect();
+    if format == Format::Spd && names.is_empty() && width > 2 && width.is_multiple_of(2) && in_one_run(body) {
+        pairs_in_a_run(body, draft, findings);
+        return;
+    }
+    let names = if names.len() == width { names } else { Vec::new() };
+    let columns = Columns::of(&names, body, width, findings);
+    draft.axis = names
+        .get(columns.wavelength)
+        .and_then(|name| AxisUnit::of(name))
+        .or_else(|| stated_unit(&rows[..first], names.is_empty()));
+    draft.names = columns
+        .values
+        .iter()
+        .map(|&k| names.get(k).map_or(String::new(), |n| (*n).to_owned()))
+        .collect();
+    if let Some(name) = columns.values.first().and_then(|&k| names.get(k)) {
+        let (quantity, unit) = quantity_of(name);
+        draft.quantity = quantity;
+        draft.unit = unit;
+        draft
+            .header
+            .insert("columns".into(), names.iter().map(|n| Value::from(*n)).collect());
+    }
+    let mut comma = None;
+    for row in body {
+        if row.comment {
+            continue;
+        }
+        if row.cells.len() != width {
+            draft.whole = false;
+            findings.push(
+                Finding::error(
+                    "csv-cells",
+                    format!("{} cells stand where {width} are usual", row.cells.len()),
+                )
+                .at(row.line, 1)
+                .raw(row.text)
+                .fix("mend the line"),
+            );
+            continue;
+        }
+        let mut point = Point {
+            line: row.line,
+            column: row.column(columns.wavelength),
+            x: 0.0,
+            value: Vec::with_capacity(columns.values.len()),
+        };
+        let mut good = true;
+        for (k, cell) in std::iter::once(columns.wavelength)
+            .chain(columns.values.iter().copied())
+            .map(|k| (k, row.cells[k]))
+        {
+            let text = if k == columns.wavelength {
+                without_nm(cell)
+            } else {
+                cell
+            };
+            let read = match number::read_up_to(text, LARGEST) {
+                Ok(read) => {
+                    if read.comma {
+                        comma.get_or_insert(row.line);
+                    }
+                    Some(read.value)
+                }
+                Err(number::NotANumber::Blank) if k != columns.wavelength && columns.values.len() > 1 => None,
+                Err(error) => {
+                    good = false;
+                    findings.push(
+                        Finding::error("csv-number", error.to_string())
+                            .at(row.line, row.column(k))
+                            .raw(cell)
+                            .fix("write the number that was measured"),
+                    );
+                    None
+                }
+            };
+            if k == columns.wavelength && point.value.is_empty() {
+                point.x = read.unwrap_or(0.0);
+            } else {
+                point.value.push(read);
+            }
+        }
+        draft.whole &= good;
+        if good {
+            draft.points.push(point);
+        }
+    }
+    if let Some(line) = comma {
+        findings.push(Finding::note("csv-decimal-comma", "numbers are written with a decimal comma").at(line, 1));
+    }
+}
+
+/// The heading: the last line before the data that has a cell for every column, or a comment that has.
+fn heading<'r, 't>(before: &'r [Row<'t>], body: &[Row<'t>]) -> Option<&'r Row<'t>> {
+    let width = common_width(body);
+    before
+        .iter()
+        .rev()
+        .take(4)
+        .find(|row| row.cells.len() == width && !row.text.contains(">>>>>") && (0..width).all(|k| !row.is_number(k)))
+        .or_else(|| {
+            before
+                .last()
+                .filter(|row| row.cells.len() == width && row.cells.first().is_some_and(|c| is_wavelength_heading(c)))
+        })
+}
+
+fn common_width(body: &[Row<'_>]) -> usize {
+    let mut widths: Vec<usize> = body.iter().filter(|r| r.is_data()).map(|r| r.cells.len()).collect();
+    widths.sort_unstable();
+    widths
+        .chunk_by(|a, b| a == b)
+        .max_by_key(|chunk| chunk.len())
+        .map_or(0, |chunk| chunk[0])
+}
+
+/// `Key: value`, `Key,value` and comment lines in front of the data.
+fn preamble(before: &[Row<'_>], heading: Option<&Row<'_>>, draft: &mut Draft) {
+    let mut comments: Vec<Value> = Vec::new();
+    for row in before {
+        if heading.is_some_and(|h| h.line == row.line) || row.text.contains(">>>>>") {
+            continue;
+        }
+        let plain = row.text.trim().trim_start_matches(['#', '%', '!', '*', '/']).trim();
+        let pair = plain
+            .split_once(": ")
+            .or_else(|| plain.split_once(":\t"))
+            .or_else(|| plain.strip_suffix(':').map(|key| (key, "")))
+            .or_else(|| (row.cells.len() == 2 && !row.comment).then(|| (row.cells[0], row.cells[1])));
+        match pair {
+            Some((key, value)) if !key.trim().is_empty() && key.len() < 80 => {
+                draft
+                    .header
+                    .insert(key.trim().to_owned(), value.trim().trim_matches('"').into());
+            }
+            _ if !plain.is_empty() => comments.push(plain.into()),
+            _ => {}
+        }
+    }
+    if !comments.is_empty() {
+        draft.header.insert("comments".into(), comments.into());
+    }
+}
+
+/// A unit of the abscissa that stands in a comment or a line of its own: `XUNITS: 1/cm`, `# wavelength in um`.
+fn stated_unit(before: &[Row<'_>], without_heading: bool) -> Option<AxisUnit> {
+    before.iter().find_map(|row| {
+        let lower = row.text.to_lowercase();
+        let about_axis = lower.contains("xunit")
+            || lower.contains("x unit")
+            || lower.contains("x-axis")
+            || lower.contains("xaxis")
+            || lower.contains("x axis mode")
+            || (without_heading
+                && (lower.contains("wavel") || lower.contains("lambda") || lower.contains("wavenumber")));
+        let word = row
+            .text
+            .split_once([':', '=', ',', ';', '\t'])
+            .map_or(row.text, |(_, value)| value);
+        about_axis
+            .then(|| AxisUnit::of(word).or_else(|| AxisUnit::of(row.text)))
+            .flatten()
+    })
+}
+
+/// Which columns are what.
+struct Columns {
+    wavelength: usize,
+    values: Vec<usize>,
+}
+
+impl Columns {
+    fn of(names: &[&str], body: &[Row<'_>], width: usize, findings: &mut Findings) -> Self {
+        let numbers = |k: usize| {
+            let good = body.iter().filter(|r| r.cells.len() == width && r.is_number(k)).count();
+            2 * good > body.len()
+        };
+        let named = names.iter().position(|n| is_wavelength_heading(n)).or_else(|| {
+            names
+                .iter()
+                .position(|n| AxisUnit::of(n).is_some() && !is_quantity(n) && !per_something(n))
+        });
+        // Without a heading: the first column that keeps one direction and never is 0 (0, 1, 2 … counts lines).
+        let ordered = |k: usize| {
+            let x: Vec<f64> = body
+                .iter()
+                .filter(|r| r.cells.len() == width)
+                .filter_map(|r| number::read_up_to(without_nm(r.cells[k]), LARGEST).ok())
+                .map(|n| n.value)
+                .collect();
+            let rising = x.windows(2).filter(|p| p[1] > p[0]).count();
+            let falling = x.windows(2).filter(|p| p[1] < p[0]).count();
+            let counts = x.len() > 2 && (x[0] == 0.0 || x[0] == 1.0) && x.windows(2).all(|p| p[1] - p[0] == 1.0);
+            !counts
+                && x.first().is_some_and(|x| *x > 0.0)
+                && rising.max(falling) * 20 >= 19 * x.len().saturating_sub(1).max(1)
+        };
+        let wavelength = named
+            .or_else(|| (0..width).find(|&k| numbers(k) && ordered(k)))
+            .unwrap_or(0);
+        let mut values = Vec::new();
+        for k in (0..width).filter(|&k| k != wavelength) {
+            let name = names.get(k).copied().unwrap_or("");
+            let counter = k < wavelength
+                && (name.is_empty()
+                    || ["index", "pixel", "no", "nr", "#", "id"].contains(&name.to_lowercase().as_str()));
+            if counter && wavelength > 0 {
+                continue;
+            }
+            if numbers(k) || (width == 2) {
+                values.push(k);
+            } else {
+                findings.push(
+                    Finding::note(
+                        "csv-column-text",
+                        format!("column {} holds no numbers and is not read", k + 1),
+                    )
+                    .at(body[0].line, body[0].column(k))
+                    .raw(name),
+                );
+            }
+        }
+        Self { wavelength, values }
+    }
+}
+
+/// What a heading says of the values: quantity and unit.
+pub(super) fn quantity_of(name: &str) -> (Option<String>, Option<String>) {
+    let unit = name
+        .split_once(['(', '['])
+        .and_then(|(_, rest)| rest.rsplit_once([')', ']']))
+        .map(|(unit, _)| unit.trim())
+        .filter(|unit| !unit.is_empty())
+        .map(str::to_owned);
+    let lower = name.to_lowercase();
+    let quantity = [
+        ("irradiance", "irradiance"),
+        ("radiance", "radiance"),
+        ("radiant flux", "flux"),
+        ("flux", "flux"),
+        ("relative", "relative"),
+        ("normali", "relative"),
+        ("intensity", "intensity"),
+        ("reflect", "reflectance"),
+        ("transmi", "transmittance"),
+        ("absor", "absorbance"),
+        ("respons", "responsivity"),
+        ("counts", "counts"),
+        ("power", "power"),
+        ("qe", "quantum efficiency"),
+        ("quantum eff", "quantum efficiency"),
+    ]
+    .iter()
+    .find(|(word, _)| lower.contains(word))
+    .map(|(_, quantity)| (*quantity).to_owned());
+    (quantity, unit)
+}
+
+/// `W/(m²·nm)` is no wavelength; `1/cm` and `m/z` stand on the abscissa.
+fn per_something(name: &str) -> bool {
+    name.contains('/') && !name.contains("1/cm") && !name.contains("m/z")
+}
+
+fn is_quantity(name: &str) -> bool {
+    quantity_of(name).0.is_some()
+}
+
+/// Whether all cells, read line by line, are pairs of one rising run.
+fn in_one_run(body: &[Row<'_>]) -> bool {
+    let x: Vec<f64> = body
+        .iter()
+        .flat_map(|r| r.cells.iter().step_by(2))
+        .filter_map(|c| number::read_up_to(c, LARGEST).ok())
+        .map(|n| n.value)
+        .collect();
+    x.windows(2).all(|p| p[1] > p[0])
+}
+
+fn pairs_in_a_run(body: &[Row<'_>], draft: &mut Draft, findings: &mut Findings) {
+    for row in body.iter().filter(|r| !r.comment) {
+        for k in (0..row.cells.len()).step_by(2) {
+            let read = |k: usize| {
+                let cell = row.cells.get(k).copied().unwrap_or("");
+                number::read_up_to(cell, LARGEST).map_err(|e| (k, cell, e))
+            };
+            match (read(k), read(k + 1)) {
+                (Ok(x), Ok(y)) => draft.points.push(Point {
+                    line: row.line,
+                    column: row.column(k),
+                    x: x.value,
+                    value: vec![Some(y.value)],
+                }),
+                (Err((k, cell, error)), _) | (_, Err((k, cell, error))) => {
+                    draft.whole = false;
+                    findings.push(
+                        Finding::error("spd-number", error.to_string())
+                            .at(row.line, row.column(k))
+                            .raw(cell),
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Nothing reads as data: say why, at the likeliest line.
+fn describe_failure(rows: &[Row<'_>], text: &Text<'_>, draft: &mut Draft, findings: &mut Findings) {
+    draft.whole = false;
+    let suspect = rows.iter().find(|row| row.nearly_data());
+    let (line, raw) = suspect.map_or((1, text.line(0)), |row| (row.line, row.text));
+    findings.push(
+        Finding::error("csv-no-data", "no line holds a wavelength and a value")
+            .at(line, 1)
+            .raw(raw)
+            .fix("write one line a wavelength: wavelength in nm, value"),
+    );
+}

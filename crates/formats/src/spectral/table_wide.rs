@@ -1,0 +1,97 @@
+//! Tables that lie on their side: one column a wavelength, one row a spectrum.
+
+use serde_json::{Map, Value};
+
+use super::axis::AxisUnit;
+use super::points::Point;
+use super::table::{LARGEST, Row};
+use crate::finding::{Finding, Findings};
+use crate::number;
+use crate::text::Text;
+
+/// What was read.
+pub(super) struct Wide {
+    pub points: Vec<Point>,
+    pub names: Vec<String>,
+    pub axis: Option<AxisUnit>,
+    pub header: Map<String, Value>,
+    pub whole: bool,
+}
+
+/// Reads such a table; none where the file is not one.
+pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) -> Option<Wide> {
+    let (at, first) = heading(rows)?;
+    let head = &rows[at];
+    let count = head.cells.len() - first;
+    let body: Vec<&Row<'_>> = rows[at + 1..].iter().filter(|r| !r.comment).collect();
+    // A tall table with many columns has more rows than a wide one has spectra.
+    if body.is_empty() || body.len() * 2 > count {
+        return None;
+    }
+    let wavelengths: Vec<f64> = head.cells[first..].iter().filter_map(|c| wavelength(c)).collect();
+    let mut wide = Wide {
+        points: (0..count)
+            .map(|k| Point {
+                line: head.line,
+                column: head.column(first + k),
+                x: wavelengths[k],
+                value: Vec::with_capacity(body.len()),
+            })
+            .collect(),
+        names: Vec::new(),
+        axis: head.cells[..first].iter().find_map(|c| AxisUnit::of(c)),
+        header: Map::new(),
+        whole: true,
+    };
+    for row in body {
+        if row.cells.len() != head.cells.len() {
+            wide.whole = false;
+            findings.push(
+                Finding::error(
+                    "csv-cells",
+                    format!("{} cells stand under {} headings", row.cells.len(), head.cells.len()),
+                )
+                .at(row.line, 1)
+                .raw(row.text)
+                .fix("mend the line"),
+            );
+            continue;
+        }
+        wide.names.push(if first > 0 {
+            row.cells[0].to_owned()
+        } else {
+            String::new()
+        });
+        for (k, cell) in row.cells[first..].iter().enumerate() {
+            match number::read_up_to(cell, LARGEST) {
+                Ok(n) => wide.points[k].value.push(Some(n.value)),
+                Err(error) => {
+                    wide.whole = false;
+                    findings.push(
+                        Finding::error("csv-number", error.to_string())
+                            .at(row.line, row.column(first + k))
+                            .raw(cell),
+                    );
+                }
+            }
+        }
+    }
+    Some(wide)
+}
+
+/// The row whose cells, after at most three words, are at least eight rising wavelengths.
+fn heading(rows: &[Row<'_>]) -> Option<(usize, usize)> {
+    rows.iter().take(60).enumerate().find_map(|(index, row)| {
+        let first = row.cells.iter().position(|c| wavelength(c).is_some())?;
+        let x: Vec<f64> = row.cells[first..].iter().map_while(|c| wavelength(c)).collect();
+        let all = x.len() == row.cells.len() - first;
+        (first <= 3 && all && x.len() >= 8 && x.windows(2).all(|p| p[1] > p[0]) && (100.0..5e4).contains(&x[0]))
+            .then_some((index, first))
+    })
+}
+
+fn wavelength(cell: &str) -> Option<f64> {
+    let lower = cell.trim().to_lowercase();
+    let plain = lower.trim_end_matches("nm").trim_start_matches("nm").trim();
+    number::read(plain).ok().map(|n| n.value)
+}

@@ -1,0 +1,299 @@
+//! Spectral files as they come: every legal variant right, every damage told at its line.
+
+use isolux_formats::spectral::{SpectrumFile, write};
+use isolux_formats::{Content, Finding, Format, Parsed, Severity, read_any};
+use proptest::prelude::*;
+
+fn read(bytes: &[u8], name: &str) -> Parsed<Content> {
+    let mut all = read_any(bytes, name);
+    assert_eq!(all.len(), 1, "{name}");
+    all.remove(0)
+}
+
+fn spectrum(text: &str, name: &str) -> (SpectrumFile, Vec<Finding>) {
+    let parsed = read(text.as_bytes(), name);
+    match parsed.document {
+        Some(Content::Spectrum(file)) => (*file, parsed.findings),
+        _ => panic!("{name}: not read: {:#?}", parsed.findings),
+    }
+}
+
+fn finding(text: &str, name: &str, code: &str) -> Finding {
+    let parsed = read(text.as_bytes(), name);
+    parsed
+        .findings
+        .iter()
+        .find(|f| f.code == code)
+        .cloned()
+        .unwrap_or_else(|| panic!("{name}: no {code} in {:#?}", parsed.findings))
+}
+
+/// A refusal: nothing is handed on, an error says why, at this line.
+fn refused(text: &str, name: &str, code: &str, line: usize) {
+    let parsed = read(text.as_bytes(), name);
+    assert!(parsed.document.is_none(), "{name} was read:\n{text}");
+    let found = parsed
+        .findings
+        .iter()
+        .any(|f| f.code == code && f.line == Some(line) && f.severity == Severity::Error);
+    assert!(found, "{name}: no {code} at line {line} in {:#?}", parsed.findings);
+}
+
+fn points(text: &str, name: &str) -> Vec<(f64, f64)> {
+    let (file, _) = spectrum(text, name);
+    file.wavelength_nm.iter().copied().zip(file.value).collect()
+}
+
+const THREE: [(f64, f64); 3] = [(380.0, 0.5), (385.0, 1.25), (390.0, -0.25)];
+
+#[test]
+fn every_way_to_write_three_points() {
+    for (name, text) in [
+        ("a.csv", "wavelength_nm,value\n380,0.5\n385,1.25\n390,-0.25\n"),
+        (
+            "b.csv",
+            "Wavelength (nm), Relative Intensity (%)\r\n380.0,0.5\r\n385.0,1.25\r\n390.0,-0.25\r\n",
+        ),
+        ("c.csv", "Wellenlänge [nm];Wert\n380;0,5\n385;1,25\n390;-0,25\n"),
+        ("d.csv", "380\t0,5\n385\t1,25\n390\t-0,25\n"),
+        ("e.csv", "380 0.5\n385 1.25\n390 -0.25\n"),
+        (
+            "f.csv",
+            "\u{feff}\"nm\",\"W/m2\"\n\"380\",\"0.5\"\n\"385\",\"1.25\"\n\"390\",\"-0.25\"\n",
+        ),
+        (
+            "g.csv",
+            "Device: X 1\nDate: 2020-01-01\n\nlambda;E\n380;0.5;\n385;1.25;\n390;-0.25;\n",
+        ),
+        (
+            "h.csv",
+            "# a comment, with commas\n# wavelength,value\n380,0.5\n385,1.25\n390,-0.25\n",
+        ),
+        ("i.csv", ",wavelength,value\n0,380,0.5\n1,385,1.25\n2,390,-0.25\n"),
+        ("j.csv", "Wavelength (µm),v\n0.380,0.5\n0.385,1.25\n0.390,-0.25\n"),
+        ("k.csv", "390,-0.25\n385,1.25\n380,0.5\n"),
+        ("l.csv", "380nm;0.5\n385nm;1.25\n390nm;-0.25\n"),
+        ("m.spd", "# pbrt\n380 0.5 385 1.25\n390 -0.25 # end\n"),
+        ("n.spd", "380 0.5\r385 1.25\r390 -0.25\r"),
+        ("o.spd", "380,0.5\n385,1.25\n390,-0.25\n"),
+        (
+            "p.spectrum",
+            "OPTIS - Spectrum file v1\nthing\n3\n380\t0.5\n385\t1.25\n390\t-0.25\n",
+        ),
+        (
+            "q.spectrum",
+            "OPTIS - Spectrum fie v1.0\r\n\r\n3\r\n380 0.5\r\n385 1.25\r\n390 -0.25\r\n",
+        ),
+        (
+            "r.sp",
+            "SPECT  \n\nKEYWORD \"SPECTRAL_BANDS\"\nSPECTRAL_BANDS \"3\"\nSPECTRAL_START_NM \"380.0\"\nSPECTRAL_END_NM \"390.0\"\n\
+             NUMBER_OF_FIELDS 3\nBEGIN_DATA_FORMAT\nSPEC_380 SPEC_385 SPEC_390\nEND_DATA_FORMAT\nNUMBER_OF_SETS 1\nBEGIN_DATA\n\
+             0.5 1.25 -0.25\nEND_DATA\n",
+        ),
+        (
+            "s.sp",
+            "CGATS.17\nNUMBER_OF_FIELDS\t4\nBEGIN_DATA_FORMAT\nSAMPLE_ID\tnm380\tnm385\tnm390\nEND_DATA_FORMAT\nNUMBER_OF_SETS\t1\n\
+             BEGIN_DATA\n1\t0,5\t1,25\t-0,25\nEND_DATA\n",
+        ),
+        (
+            "t.spdx",
+            "<?xml version=\"1\"?>\n<IESTM2714 xmlns=\"http://www.ies.org/iestm2714\" version=\"1.0\"><Header><Description>x &amp; y</Description>\
+             </Header><SpectralDistribution><SpectralQuantity>relative</SpectralQuantity>\n<SpectralData wavelength=\"380.0\">0.5</SpectralData>\n\
+             <SpectralData wavelength=\"385\">1.25</SpectralData><SpectralData wavelength='390'> -0.25 </SpectralData></SpectralDistribution></IESTM2714>",
+        ),
+        (
+            "u.txt",
+            "Data from x.txt Node\n\nDate: Mon\nIntegration Time (sec): 1,0E-1\nNumber of Pixels in Spectrum: 3\n>>>>>Begin Spectral Data<<<<<\n\
+             380,000\t0,5\n385,000\t1,25\n390,000\t-0,25\n>>>>>End Spectral Data<<<<<\n",
+        ),
+        (
+            "v.txt",
+            "SpectraSuite Data File\n++++\nXAxis mode: Wavelengths\n>>>>>Begin Processed Spectral Data<<<<<\n380\t0.5\n385\t1.25\n390\t-0.25\n",
+        ),
+    ] {
+        assert_eq!(points(text, name), THREE, "{name}");
+        let errors = spectrum(text, name)
+            .1
+            .into_iter()
+            .filter(|f| f.severity == Severity::Error)
+            .count();
+        assert_eq!(errors, 0, "{name}");
+    }
+}
+
+#[test]
+fn wave_numbers_become_wavelengths_with_a_note() {
+    let text = "Wavenumber (1/cm);A\n20000;1\n25000;2\n";
+    assert_eq!(points(text, "x.csv"), [(400.0, 2.0), (500.0, 1.0)]);
+    assert_eq!(
+        finding(text, "x.csv", "spectrum-axis-converted").severity,
+        Severity::Note
+    );
+}
+
+#[test]
+fn no_wavelength_no_spectrum() {
+    for heading in ["Frequency (Hz)", "m/z", "Shift (ppm)", "Time (s)"] {
+        let text = format!("{heading},value\n100,1\n200,2\n300,3\n");
+        let parsed = read(text.as_bytes(), "x.csv");
+        assert!(parsed.document.is_none(), "{heading}");
+        assert!(
+            parsed.findings.iter().any(|f| f.code == "spectrum-no-wavelength"),
+            "{heading}"
+        );
+    }
+    let jcamp = "##TITLE= x\n##JCAMP-DX= 4.24\n##XUNITS= HZ\n##XYDATA= (X++(Y..Y))\n1 2 3\n##END=\n";
+    refused(jcamp, "x.jdx", "jcamp-refused", 3);
+}
+
+#[test]
+fn several_series() {
+    let (file, _) = spectrum("nm;red;green\n380;1;2\n385;3;\n390;5;6\n", "x.csv");
+    assert_eq!(file.value, [1.0, 3.0, 5.0]);
+    assert_eq!(file.series[1].name, "green");
+    assert_eq!(file.series[1].value, [Some(2.0), None, Some(6.0)]);
+    assert!(file.to_json()["series"][1]["value"][1].is_null());
+    let wide = "name,380,385,390,395,400,405,410,415,420,425\nred,1,2,3,4,5,6,7,8,9,10\nblue,2,3,4,5,6,7,8,9,10,11\n";
+    let (file, _) = spectrum(wide, "x.csv");
+    assert_eq!((file.wavelength_nm[9], file.value[9]), (425.0, 10.0));
+    assert_eq!(file.series[1].name, "blue");
+}
+
+#[test]
+fn damage_is_told_at_its_line() {
+    refused("nm,v\n380,1\n38S,2\n390,3\n", "x.csv", "csv-number", 3);
+    refused("nm,v\n38O,1\n385,2\n390,3\n", "x.csv", "csv-number", 2);
+    refused("38O,1\n385,2\n390,3\n395,4\n", "x.csv", "csv-number", 1);
+    refused("nm,v\n380,1\n385,NaN\n390,3\n", "x.csv", "csv-number", 3);
+    refused("nm,v\n380,1\n385,1e300\n390,3\n", "x.csv", "csv-number", 3);
+    refused("nm,v\n380,1\n385\n390,3\n", "x.csv", "csv-cells", 3);
+    refused("nm,v\n380,1\n385,\n390,3\n", "x.csv", "csv-number", 3);
+    refused("nm,v\n380,1\n385,2,7\n390,3\n", "x.csv", "csv-cells", 3);
+    refused(
+        "nm,v\n380,1\n390,3\n385,2\n395,4\n400,4\n",
+        "x.csv",
+        "spectrum-order",
+        4,
+    );
+    refused("380 1\n385\n390 3\n395 4\n", "x.spd", "csv-cells", 2);
+    refused(
+        "OPTIS - Spectrum file v1.0\nd\n2\n380 1\n390 x\n",
+        "x.spectrum",
+        "speos-number",
+        5,
+    );
+    let spdx = |body: &str| {
+        format!(
+            "<?xml version=\"1.0\"?>\n<IESTM2714 xmlns=\"iestm2714\" version=\"1.0\">\n<SpectralDistribution>\n\
+             <SpectralQuantity>flux</SpectralQuantity>\n{body}\n</SpectralDistribution>\n</IESTM2714>\n"
+        )
+    };
+    let row = |w: &str, v: &str| format!("<SpectralData wavelength=\"{w}\">{v}</SpectralData>");
+    refused(
+        &spdx(&[row("380", "1"), row("385", "2O")].join("\n")),
+        "x.spdx",
+        "spdx-number",
+        6,
+    );
+    refused(
+        &spdx("<SpectralData wavelength=\"380\">1</SpectralDat>"),
+        "x.spdx",
+        "spdx-xml",
+        5,
+    );
+    let whole = spdx(&row("380", "1"));
+    refused(
+        &whole[..whole.find("</SpectralDistribution>").unwrap()],
+        "x.spdx",
+        "spdx-end",
+        5,
+    );
+    refused("<?xml version=\"1.0\"?>\n<item></item>\n", "x.spdx", "spdx-root", 2);
+}
+
+#[test]
+fn what_is_assumed_is_said() {
+    let even = |skip: f64| {
+        let rows: Vec<String> = (0..20)
+            .map(|i| 380.0 + 5.0 * f64::from(i))
+            .filter(|w| *w != skip)
+            .map(|w| format!("{w},{}\n", w / 100.0))
+            .collect();
+        format!("nm,v\n{}", rows.concat())
+    };
+    assert!(read(even(0.0).as_bytes(), "x.csv").findings.is_empty());
+    assert_eq!(finding(&even(425.0), "x.csv", "spectrum-gap").line, Some(11));
+    let again = even(0.0).replace("400,4\n", "400,4\n400,4\n");
+    assert_eq!(finding(&again, "x.csv", "spectrum-wavelength-repeated").line, Some(7));
+    assert_eq!(finding("nm,v\n380,1\n385,2", "x.csv", "text-unfinished").line, Some(3));
+    let counted = "OPTIS - Spectrum file v1.0\nd\n4\n380 1\n385 2\n390 3\n";
+    assert_eq!(finding(counted, "x.spectrum", "speos-count").severity, Severity::Error);
+    let bare = "0.380 1\n0.385 2\n0.390 3\n";
+    assert_eq!(
+        finding(bare, "x.spd", "spectrum-axis-unit").assumed.as_deref(),
+        Some("µm")
+    );
+    let outlier = even(0.0).replace("400,4\n", "400,40000\n");
+    assert_eq!(finding(&outlier, "x.csv", "spectrum-outlier").line, Some(6));
+}
+
+#[test]
+fn a_photometric_file_is_no_spectrum() {
+    let parsed = read(b"some\ntext\nof no kind\n", "x.txt");
+    assert!(parsed.document.is_none());
+}
+
+const WRITTEN: [(Format, &str); 6] = [
+    (Format::Spdx, "x.spdx"),
+    (Format::Spd, "x.spd"),
+    (Format::Sp, "x.sp"),
+    (Format::Spectrum, "x.spectrum"),
+    (Format::Csv, "x.csv"),
+    (Format::Json, "x.json"),
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn every_format_keeps_every_bit(
+        start in 200.0..500.0f64,
+        steps in prop::collection::vec(0.01..20.0f64, 3..60),
+        scale in -8i32..8,
+        seed in prop::collection::vec(0.0..1.0f64, 60),
+    ) {
+        let mut nm = vec![start];
+        for step in steps { nm.push(nm[nm.len() - 1] + step); }
+        let value: Vec<f64> = seed.iter().take(nm.len()).map(|v| v * 10f64.powi(scale)).collect();
+        nm.truncate(value.len());
+        let spectrum = isolux_spectrum::Spectrum::new(nm.clone(), value.clone()).unwrap();
+        let file = SpectrumFile::new(&spectrum, Some("irradiance"), Some("W/(m2.nm)"));
+        for (format, name) in WRITTEN {
+            let (bytes, _) = write(&file, format).unwrap();
+            let parsed = read(&bytes, name);
+            let Some(Content::Spectrum(back)) = parsed.document else {
+                panic!("{name}: {:#?}\n{}", parsed.findings, String::from_utf8_lossy(&bytes));
+            };
+            prop_assert_eq!(&back.value, &value, "{}", name);
+            prop_assert_eq!(&back.wavelength_nm, &nm, "{}", name);
+        }
+    }
+
+    #[test]
+    fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..300), which in 0usize..9) {
+        let name = ["x.spdx", "x.spd", "x.sp", "x.spectrum", "x.csv", "x.txt", "x.jdx", "x.json", "x"][which];
+        let _ = read_any(&bytes, name);
+    }
+
+    #[test]
+    fn no_damage_panics(at in 0usize..600, byte in any::<u8>(), cut in 0usize..900, which in 0usize..5) {
+        let nm: Vec<f64> = (0..12).map(|i| 380.0 + 5.0 * f64::from(i)).collect();
+        let value = nm.iter().map(|w| w / 700.0).collect();
+        let spectrum = isolux_spectrum::Spectrum::new(nm, value).unwrap();
+        let (format, name) = WRITTEN[which];
+        let (mut bytes, _) = write(&SpectrumFile::new(&spectrum, Some("flux"), None), format).unwrap();
+        if let Some(b) = bytes.get_mut(at) { *b = byte; }
+        bytes.truncate(cut);
+        let _ = read_any(&bytes, name);
+    }
+}
