@@ -40,7 +40,7 @@ pub fn run(
         Observations::Readings(readings) => (
             "readings",
             isolux_model::Stage::Readings,
-            of_readings(&model, readings)?,
+            of_readings(&model, readings),
         ),
         Observations::Maps(maps) => ("maps", isolux_model::Stage::Maps, of_maps(&model, model_path, maps)?),
         Observations::Spectra(spectra) => (

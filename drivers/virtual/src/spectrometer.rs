@@ -66,7 +66,7 @@ impl Usb2000 {
                 answer.extend(value.to_le_bytes());
                 control(answer)
             }
-            [0x6D, low, high] => control(irradiance_block(usize::from(u16::from_le_bytes([low, high])), world)),
+            [0x6D, low, high] => control(irradiance_bytes(usize::from(u16::from_le_bytes([low, high])), world)),
             [0xFE] => {
                 let mut answer = (PIXELS as u16).to_le_bytes().to_vec();
                 answer.extend(self.integration_us.to_le_bytes());
@@ -127,16 +127,16 @@ impl Usb2000 {
     }
 }
 
-/// Sixty bytes of the irradiance calibration: 2048 big-endian floats, fifteen a block.
-fn irradiance_block(block: usize, world: &World) -> Vec<u8> {
-    (block * 15..block * 15 + 15)
-        .flat_map(|pixel| {
-            let factor = if pixel < PIXELS {
-                world.room().calibration(pixel) as f32
+/// Sixty bytes of the irradiance calibration from byte `address` on: 2048 big-endian floats.
+fn irradiance_bytes(address: usize, world: &World) -> Vec<u8> {
+    (address..address + 60)
+        .map(|place| {
+            let factor = if place / 4 < PIXELS {
+                world.room().calibration(place / 4) as f32
             } else {
                 0.0
             };
-            factor.to_be_bytes()
+            factor.to_be_bytes()[place % 4]
         })
         .collect()
 }
@@ -241,10 +241,10 @@ mod tests {
     }
 
     #[test]
-    fn the_irradiance_calibration_comes_in_blocks_of_big_endian_floats() {
+    fn the_irradiance_calibration_comes_in_sixty_bytes_of_big_endian_floats() {
         let mut world = World::new(Darkroom::default());
         let mut twin = Usb2000::new();
-        let (_, bytes) = send(&mut twin, &mut world, 0.0, &[0x6D, 40, 0]);
+        let (_, bytes) = send(&mut twin, &mut world, 0.0, &[0x6D, 0x60, 0x09]);
         assert_eq!(bytes.len(), 3 + 60);
         let factor = f32::from_be_bytes(bytes[3..7].try_into().unwrap());
         assert_eq!(factor, world.room().calibration(600) as f32);
