@@ -67,6 +67,8 @@ pub struct Luminaire {
     pub luminous_length_mm: Option<f64>,
     /// Width of the luminous area in mm; 0 for a round one.
     pub luminous_width_mm: Option<f64>,
+    /// The outline of the luminous area is an ellipse with these two diameters.
+    pub elliptic: bool,
     /// Height of the luminous sides in mm seen from C0, C90, C180, C270.
     pub luminous_height_mm: [Option<f64>; 4],
     /// The lamp.
@@ -87,10 +89,11 @@ impl Luminaire {
     /// The luminous area seen along γ = 0, in mm²; none where the file does not state it.
     pub fn luminous_area_mm2(&self) -> Option<f64> {
         let (length, width) = (self.luminous_length_mm?, self.luminous_width_mm?);
-        let area = if width == 0.0 {
-            std::f64::consts::PI / 4.0 * length * length
-        } else {
-            length * width
+        let round = std::f64::consts::FRAC_PI_4 * length;
+        let area = match (width, self.elliptic) {
+            (0.0, _) => round * length,
+            (width, true) => round * width,
+            (width, false) => length * width,
         };
         (area > 0.0).then_some(area)
     }

@@ -10,6 +10,7 @@ pub mod eulumdat;
 pub mod finding;
 pub mod ies;
 mod number;
+mod plausible;
 mod quantities;
 mod read;
 pub mod spectral;

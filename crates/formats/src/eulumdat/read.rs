@@ -9,6 +9,7 @@ use super::{Document, Header, LampSet, symmetry};
 use crate::distribution::{Distribution, Luminaire};
 use crate::finding::{Finding, Findings};
 use crate::number::{self, NotANumber};
+use crate::plausible::{self, Stored};
 use crate::read::{Format, Kind, Parsed, ReadOptions};
 use crate::text::Text;
 
@@ -47,7 +48,6 @@ pub fn read_document(bytes: &[u8]) -> Parsed<Document> {
 /// Zero-based line and one-based column of the numbers that later checks speak of.
 #[derive(Debug)]
 pub(super) struct Places {
-    #[expect(dead_code, reason = "for findings on single intensities")]
     pub intensity: Vec<(usize, usize)>,
     /// Zero-based lines of the header fields.
     pub lines: Vec<Option<usize>>,
@@ -355,6 +355,27 @@ fn distribution(
             return None;
         }
     };
+    let stored = expand::stored_c_deg(
+        document.isym,
+        &document.c_deg,
+        document.intensity_cd_klm.len() / document.gamma_deg.len(),
+        options.isym3_c90_first,
+    );
+    let raw = |index: usize| places.intensity.get(index).map_or("", |&(line, _)| text.line(line).trim());
+    let spots: Vec<(usize, usize)> = places.intensity.iter().map(|&(line, column)| (line + 1, column)).collect();
+    plausible::check(
+        &Stored {
+            planes_deg: &stored,
+            angles_deg: &document.gamma_deg,
+            values: &document.intensity_cd_klm,
+            places: &spots,
+            raw: &raw,
+            poles: true,
+            ends_with_newline: text.ends_with_newline,
+        },
+        findings,
+    );
+    plausible::flux(&intensity, Some(flux), header.lorl_percent.map(|lorl| (lorl, line_of(22) + 1)), findings);
     let mut json = document.header_json();
     json.insert("encoding".into(), Value::from(text.encoding));
     json.insert("line_ending".into(), Value::from(text.line_ending));
@@ -445,6 +466,7 @@ fn luminaire(header: &Header) -> Luminaire {
         colour: set.colour,
         rendering: set.rendering,
         watts: set.watts,
+        elliptic: false,
         tilt_deg: header.tilt_deg,
     }
 }

@@ -1,12 +1,21 @@
 //! IES LM-63: 1986, 1991, 1995, 2002 and 2019.
+//!
+//! A version line (none in 1986), keyword or label lines, `TILT=`, then one stream of numbers separated by blanks or
+//! commas: ten of lamp and geometry, ballast factor, ballast-lamp photometric factor and watts, vertical angles,
+//! horizontal angles, candela plane by plane. Grammar after the published descriptions of Radiance's `ies2rad` and of
+//! I. Ashdown's parser; the standard itself is not free.
 
+mod angles;
+mod layout;
+mod preamble;
+mod read;
+mod shape;
 mod write;
 
-use crate::distribution::Distribution;
-use crate::finding::{Finding, Findings};
-use crate::read::{Format, Kind, Parsed, ReadOptions};
 use crate::text::Text;
 
+pub use read::read;
+pub use shape::Shape;
 pub use write::{Facts, write};
 
 /// An edition of LM-63.
@@ -24,20 +33,21 @@ pub enum Edition {
     E2019,
 }
 
+impl Edition {
+    /// The year.
+    pub const fn year(self) -> u16 {
+        match self {
+            Self::E1986 => 1986,
+            Self::E1991 => 1991,
+            Self::E1995 => 1995,
+            Self::E2002 => 2002,
+            Self::E2019 => 2019,
+        }
+    }
+}
+
 /// Whether this is LM-63: a version line, or a line that begins with `TILT=`.
 pub fn looks_like(head: &Text<'_>) -> bool {
     let first = head.line(0).trim_start().to_ascii_uppercase();
-    first.starts_with("IESNA") || first.starts_with("IES:") || head.lines().any(is_tilt)
-}
-
-fn is_tilt(line: &str) -> bool {
-    let line = line.trim_start();
-    line.len() >= 5 && line.is_char_boundary(5) && line[..5].eq_ignore_ascii_case("TILT=")
-}
-
-/// Reads bytes to absolute candela.
-pub fn read(_bytes: &[u8], _options: ReadOptions) -> Parsed<Distribution> {
-    let mut findings = Findings::new();
-    findings.push(Finding::error("ies-unread", "LM-63 files are written, not yet read"));
-    Parsed::new(Format::Ies, Kind::Distribution, None, findings)
+    first.starts_with("IESNA") || first.starts_with("IES:") || head.lines().any(preamble::is_tilt)
 }

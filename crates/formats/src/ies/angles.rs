@@ -1,0 +1,157 @@
+//! Types A and B to C-γ.
+//!
+//! The photometric axis (V = 0, H = 0) becomes γ = 0, positive H becomes C0 and positive V becomes C90: seen from
+//! behind the luminaire, C0 is to the right and C90 up. Type A turns about the vertical axis (H is the azimuth, V the
+//! elevation), type B about the horizontal one (V is the azimuth, H the elevation).
+
+use isolux_photometry::{DistributionError, IntensityDistribution, Symmetry};
+
+/// Measured planes in the file's coordinates, candela `[ih * nv + iv]`.
+#[derive(Debug)]
+pub(super) struct Native<'a> {
+    pub type_a: bool,
+    pub vertical_deg: &'a [f64],
+    pub horizontal_deg: &'a [f64],
+    pub candela: &'a [f64],
+}
+
+/// Finest grid that a conversion makes, in directions.
+const LARGEST_GRID: usize = 4_000_000;
+
+impl Native<'_> {
+    /// The symmetry that angles which begin at 0 imply.
+    pub(super) fn symmetry(&self) -> Symmetry {
+        let begins = |angles: &[f64]| angles.first().is_some_and(|&first| first >= 0.0);
+        match (begins(self.horizontal_deg), begins(self.vertical_deg)) {
+            (true, true) => Symmetry::Quadrant,
+            (true, false) => Symmetry::C90C270,
+            (false, true) => Symmetry::C0C180,
+            (false, false) => Symmetry::None,
+        }
+    }
+
+    /// The distribution over C-γ at the file's smallest step; γ ends where the file's angles end, at 90° at most for
+    /// the front half-space that types A and B describe.
+    pub(super) fn resampled(&self) -> Result<IntensityDistribution, DistributionError> {
+        let smallest = |angles: &[f64]| angles.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        let step = smallest(self.vertical_deg).min(smallest(self.horizontal_deg));
+        let reach = self.vertical_deg.iter().chain(self.horizontal_deg).fold(0.0_f64, |most, angle| most.max(angle.abs()));
+        let last = if reach > 90.0 { 180.0 } else { 90.0 };
+        let step = if step.is_finite() && step > 0.0 { step.min(30.0) } else { 5.0 };
+        let mut steps = (90.0 / step - 1e-9).ceil().max(1.0) as usize;
+        while 4 * steps * (steps * (last as usize / 90) + 1) > LARGEST_GRID {
+            steps /= 2;
+        }
+        let step = 90.0 / steps as f64;
+        let c_deg: Vec<f64> = (0..4 * steps).map(|i| i as f64 * step).collect();
+        let gamma_deg: Vec<f64> = (0..=steps * (last as usize / 90)).map(|i| i as f64 * step).collect();
+        let mut candela = Vec::with_capacity(c_deg.len() * gamma_deg.len());
+        for &c in &c_deg {
+            for &gamma in &gamma_deg {
+                candela.push(self.toward(c, gamma));
+            }
+        }
+        IntensityDistribution::new(c_deg, gamma_deg, candela)
+    }
+
+    /// Candela in a direction of C-γ; 0 outside the file's angles.
+    fn toward(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
+        let (sin_g, cos_g) = gamma_deg.to_radians().sin_cos();
+        let (axis, right, up) = (cos_g, sin_g * cos_c, sin_g * sin_c);
+        let (horizontal, vertical) = if self.type_a {
+            (right.atan2(axis), up.clamp(-1.0, 1.0).asin())
+        } else {
+            (right.clamp(-1.0, 1.0).asin(), up.atan2(axis))
+        };
+        let folded = |angle: f64, angles: &[f64]| {
+            let angle = angle.to_degrees();
+            if angles.first().is_some_and(|&first| first >= 0.0) { angle.abs() } else { angle }
+        };
+        let h = bracket(self.horizontal_deg, folded(horizontal, self.horizontal_deg));
+        let v = bracket(self.vertical_deg, folded(vertical, self.vertical_deg));
+        let (Some((h, s)), Some((v, t))) = (h, v) else { return 0.0 };
+        let nv = self.vertical_deg.len();
+        let at = |h: usize, v: usize| {
+            self.candela[h.min(self.horizontal_deg.len() - 1) * nv + v.min(nv - 1)]
+        };
+        let along = |h: usize| at(h, v) * (1.0 - t) + if t > 0.0 { at(h, v + 1) * t } else { 0.0 };
+        along(h) * (1.0 - s) + if s > 0.0 { along(h + 1) * s } else { 0.0 }
+    }
+}
+
+/// Index and fraction of `x` on a rising grid, with room for rounding at its ends; a grid of one angle holds everywhere.
+fn bracket(grid: &[f64], x: f64) -> Option<(usize, f64)> {
+    let (&first, &last) = (grid.first()?, grid.last()?);
+    if grid.len() == 1 {
+        return Some((0, 0.0));
+    }
+    if x < first - 1e-9 || x > last + 1e-9 {
+        return None;
+    }
+    let x = x.clamp(first, last);
+    let index = grid.partition_point(|&angle| angle <= x).saturating_sub(1).min(grid.len() - 2);
+    let fraction = (x - grid[index]) / (grid[index + 1] - grid[index]);
+    // At a grid point to within rounding it is that grid point.
+    if fraction < 1e-9 {
+        Some((index, 0.0))
+    } else if fraction > 1.0 - 1e-9 {
+        Some((index + 1, 0.0))
+    } else {
+        Some((index, fraction))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid() -> Vec<f64> {
+        (-9..=9).map(|i| f64::from(i) * 10.0).collect()
+    }
+
+    #[test]
+    fn a_lambertian_lamp_is_lambertian_in_every_system() {
+        let angles = grid();
+        for type_a in [true, false] {
+            let mut candela = Vec::new();
+            for h in &angles {
+                for v in &angles {
+                    // The axis component is the product of both cosines in A and in B.
+                    candela.push(100.0 * h.to_radians().cos() * v.to_radians().cos());
+                }
+            }
+            let native = Native { type_a, vertical_deg: &angles, horizontal_deg: &angles, candela: &candela };
+            let converted = native.resampled().unwrap();
+            assert_eq!(native.symmetry(), Symmetry::None);
+            for c in [0.0, 40.0, 90.0, 180.0, 300.0] {
+                for gamma in [0.0, 20.0, 60.0] {
+                    let expected = 100.0 * f64::to_radians(gamma).cos();
+                    let found = converted.intensity_cd_at(c, gamma);
+                    assert!((found - expected).abs() < 0.9, "type A {type_a}, C{c} γ{gamma}: {found} for {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn right_is_c0_and_up_is_c90() {
+        let angles = grid();
+        let spot = |right: f64, up: f64| {
+            let mut candela = Vec::new();
+            for &h in &angles {
+                for &v in &angles {
+                    candela.push(if h == right && v == up { 50.0 } else { 0.0 });
+                }
+            }
+            candela
+        };
+        let (right, up) = (spot(30.0, 0.0), spot(0.0, 30.0));
+        for type_a in [true, false] {
+            let native = |candela| Native { type_a, vertical_deg: &angles, horizontal_deg: &angles, candela }.resampled().unwrap();
+            assert_eq!(native(&right).peak().c.degrees(), 0.0);
+            assert_eq!(native(&right).peak().gamma.degrees(), 30.0);
+            assert_eq!(native(&up).peak().c.degrees(), 90.0);
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Physical plausibility of what was read: damage that is still a number shows here.
+
+use isolux_photometry::IntensityDistribution;
+
+use crate::finding::{Finding, Findings};
+
+/// Intensities as they stand in a file.
+pub(crate) struct Stored<'s> {
+    /// C or horizontal angles of the planes, one a plane.
+    pub planes_deg: &'s [f64],
+    /// γ or vertical angles.
+    pub angles_deg: &'s [f64],
+    /// Plane after plane, one value an angle, as written.
+    pub values: &'s [f64],
+    /// One-based line and column of each value.
+    pub places: &'s [(usize, usize)],
+    /// The text of each value.
+    pub raw: &'s dyn Fn(usize) -> &'s str,
+    /// Angles 0° and 180° are one direction for all planes.
+    pub poles: bool,
+    /// Whether the file's last line has its end.
+    pub ends_with_newline: bool,
+}
+
+/// Checks the numbers against each other.
+pub(crate) fn check(stored: &Stored<'_>, findings: &mut Findings) {
+    negative(stored, findings);
+    poles(stored, findings);
+}
+
+fn at(stored: &Stored<'_>, index: usize, finding: Finding) -> Finding {
+    let (line, column) = stored.places.get(index).copied().unwrap_or((1, 1));
+    finding.at(line, column).raw((stored.raw)(index))
+}
+
+fn negative(stored: &Stored<'_>, findings: &mut Findings) {
+    for (index, &value) in stored.values.iter().enumerate() {
+        if value < 0.0 {
+            let finding = Finding::warning("intensity-negative", "the intensity is below zero");
+            findings.push(at(stored, index, finding).assumed("as it stands").fix("light cannot be negative; check the dark correction"));
+        }
+    }
+}
+
+/// At γ = 0 and 180 all planes meet in one direction.
+fn poles(stored: &Stored<'_>, findings: &mut Findings) {
+    let ng = stored.angles_deg.len();
+    let planes = stored.planes_deg.len();
+    if !stored.poles || planes < 2 {
+        return;
+    }
+    let peak = stored.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    for (column, angle) in [(0, 0.0), (ng - 1, 180.0)] {
+        if stored.angles_deg[column] != angle {
+            continue;
+        }
+        let mut sorted: Vec<f64> = (0..planes).map(|plane| stored.values[plane * ng + column]).collect();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted[planes / 2];
+        let spread = sorted[planes - 1] - sorted[0];
+        if spread == 0.0 {
+            continue;
+        }
+        let away = |plane: usize| (stored.values[plane * ng + column] - median).abs();
+        let different = (0..planes).filter(|&plane| away(plane) > 0.0).count();
+        let tolerance = 0.02 * median.abs().max(0.01 * peak);
+        // Where all others agree to the digit, one that does not is no scatter of a measurement.
+        let lonely = planes >= 4 && different <= 2;
+        if !lonely && spread <= tolerance {
+            continue;
+        }
+        let worst = (0..planes).max_by(|&a, &b| away(a).total_cmp(&away(b))).unwrap_or(0);
+        let message = format!(
+            "at γ = {angle}° all planes meet in one direction, yet their intensities go from {} to {}",
+            sorted[0],
+            sorted[planes - 1]
+        );
+        let finding = Finding::warning("intensity-pole", message).assumed("each plane as it stands");
+        findings.push(at(stored, worst * ng + column, finding).fix("compare this value with those of the other planes"));
+    }
+}
+
+/// The integral over the sphere against the flux that the file states. `lorl_percent`: light output ratio as stated.
+pub(crate) fn flux(
+    grid: &IntensityDistribution,
+    lamp_flux_lm: Option<f64>,
+    lorl_percent: Option<(f64, usize)>,
+    findings: &mut Findings,
+) {
+    let Some(lamp) = lamp_flux_lm else { return };
+    let integral = grid.flux().value();
+    if let Some((lorl, line)) = lorl_percent {
+        let stated = lamp * lorl / 100.0;
+        if lorl > 0.0 && (integral - stated).abs() > 0.05 * stated {
+            let message = format!(
+                "the intensities integrate to {integral:.1} lm, which is {:.1} % of the lamps' flux; stated is {lorl} %",
+                100.0 * integral / lamp
+            );
+            findings.push(
+                Finding::warning("flux-lorl", message)
+                    .at(line, 1)
+                    .assumed("the intensities")
+                    .fix("correct the light output ratio, or look for damage in the intensities"),
+            );
+            return;
+        }
+    }
+    if integral > 1.1 * lamp {
+        let message = format!("the intensities integrate to {integral:.1} lm, more than the lamps' {lamp:.1} lm");
+        findings.push(
+            Finding::warning("flux-above-lamp", message)
+                .assumed("the intensities")
+                .fix("check lamp flux, number of lamps and multiplier"),
+        );
+    }
+}
