@@ -1,5 +1,7 @@
 //! Physical plausibility of what was read: damage that is still a number shows here.
 
+mod outliers;
+
 use isolux_photometry::IntensityDistribution;
 
 use crate::finding::{Finding, Findings};
@@ -26,6 +28,39 @@ pub(crate) struct Stored<'s> {
 pub(crate) fn check(stored: &Stored<'_>, findings: &mut Findings) {
     negative(stored, findings);
     poles(stored, findings);
+    cut_short(stored, findings);
+    outliers::check(stored, findings);
+}
+
+/// The last number may have lost digits where the file ends without a line end: it then has fewer decimals than all
+/// others.
+fn cut_short(stored: &Stored<'_>, findings: &mut Findings) {
+    let count = stored.values.len();
+    if stored.ends_with_newline || count < 8 {
+        return;
+    }
+    let decimals = |index: usize| {
+        (stored.raw)(index)
+            .trim()
+            .split_once('.')
+            .map(|(_, digits)| digits.len())
+    };
+    let last = decimals(count - 1);
+    let others: Vec<Option<usize>> = (0..count - 1).map(decimals).collect();
+    let fewest = others.iter().min().copied().flatten();
+    let dangling =
+        (stored.raw)(count - 1).trim().ends_with(['.', 'e', 'E', '-', '+']) && others.iter().all(|&d| d != Some(0));
+    if dangling || (fewest.is_some() && last < fewest) {
+        let finding = Finding::warning(
+            "file-cut-short",
+            "the file ends without a line end and its last number has fewer digits than all others",
+        );
+        findings.push(
+            at(stored, count - 1, finding)
+                .assumed("the number as it stands")
+                .fix("fetch the file again; it may be cut off within this number"),
+        );
+    }
 }
 
 fn at(stored: &Stored<'_>, index: usize, finding: Finding) -> Finding {
@@ -37,7 +72,11 @@ fn negative(stored: &Stored<'_>, findings: &mut Findings) {
     for (index, &value) in stored.values.iter().enumerate() {
         if value < 0.0 {
             let finding = Finding::warning("intensity-negative", "the intensity is below zero");
-            findings.push(at(stored, index, finding).assumed("as it stands").fix("light cannot be negative; check the dark correction"));
+            findings.push(
+                at(stored, index, finding)
+                    .assumed("as it stands")
+                    .fix("light cannot be negative; check the dark correction"),
+            );
         }
     }
 }
@@ -63,7 +102,8 @@ fn poles(stored: &Stored<'_>, findings: &mut Findings) {
         }
         let away = |plane: usize| (stored.values[plane * ng + column] - median).abs();
         let different = (0..planes).filter(|&plane| away(plane) > 0.0).count();
-        let tolerance = 0.02 * median.abs().max(0.01 * peak);
+        // Planes measured one after the other scatter by a few per cent.
+        let tolerance = 0.05 * median.abs().max(0.01 * peak);
         // Where all others agree to the digit, one that does not is no scatter of a measurement.
         let lonely = planes >= 4 && different <= 2;
         if !lonely && spread <= tolerance {
@@ -76,7 +116,8 @@ fn poles(stored: &Stored<'_>, findings: &mut Findings) {
             sorted[planes - 1]
         );
         let finding = Finding::warning("intensity-pole", message).assumed("each plane as it stands");
-        findings.push(at(stored, worst * ng + column, finding).fix("compare this value with those of the other planes"));
+        findings
+            .push(at(stored, worst * ng + column, finding).fix("compare this value with those of the other planes"));
     }
 }
 

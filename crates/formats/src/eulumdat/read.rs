@@ -361,8 +361,17 @@ fn distribution(
         document.intensity_cd_klm.len() / document.gamma_deg.len(),
         options.isym3_c90_first,
     );
-    let raw = |index: usize| places.intensity.get(index).map_or("", |&(line, _)| text.line(line).trim());
-    let spots: Vec<(usize, usize)> = places.intensity.iter().map(|&(line, column)| (line + 1, column)).collect();
+    let raw = |index: usize| {
+        places
+            .intensity
+            .get(index)
+            .map_or("", |&(line, _)| text.line(line).trim())
+    };
+    let spots: Vec<(usize, usize)> = places
+        .intensity
+        .iter()
+        .map(|&(line, column)| (line + 1, column))
+        .collect();
     plausible::check(
         &Stored {
             planes_deg: &stored,
@@ -375,7 +384,12 @@ fn distribution(
         },
         findings,
     );
-    plausible::flux(&intensity, Some(flux), header.lorl_percent.map(|lorl| (lorl, line_of(22) + 1)), findings);
+    plausible::flux(
+        &intensity,
+        Some(flux),
+        header.lorl_percent.map(|lorl| (lorl, line_of(22) + 1)),
+        findings,
+    );
     let mut json = document.header_json();
     json.insert("encoding".into(), Value::from(text.encoding));
     json.insert("line_ending".into(), Value::from(text.line_ending));

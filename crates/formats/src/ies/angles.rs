@@ -33,11 +33,24 @@ impl Native<'_> {
     /// The distribution over C-γ at the file's smallest step; γ ends where the file's angles end, at 90° at most for
     /// the front half-space that types A and B describe.
     pub(super) fn resampled(&self) -> Result<IntensityDistribution, DistributionError> {
-        let smallest = |angles: &[f64]| angles.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        let smallest = |angles: &[f64]| {
+            angles
+                .windows(2)
+                .map(|pair| pair[1] - pair[0])
+                .fold(f64::INFINITY, f64::min)
+        };
         let step = smallest(self.vertical_deg).min(smallest(self.horizontal_deg));
-        let reach = self.vertical_deg.iter().chain(self.horizontal_deg).fold(0.0_f64, |most, angle| most.max(angle.abs()));
+        let reach = self
+            .vertical_deg
+            .iter()
+            .chain(self.horizontal_deg)
+            .fold(0.0_f64, |most, angle| most.max(angle.abs()));
         let last = if reach > 90.0 { 180.0 } else { 90.0 };
-        let step = if step.is_finite() && step > 0.0 { step.min(30.0) } else { 5.0 };
+        let step = if step.is_finite() && step > 0.0 {
+            step.min(30.0)
+        } else {
+            5.0
+        };
         let mut steps = (90.0 / step - 1e-9).ceil().max(1.0) as usize;
         while 4 * steps * (steps * (last as usize / 90) + 1) > LARGEST_GRID {
             steps /= 2;
@@ -66,15 +79,19 @@ impl Native<'_> {
         };
         let folded = |angle: f64, angles: &[f64]| {
             let angle = angle.to_degrees();
-            if angles.first().is_some_and(|&first| first >= 0.0) { angle.abs() } else { angle }
+            if angles.first().is_some_and(|&first| first >= 0.0) {
+                angle.abs()
+            } else {
+                angle
+            }
         };
         let h = bracket(self.horizontal_deg, folded(horizontal, self.horizontal_deg));
         let v = bracket(self.vertical_deg, folded(vertical, self.vertical_deg));
-        let (Some((h, s)), Some((v, t))) = (h, v) else { return 0.0 };
-        let nv = self.vertical_deg.len();
-        let at = |h: usize, v: usize| {
-            self.candela[h.min(self.horizontal_deg.len() - 1) * nv + v.min(nv - 1)]
+        let (Some((h, s)), Some((v, t))) = (h, v) else {
+            return 0.0;
         };
+        let nv = self.vertical_deg.len();
+        let at = |h: usize, v: usize| self.candela[h.min(self.horizontal_deg.len() - 1) * nv + v.min(nv - 1)];
         let along = |h: usize| at(h, v) * (1.0 - t) + if t > 0.0 { at(h, v + 1) * t } else { 0.0 };
         along(h) * (1.0 - s) + if s > 0.0 { along(h + 1) * s } else { 0.0 }
     }
@@ -90,7 +107,10 @@ fn bracket(grid: &[f64], x: f64) -> Option<(usize, f64)> {
         return None;
     }
     let x = x.clamp(first, last);
-    let index = grid.partition_point(|&angle| angle <= x).saturating_sub(1).min(grid.len() - 2);
+    let index = grid
+        .partition_point(|&angle| angle <= x)
+        .saturating_sub(1)
+        .min(grid.len() - 2);
     let fraction = (x - grid[index]) / (grid[index + 1] - grid[index]);
     // At a grid point to within rounding it is that grid point.
     if fraction < 1e-9 {
@@ -121,14 +141,22 @@ mod tests {
                     candela.push(100.0 * h.to_radians().cos() * v.to_radians().cos());
                 }
             }
-            let native = Native { type_a, vertical_deg: &angles, horizontal_deg: &angles, candela: &candela };
+            let native = Native {
+                type_a,
+                vertical_deg: &angles,
+                horizontal_deg: &angles,
+                candela: &candela,
+            };
             let converted = native.resampled().unwrap();
             assert_eq!(native.symmetry(), Symmetry::None);
             for c in [0.0, 40.0, 90.0, 180.0, 300.0] {
                 for gamma in [0.0, 20.0, 60.0] {
                     let expected = 100.0 * f64::to_radians(gamma).cos();
                     let found = converted.intensity_cd_at(c, gamma);
-                    assert!((found - expected).abs() < 0.9, "type A {type_a}, C{c} γ{gamma}: {found} for {expected}");
+                    assert!(
+                        (found - expected).abs() < 0.9,
+                        "type A {type_a}, C{c} γ{gamma}: {found} for {expected}"
+                    );
                 }
             }
         }
@@ -148,7 +176,16 @@ mod tests {
         };
         let (right, up) = (spot(30.0, 0.0), spot(0.0, 30.0));
         for type_a in [true, false] {
-            let native = |candela| Native { type_a, vertical_deg: &angles, horizontal_deg: &angles, candela }.resampled().unwrap();
+            let native = |candela| {
+                Native {
+                    type_a,
+                    vertical_deg: &angles,
+                    horizontal_deg: &angles,
+                    candela,
+                }
+                .resampled()
+                .unwrap()
+            };
             assert_eq!(native(&right).peak().c.degrees(), 0.0);
             assert_eq!(native(&right).peak().gamma.degrees(), 30.0);
             assert_eq!(native(&up).peak().c.degrees(), 90.0);

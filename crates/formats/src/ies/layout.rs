@@ -50,7 +50,11 @@ pub(super) fn tokens<'t>(text: &'t Text<'_>, from: usize, findings: &mut Finding
                         at += 1;
                     }
                     commas = 0;
-                    tokens.push(Token { line, column: start + 1, text: &whole[start..at] });
+                    tokens.push(Token {
+                        line,
+                        column: start + 1,
+                        text: &whole[start..at],
+                    });
                 }
             }
         }
@@ -58,7 +62,11 @@ pub(super) fn tokens<'t>(text: &'t Text<'_>, from: usize, findings: &mut Finding
     if let Some(last) = tokens.last()
         && last.text.eq_ignore_ascii_case("END")
     {
-        findings.push(Finding::note("ies-end-mark", "the file ends with the mark END").at(last.line + 1, last.column).raw("END"));
+        findings.push(
+            Finding::note("ies-end-mark", "the file ends with the mark END")
+                .at(last.line + 1, last.column)
+                .raw("END"),
+        );
         tokens.pop();
     }
     tokens
@@ -99,14 +107,20 @@ impl Layout {
 
 /// Finds the blocks of the numbers that begin at token `start`, or says where they stop making sense.
 pub(super) fn find(tokens: &[Token<'_>], start: usize, text: &Text<'_>, findings: &mut Findings) -> Option<Layout> {
-    let (nv, nh) = (count(tokens, start + 3, "vertical", findings), count(tokens, start + 4, "horizontal", findings));
+    let (nv, nh) = (
+        count(tokens, start + 3, "vertical", findings),
+        count(tokens, start + 4, "horizontal", findings),
+    );
     if tokens.len() < start + 10 {
         let last = tokens.last().map_or(text.len(), |token| token.line + 1);
         findings.push(
-            Finding::error("ies-truncated", "the file ends before the ten numbers of lamp and geometry are complete")
-                .at(last.max(1), 1)
-                .raw(text.line(last.saturating_sub(1)))
-                .fix("fetch the file again"),
+            Finding::error(
+                "ies-truncated",
+                "the file ends before the ten numbers of lamp and geometry are complete",
+            )
+            .at(last.max(1), 1)
+            .raw(text.line(last.saturating_sub(1)))
+            .fix("fetch the file again"),
         );
         return None;
     }
@@ -119,20 +133,26 @@ pub(super) fn find(tokens: &[Token<'_>], start: usize, text: &Text<'_>, findings
     if without_factors.end() == tokens.len() && angles_rise(tokens, &without_factors) {
         let at = tokens[start + 10];
         findings.push(
-            Finding::error("ies-ballast-missing", "ballast factor, photometric factor and watts are missing; the angles begin here")
-                .at(at.line + 1, at.column)
-                .raw(text.line(at.line))
-                .assumed("factors of 1, watts not stated")
-                .fix("put the line with ballast factor, 1 and input watts back before the angles"),
+            Finding::error(
+                "ies-ballast-missing",
+                "ballast factor, photometric factor and watts are missing; the angles begin here",
+            )
+            .at(at.line + 1, at.column)
+            .raw(text.line(at.line))
+            .assumed("factors of 1, watts not stated")
+            .fix("put the line with ballast factor, 1 and input watts back before the angles"),
         );
         return Some(without_factors);
     }
     if let Some(line) = doubled_line(tokens, start, &stated) {
         findings.push(
-            Finding::error("ies-line-doubled", "this line repeats the one before it, and there are too many numbers by just that line")
-                .at(line + 1, 1)
-                .raw(text.line(line))
-                .fix("remove the line"),
+            Finding::error(
+                "ies-line-doubled",
+                "this line repeats the one before it, and there are too many numbers by just that line",
+            )
+            .at(line + 1, 1)
+            .raw(text.line(line))
+            .fix("remove the line"),
         );
         return None;
     }
@@ -165,7 +185,9 @@ fn angles_rise(tokens: &[Token<'_>], layout: &Layout) -> bool {
 }
 
 fn rises(tokens: &[Token<'_>], from: usize, count: usize, largest: f64) -> bool {
-    let Some(block) = from.checked_add(count).and_then(|to| tokens.get(from..to)) else { return false };
+    let Some(block) = from.checked_add(count).and_then(|to| tokens.get(from..to)) else {
+        return false;
+    };
     let mut last = f64::NEG_INFINITY;
     let mut unreadable = 0;
     for token in block {
@@ -191,7 +213,10 @@ fn doubled_line(tokens: &[Token<'_>], start: usize, stated: &Layout) -> Option<u
     (1..lines.len()).find_map(|at| {
         let (line, from) = lines[at];
         let (before, to) = (lines[at - 1].1, end_of(at));
-        let same = to - from == from - before && (from..to).zip(before..from).all(|(a, b)| tokens[a].text == tokens[b].text);
+        let same = to - from == from - before
+            && (from..to)
+                .zip(before..from)
+                .all(|(a, b)| tokens[a].text == tokens[b].text);
         if !same || to - from != surplus || from < start {
             return None;
         }
@@ -204,11 +229,15 @@ fn doubled_line(tokens: &[Token<'_>], start: usize, stated: &Layout) -> Option<u
 fn run(tokens: &[Token<'_>], from: usize, largest: f64) -> usize {
     let mut last = f64::NEG_INFINITY;
     let rising = |token: &&Token<'_>| {
-        let value = token.value().filter(|value| *value > last && (-360.0..=largest).contains(value));
+        let value = token
+            .value()
+            .filter(|value| *value > last && (-360.0..=largest).contains(value));
         last = value.unwrap_or(last);
         value.is_some()
     };
-    tokens.get(from..).map_or(0, |rest| rest.iter().take_while(rising).count())
+    tokens
+        .get(from..)
+        .map_or(0, |rest| rest.iter().take_while(rising).count())
 }
 
 /// One of the two counts contradicts the data, and another value of it fits exactly.
@@ -228,14 +257,19 @@ fn wrong_count(tokens: &[Token<'_>], start: usize, nv: usize, nh: usize, finding
             fits.push((layout, "horizontal", candidate, start + 4));
         }
     }
-    let &[(layout, what, fitting, index)] = fits.as_slice() else { return None };
+    let &[(layout, what, fitting, index)] = fits.as_slice() else {
+        return None;
+    };
     let token = tokens[index];
     findings.push(
-        Finding::warning("ies-count", format!("the number of {what} angles contradicts the data, which fit {fitting}"))
-            .at(token.line + 1, token.column)
-            .raw(token.text)
-            .assumed(fitting.to_string())
-            .fix("correct the count"),
+        Finding::warning(
+            "ies-count",
+            format!("the number of {what} angles contradicts the data, which fit {fitting}"),
+        )
+        .at(token.line + 1, token.column)
+        .raw(token.text)
+        .assumed(fitting.to_string())
+        .fix("correct the count"),
     );
     Some(layout)
 }
@@ -243,9 +277,10 @@ fn wrong_count(tokens: &[Token<'_>], start: usize, nv: usize, nh: usize, finding
 /// The first place where the numbers stop fitting.
 fn blame(tokens: &[Token<'_>], stated: &Layout, text: &Text<'_>, findings: &mut Findings) {
     let mut broken = false;
-    for (from, count, name, largest) in
-        [(stated.vertical, stated.nv, "vertical", 180.0), (stated.horizontal, stated.nh, "horizontal", 360.0)]
-    {
+    for (from, count, name, largest) in [
+        (stated.vertical, stated.nv, "vertical", 180.0),
+        (stated.horizontal, stated.nh, "horizontal", 360.0),
+    ] {
         let length = run(tokens, from, largest);
         if length < count
             && let Some(token) = tokens.get(from + length)
@@ -253,10 +288,13 @@ fn blame(tokens: &[Token<'_>], stated: &Layout, text: &Text<'_>, findings: &mut 
         {
             broken = true;
             findings.push(
-                Finding::error("ies-angles", format!("{count} rising {name} angles are needed; this one does not go on rising"))
-                    .at(token.line + 1, token.column)
-                    .raw(token.text)
-                    .fix("a line or number before may be missing or doubled, or the count wrong"),
+                Finding::error(
+                    "ies-angles",
+                    format!("{count} rising {name} angles are needed; this one does not go on rising"),
+                )
+                .at(token.line + 1, token.column)
+                .raw(token.text)
+                .fix("a line or number before may be missing or doubled, or the count wrong"),
             );
         }
     }
@@ -279,7 +317,8 @@ fn blame(tokens: &[Token<'_>], stated: &Layout, text: &Text<'_>, findings: &mut 
         stated.nh,
         stated.nv
     );
-    let mut finding = Finding::error(code, message).fix("a line may be missing or doubled, a number lost, or the file cut off");
+    let mut finding =
+        Finding::error(code, message).fix("a line may be missing or doubled, a number lost, or the file cut off");
     if let Some(token) = token {
         finding = finding.at(token.line + 1, token.column).raw(text.line(token.line));
     }
@@ -288,7 +327,12 @@ fn blame(tokens: &[Token<'_>], stated: &Layout, text: &Text<'_>, findings: &mut 
 
 /// Where planes begin on lines of their own: the line at which the first plane that should begin does not.
 fn plane_break<'t>(tokens: &[Token<'t>], stated: &Layout) -> Option<Token<'t>> {
-    let begins = |index: usize| index > 0 && tokens.get(index).is_some_and(|token| token.line != tokens[index - 1].line);
+    let begins = |index: usize| {
+        index > 0
+            && tokens
+                .get(index)
+                .is_some_and(|token| token.line != tokens[index - 1].line)
+    };
     if !begins(stated.candela) {
         return None;
     }

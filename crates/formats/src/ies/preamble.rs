@@ -28,14 +28,14 @@ pub(super) struct Preamble {
     pub keywords: Vec<Keyword>,
     pub labels: Vec<String>,
     pub tilt: Tilt,
-    /// Zero-based line of `TILT=`; none where it is missing.
-    pub tilt_line: Option<usize>,
     /// Zero-based first line of numbers.
     pub numbers_from: usize,
 }
 
 pub(super) fn is_tilt(line: &str) -> bool {
-    line.trim_start().get(..5).is_some_and(|start| start.eq_ignore_ascii_case("TILT="))
+    line.trim_start()
+        .get(..5)
+        .is_some_and(|start| start.eq_ignore_ascii_case("TILT="))
 }
 
 pub(super) fn read(text: &Text<'_>, findings: &mut Findings) -> Option<Preamble> {
@@ -56,46 +56,71 @@ pub(super) fn read(text: &Text<'_>, findings: &mut Findings) -> Option<Preamble>
                     last.text.push_str(words);
                 }
                 None => findings.push(
-                    Finding::warning("ies-keyword", "[MORE] continues nothing; the keyword before it is missing")
-                        .at(index + 1, 1)
-                        .raw(line),
+                    Finding::warning(
+                        "ies-keyword",
+                        "[MORE] continues nothing; the keyword before it is missing",
+                    )
+                    .at(index + 1, 1)
+                    .raw(line),
                 ),
             },
             Some((name, words)) => {
                 let name = name.trim().to_owned();
-                let twin = keywords.iter().find(|other| other.name == name && other.text == words.trim());
+                let twin = keywords
+                    .iter()
+                    .find(|other| other.name == name && other.text == words.trim());
                 if let Some(twin) = twin {
                     let message = format!("[{name}] repeats line {}", twin.line + 1);
-                    findings.push(Finding::warning("ies-keyword-doubled", message).at(index + 1, 1).raw(line).assumed("both kept"));
+                    findings.push(
+                        Finding::warning("ies-keyword-doubled", message)
+                            .at(index + 1, 1)
+                            .raw(line)
+                            .assumed("both kept"),
+                    );
                 }
-                keywords.push(Keyword { name, text: words.trim().to_owned(), line: index });
+                keywords.push(Keyword {
+                    name,
+                    text: words.trim().to_owned(),
+                    line: index,
+                });
             }
             None if line.trim().is_empty() => {}
             None => {
                 if edition > Edition::E1986 && !keywords.is_empty() {
                     let message = "this line begins with no [KEYWORD]";
-                    findings.push(Finding::note("ies-label", message).at(index + 1, 1).raw(line).assumed("a label"));
+                    findings.push(
+                        Finding::note("ies-label", message)
+                            .at(index + 1, 1)
+                            .raw(line)
+                            .assumed("a label"),
+                    );
                 }
                 labels.push(line.to_owned());
             }
         }
     }
-    let tilt = match tilt_line {
-        Some(line) => tilt(text, line, edition, findings),
-        None => {
-            findings.push(
-                Finding::error("ies-tilt-missing", "no line begins with TILT=; numbers begin here")
-                    .at(until + 1, 1)
-                    .raw(text.line(until))
-                    .assumed("TILT=NONE before this line")
-                    .fix("put the line TILT=NONE back"),
-            );
-            Tilt::None
-        }
+    let tilt = if let Some(line) = tilt_line {
+        tilt(text, line, edition, findings)
+    } else {
+        findings.push(
+            Finding::error("ies-tilt-missing", "no line begins with TILT=; numbers begin here")
+                .at(until + 1, 1)
+                .raw(text.line(until))
+                .assumed("TILT=NONE before this line")
+                .fix("put the line TILT=NONE back"),
+        );
+        Tilt::None
     };
     required(edition, &keywords, first, findings);
     let numbers_from = if tilt_line.is_some() { until + 1 } else { until };
-    Some(Preamble { edition, version, keywords, labels, tilt, tilt_line, numbers_from })
+    Some(Preamble {
+        edition,
+        version,
+        keywords,
+        labels,
+        tilt,
+        numbers_from,
+    })
 }
 
 /// A line of nothing but numbers, at least ten of them, or the first line of nothing but numbers.
@@ -135,7 +160,14 @@ fn version(text: &Text<'_>, first: usize, findings: &mut Findings) -> (Edition, 
         return (Edition::E1986, String::new(), first);
     }
     // "IESNA95", "IESNA:LM-63-95", "IESNA:LM-63-2019" and other hands' spellings: the last digits are the year.
-    let digits: String = upper.chars().rev().take_while(char::is_ascii_digit).collect::<Vec<_>>().into_iter().rev().collect();
+    let digits: String = upper
+        .chars()
+        .rev()
+        .take_while(char::is_ascii_digit)
+        .collect::<Vec<_>>()
+        .into_iter()
+        .rev()
+        .collect();
     let edition = match digits.as_str() {
         "86" | "1986" => Some(Edition::E1986),
         "91" | "1991" => Some(Edition::E1991),
@@ -144,27 +176,26 @@ fn version(text: &Text<'_>, first: usize, findings: &mut Findings) -> (Edition, 
         "19" | "2019" | "20" | "2020" => Some(Edition::E2019),
         _ => None,
     };
-    match edition {
-        Some(edition) => {
-            findings.push(
-                Finding::note("ies-version-spelling", "the version line is not spelled as the standard has it")
-                    .at(first + 1, 1)
-                    .raw(line)
-                    .assumed(format!("LM-63-{}", edition.year())),
-            );
-            (edition, line.to_owned(), first + 1)
-        }
-        None => {
-            findings.push(
-                Finding::warning("ies-version-unknown", "the version line names no edition that is known")
-                    .at(first + 1, 1)
-                    .raw(line)
-                    .assumed("LM-63-2002")
-                    .fix("write IESNA:LM-63-2002 or the edition that is meant"),
-            );
-            (Edition::E2002, line.to_owned(), first + 1)
-        }
+    if let Some(edition) = edition {
+        findings.push(
+            Finding::note(
+                "ies-version-spelling",
+                "the version line is not spelled as the standard has it",
+            )
+            .at(first + 1, 1)
+            .raw(line)
+            .assumed(format!("LM-63-{}", edition.year())),
+        );
+        return (edition, line.to_owned(), first + 1);
     }
+    findings.push(
+        Finding::warning("ies-version-unknown", "the version line names no edition that is known")
+            .at(first + 1, 1)
+            .raw(line)
+            .assumed("LM-63-2002")
+            .fix("write IESNA:LM-63-2002 or the edition that is meant"),
+    );
+    (Edition::E2002, line.to_owned(), first + 1)
 }
 
 /// Name and text of a keyword line.
@@ -185,11 +216,19 @@ fn tilt(text: &Text<'_>, line: usize, edition: Edition, findings: &mut Findings)
     }
     if value.is_empty() {
         findings.push(
-            Finding::error("ies-tilt", "TILT= names nothing").at(line + 1, 6).raw(raw).assumed("NONE").fix("write TILT=NONE"),
+            Finding::error("ies-tilt", "TILT= names nothing")
+                .at(line + 1, 6)
+                .raw(raw)
+                .assumed("NONE")
+                .fix("write TILT=NONE"),
         );
         return Tilt::None;
     }
-    let gone = if edition >= Edition::E2019 { "; the 2019 edition has no tilt files" } else { "" };
+    let gone = if edition >= Edition::E2019 {
+        "; the 2019 edition has no tilt files"
+    } else {
+        ""
+    };
     findings.push(
         Finding::warning("ies-tilt-file", format!("the tilt factors stand in another file{gone}"))
             .at(line + 1, 6)

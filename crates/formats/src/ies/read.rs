@@ -42,19 +42,36 @@ fn distribution(text: &Text<'_>, options: ReadOptions, findings: &mut Findings) 
         return None;
     };
     let tokens = layout::tokens(text, preamble.numbers_from, findings);
-    let mut reader = Reader { tokens: &tokens, findings };
+    let mut reader = Reader {
+        tokens: &tokens,
+        findings,
+    };
     let (tilt, start) = reader.tilt(&preamble)?;
     let layout = layout::find(&tokens, start, text, reader.findings)?;
     let vertical = reader.block(layout.vertical, layout.nv, "vertical angle", "ies-angle-number");
     let horizontal = reader.block(layout.horizontal, layout.nh, "horizontal angle", "ies-angle-number");
-    let values = reader.block(layout.candela, layout.nv * layout.nh, "candela value", "ies-candela-number");
+    let values = reader.block(
+        layout.candela,
+        layout.nv * layout.nh,
+        "candela value",
+        "ies-candela-number",
+    );
     let lamp = reader.lamp(start, &layout, preamble.edition, options);
     let (vertical, horizontal, values) = (vertical?, horizontal?, values?);
     let (lamp, factor) = lamp?;
     let candela: Vec<f64> = values.iter().map(|value| value * factor).collect();
-    let places: Vec<(usize, usize)> =
-        tokens[layout.candela..].iter().take(values.len()).map(|token| (token.line + 1, token.column)).collect();
-    let scene = Scene { text, preamble: &preamble, lamp: &lamp, layout: &layout, tokens: &tokens };
+    let places: Vec<(usize, usize)> = tokens[layout.candela..]
+        .iter()
+        .take(values.len())
+        .map(|token| (token.line + 1, token.column))
+        .collect();
+    let scene = Scene {
+        text,
+        preamble: &preamble,
+        lamp: &lamp,
+        layout: &layout,
+        tokens: &tokens,
+    };
     let (grid, symmetry, native) = scene.grid(&vertical, &horizontal, &candela, findings)?;
     let raws = |index: usize| tokens[layout.candela + index].text;
     plausible::check(
@@ -70,7 +87,7 @@ fn distribution(text: &Text<'_>, options: ReadOptions, findings: &mut Findings) 
         findings,
     );
     plausible::flux(&grid, lamp.flux_lm(), None, findings);
-    let header = scene.header(&tilt, &vertical, &horizontal);
+    let header = scene.header(tilt.as_ref(), &vertical, &horizontal);
     Some(Distribution {
         intensity: grid,
         symmetry,
@@ -118,7 +135,9 @@ impl Reader<'_, '_> {
         match number::read(token.text) {
             Ok(number) if !number.comma => Some(number.value),
             Ok(_) | Err(_) => {
-                let why = number::read(token.text).err().map_or("this is not a number".to_owned(), |error| error.to_string());
+                let why = number::read(token.text)
+                    .err()
+                    .map_or("this is not a number".to_owned(), |error| error.to_string());
                 self.findings.push(
                     Finding::error(code, format!("{what}: {why}"))
                         .at(token.line + 1, token.column)
@@ -155,7 +174,10 @@ impl Reader<'_, '_> {
         let count = self.number(1, "the number of tilt angles", "ies-tilt-number")?;
         if count.fract() != 0.0 || !(1.0..=10_000.0).contains(&count) || ![1.0, 2.0, 3.0].contains(&geometry) {
             let message = "geometry 1 to 3 and a number of tilt angles are needed after TILT=INCLUDE";
-            self.complain(1, Finding::error("ies-tilt-number", message).fix("compare with the tilt table's angles"));
+            self.complain(
+                1,
+                Finding::error("ies-tilt-number", message).fix("compare with the tilt table's angles"),
+            );
             return None;
         }
         let count = count as usize;
@@ -164,13 +186,23 @@ impl Reader<'_, '_> {
         let (angle_deg, factor) = (angle_deg?, factor?);
         if let Some(at) = angle_deg.windows(2).position(|pair| pair[1] <= pair[0]) {
             let message = "tilt angles must rise; the number of tilt angles may be wrong";
-            self.complain(3 + at, Finding::error("ies-tilt-angles", message).fix("correct the tilt table"));
+            self.complain(
+                3 + at,
+                Finding::error("ies-tilt-angles", message).fix("correct the tilt table"),
+            );
             return None;
         }
         let finding = Finding::warning("ies-tilt-factors", "tilt factors are given")
             .assumed("kept, not applied: the candela are those of the measured position");
         self.complain(2 + count, finding);
-        Some((Some(TiltFactors { geometry, angle_deg, factor }), 2 + 2 * count))
+        Some((
+            Some(TiltFactors {
+                geometry,
+                angle_deg,
+                factor,
+            }),
+            2 + 2 * count,
+        ))
     }
 
     /// The thirteen numbers and the factor on every candela value.
@@ -179,13 +211,20 @@ impl Reader<'_, '_> {
         let count = self.number(start, "the number of lamps", CODE);
         if let Some(odd) = count.filter(|count| count.fract() != 0.0 || *count < 1.0) {
             let message = format!("{odd} lamps");
-            self.complain(start, Finding::warning("ies-lamp-count", message).fix("write a whole number from 1"));
+            self.complain(
+                start,
+                Finding::warning("ies-lamp-count", message).fix("write a whole number from 1"),
+            );
         }
         let lumens = self.number(start + 1, "lumens per lamp", CODE);
         let absolute = lumens.is_some_and(|lumens| lumens < 0.0);
         if let Some(odd) = lumens.filter(|&lumens| (lumens < 0.0 && lumens != -1.0) || lumens == 0.0) {
             let finding = Finding::warning("ies-lumens", format!("{odd} lumens per lamp"))
-                .assumed(if absolute { "absolute photometry, as with −1" } else { "not stated" })
+                .assumed(if absolute {
+                    "absolute photometry, as with −1"
+                } else {
+                    "not stated"
+                })
                 .fix("write the lumens of one lamp, or −1 for absolute photometry");
             self.complain(start + 1, finding);
         }
@@ -219,10 +258,16 @@ impl Reader<'_, '_> {
             ),
             None => (Some(1.0), None, None),
         };
-        let third_text = layout.factors.and_then(|at| self.tokens.get(at + 1)).map(|token| token.text.to_owned());
+        let third_text = layout
+            .factors
+            .and_then(|at| self.tokens.get(at + 1))
+            .map(|token| token.text.to_owned());
         if let Some(odd) = watts.filter(|&watts| watts < 0.0) {
             let at = layout.factors.unwrap_or(start) + 2;
-            self.complain(at, Finding::warning("ies-watts", format!("{odd} W input power")).assumed("as it stands"));
+            self.complain(
+                at,
+                Finding::warning("ies-watts", format!("{odd} W input power")).assumed("as it stands"),
+            );
         }
         let (multiplier, ballast_factor) = (multiplier?, ballast?);
         let mut factor = self.factor(start + 2, multiplier, "the candela multiplier", "ies-multiplier")?;
@@ -250,7 +295,10 @@ impl Reader<'_, '_> {
     fn factor(&mut self, index: usize, factor: f64, what: &str, code: &'static str) -> Option<f64> {
         if factor <= 0.0 {
             let finding = Finding::error(code, format!("{what} is {factor}; it must be above zero"));
-            self.complain(index, finding.fix("write 1 unless every candela value is to be multiplied"));
+            self.complain(
+                index,
+                finding.fix("write 1 unless every candela value is to be multiplied"),
+            );
             return None;
         }
         let unusual = match code {
@@ -259,9 +307,17 @@ impl Reader<'_, '_> {
         };
         if unusual {
             let finding = Finding::warning(code, format!("{what} is {factor}, which is unusual"));
-            self.complain(index, finding.assumed("a factor on every candela value").fix("check the order of the numbers"));
+            self.complain(
+                index,
+                finding
+                    .assumed("a factor on every candela value")
+                    .fix("check the order of the numbers"),
+            );
         } else if factor != 1.0 {
-            self.complain(index, Finding::note(code, format!("{what} {factor} multiplies every candela value")));
+            self.complain(
+                index,
+                Finding::note(code, format!("{what} {factor} multiplies every candela value")),
+            );
         }
         Some(factor)
     }
@@ -271,9 +327,12 @@ impl Reader<'_, '_> {
     fn third(&mut self, index: usize, value: Option<f64>, edition: Edition, options: ReadOptions) -> Option<f64> {
         let value = value?;
         match edition {
-            Edition::E1986 | Edition::E1991 => {
-                self.factor(index, value, "the ballast-lamp photometric factor", "ies-photometric-factor")
-            }
+            Edition::E1986 | Edition::E1991 => self.factor(
+                index,
+                value,
+                "the ballast-lamp photometric factor",
+                "ies-photometric-factor",
+            ),
             Edition::E1995 | Edition::E2002 => {
                 if value == 1.0 {
                     return Some(1.0);
@@ -282,19 +341,29 @@ impl Reader<'_, '_> {
                 let message = format!("this edition keeps the field for future use, yet it is {value}");
                 if options.apply_future_use {
                     if value <= 0.0 {
-                        self.complain(index, Finding::error(code, message).fix("it cannot multiply the candela"));
+                        self.complain(
+                            index,
+                            Finding::error(code, message).fix("it cannot multiply the candela"),
+                        );
                         return None;
                     }
-                    self.complain(index, Finding::warning(code, message).assumed("multiplied, as asked for"));
+                    self.complain(
+                        index,
+                        Finding::warning(code, message).assumed("multiplied, as asked for"),
+                    );
                     return Some(value);
                 }
                 let finding = Finding::warning(code, message).assumed("not multiplied");
-                self.complain(index, finding.fix("--apply-future-use multiplies every candela value by it"));
+                self.complain(
+                    index,
+                    finding.fix("--apply-future-use multiplies every candela value by it"),
+                );
                 Some(1.0)
             }
             Edition::E2019 => {
                 if !(1.0..1.2).contains(&value) {
-                    let finding = Finding::warning("ies-generation", "this is no file generation type (1.00000 to 1.11100)");
+                    let finding =
+                        Finding::warning("ies-generation", "this is no file generation type (1.00000 to 1.11100)");
                     self.complain(index, finding.assumed("not known"));
                 }
                 Some(1.0)
@@ -312,18 +381,27 @@ struct Scene<'s, 't> {
     tokens: &'s [Token<'t>],
 }
 
+/// Planes with their horizontal angles.
+type Planes<'c> = Vec<(f64, &'c [f64])>;
+
 type Grid = (IntensityDistribution, Symmetry, Option<Native>);
 
 impl Scene<'_, '_> {
     fn place(&self, index: usize) -> (usize, usize) {
-        self.tokens.get(index).map_or((1, 1), |token| (token.line + 1, token.column))
+        self.tokens
+            .get(index)
+            .map_or((1, 1), |token| (token.line + 1, token.column))
     }
 
     fn grid(&self, vertical: &[f64], horizontal: &[f64], candela: &[f64], findings: &mut Findings) -> Option<Grid> {
         let at_vertical = self.place(self.layout.vertical);
         if vertical.len() < 2 {
             let message = "one vertical angle is no distribution";
-            findings.push(Finding::error("ies-angles", message).at(at_vertical.0, at_vertical.1).fix("at least two are needed"));
+            findings.push(
+                Finding::error("ies-angles", message)
+                    .at(at_vertical.0, at_vertical.1)
+                    .fix("at least two are needed"),
+            );
             return None;
         }
         let made = match self.lamp.photometric_type {
@@ -343,34 +421,49 @@ impl Scene<'_, '_> {
         }
     }
 
-    fn type_c(&self, vertical: &[f64], horizontal: &[f64], candela: &[f64], findings: &mut Findings) -> Result<Grid, String> {
+    fn type_c(
+        &self,
+        vertical: &[f64],
+        horizontal: &[f64],
+        candela: &[f64],
+        findings: &mut Findings,
+    ) -> Result<Grid, String> {
         let nv = vertical.len();
         let (line, column) = self.place(self.layout.vertical);
         let (first, last) = (vertical[0], vertical[nv - 1]);
         if !(matches!(first, 0.0 | 90.0) && matches!(last, 90.0 | 180.0)) && (0.0..=180.0).contains(&first) {
-            let message = format!("vertical angles go from {first}° to {last}°; the standard has 0° or 90° to 90° or 180°");
+            let message =
+                format!("vertical angles go from {first}° to {last}°; the standard has 0° or 90° to 90° or 180°");
             findings.push(
-                Finding::warning("ies-vertical-range", message).at(line, column).assumed("no light outside these angles"),
+                Finding::warning("ies-vertical-range", message)
+                    .at(line, column)
+                    .assumed("no light outside these angles"),
             );
         }
         let rows: Vec<(f64, &[f64])> = horizontal.iter().copied().zip(candela.chunks(nv)).collect();
         let (symmetry, rows) = self.circle(rows, findings)?;
         let rows: Vec<(f64, Vec<f64>)> = rows.into_iter().map(|(c, row)| (c, row.to_vec())).collect();
-        let grid = IntensityDistribution::expand(symmetry, &rows, vertical.to_vec()).map_err(|error| error.to_string())?;
+        let grid =
+            IntensityDistribution::expand(symmetry, &rows, vertical.to_vec()).map_err(|error| error.to_string())?;
         Ok((grid, symmetry, None))
     }
 
     /// Symmetry class and stored planes within [0, 360).
-    fn circle<'c>(&self, rows: Vec<(f64, &'c [f64])>, findings: &mut Findings) -> Result<(Symmetry, Vec<(f64, &'c [f64])>), String> {
+    fn circle<'c>(&self, rows: Planes<'c>, findings: &mut Findings) -> Result<(Symmetry, Planes<'c>), String> {
         let (line, column) = self.place(self.layout.horizontal);
         let first = rows.first().map_or(0.0, |row| row.0);
         let last = rows.last().map_or(0.0, |row| row.0);
         let odd = |message: String, assumed: &str| {
-            Finding::warning("ies-horizontal-range", message).at(line, column).assumed(assumed.to_owned())
+            Finding::warning("ies-horizontal-range", message)
+                .at(line, column)
+                .assumed(assumed.to_owned())
         };
         if rows.len() == 1 {
             if first != 0.0 {
-                findings.push(odd(format!("the only horizontal angle is {first}°"), "rotational symmetry"));
+                findings.push(odd(
+                    format!("the only horizontal angle is {first}°"),
+                    "rotational symmetry",
+                ));
             }
             return Ok((Symmetry::Rotational, vec![(0.0, rows[0].1)]));
         }
@@ -387,23 +480,32 @@ impl Scene<'_, '_> {
             (-90.0, 90.0) => {
                 let message = "horizontal angles from −90° to 90° in type C".to_owned();
                 findings.push(odd(message, "symmetry about C90–C270"));
-                Ok((Symmetry::C90C270, rows.into_iter().map(|(c, row)| (c.rem_euclid(360.0), row)).collect()))
+                Ok((
+                    Symmetry::C90C270,
+                    rows.into_iter().map(|(c, row)| (c.rem_euclid(360.0), row)).collect(),
+                ))
             }
             _ => Ok((Symmetry::None, self.full_circle(rows, findings)?)),
         }
     }
 
-    fn full_circle<'c>(&self, rows: Vec<(f64, &'c [f64])>, findings: &mut Findings) -> Result<Vec<(f64, &'c [f64])>, String> {
+    fn full_circle<'c>(&self, rows: Planes<'c>, findings: &mut Findings) -> Result<Planes<'c>, String> {
         let (line, column) = self.place(self.layout.horizontal);
         let (first, last) = (rows[0].0, rows[rows.len() - 1].0);
         if last - first > 360.0 {
-            return Err(format!("horizontal angles from {first}° to {last}° are more than a circle"));
+            return Err(format!(
+                "horizontal angles from {first}° to {last}° are more than a circle"
+            ));
         }
         let widest = rows.windows(2).map(|pair| pair[1].0 - pair[0].0).fold(0.0, f64::max);
         let gap = 360.0 - (last - first);
         if first < 0.0 {
             let message = format!("horizontal angles begin at {first}°");
-            findings.push(Finding::warning("ies-horizontal-range", message).at(line, column).assumed("C = H + 360° below zero"));
+            findings.push(
+                Finding::warning("ies-horizontal-range", message)
+                    .at(line, column)
+                    .assumed("C = H + 360° below zero"),
+            );
         }
         if gap > 1e-6 {
             let message = format!("horizontal angles go from {first}° to {last}°");
@@ -426,11 +528,14 @@ impl Scene<'_, '_> {
             let (line, column) = self.place(index);
             let token = self.tokens.get(index).map_or("", |token| token.text);
             findings.push(
-                Finding::warning("ies-closing-plane", format!("the planes at {first}° and {last}° are one plane, yet they differ"))
-                    .at(line, column)
-                    .raw(token)
-                    .assumed(format!("the plane at {first}°"))
-                    .fix("repeat the first plane as the last"),
+                Finding::warning(
+                    "ies-closing-plane",
+                    format!("the planes at {first}° and {last}° are one plane, yet they differ"),
+                )
+                .at(line, column)
+                .raw(token)
+                .assumed(format!("the plane at {first}°"))
+                .fix("repeat the first plane as the last"),
             );
         }
         Ok(rows.into_iter().map(|(c, row)| (c.rem_euclid(360.0), row)).collect())
@@ -444,7 +549,10 @@ impl Scene<'_, '_> {
         candela: &[f64],
         findings: &mut Findings,
     ) -> Result<Grid, String> {
-        let reach = vertical.iter().chain(horizontal).fold(0.0_f64, |most, angle| most.max(angle.abs()));
+        let reach = vertical
+            .iter()
+            .chain(horizontal)
+            .fold(0.0_f64, |most, angle| most.max(angle.abs()));
         let (line, column) = self.place(self.layout.vertical);
         if reach > 90.0 {
             let message = format!("type {kind} has angles within ±90°; these reach {reach}°");
@@ -463,12 +571,20 @@ impl Scene<'_, '_> {
                     .fix("check the photometric type"),
             );
         }
-        let source = angles::Native { type_a: kind == 'A', vertical_deg: vertical, horizontal_deg: horizontal, candela };
+        let source = angles::Native {
+            type_a: kind == 'A',
+            vertical_deg: vertical,
+            horizontal_deg: horizontal,
+            candela,
+        };
         let grid = source.resampled().map_err(|error| error.to_string())?;
         findings.push(
-            Finding::note("ies-resampled", format!("type {kind} is resampled to C-γ at its smallest step"))
-                .at(line, column)
-                .assumed("V = 0, H = 0 is γ = 0, positive H is C0, positive V is C90"),
+            Finding::note(
+                "ies-resampled",
+                format!("type {kind} is resampled to C-γ at its smallest step"),
+            )
+            .at(line, column)
+            .assumed("V = 0, H = 0 is γ = 0, positive H is C0, positive V is C90"),
         );
         let native = Native {
             photometry_type: if kind == 'A' { "A" } else { "B" },
@@ -480,10 +596,14 @@ impl Scene<'_, '_> {
         Ok((grid, source.symmetry(), Some(native)))
     }
 
-    fn header(&self, tilt: &Option<TiltFactors>, vertical: &[f64], horizontal: &[f64]) -> Map<String, Value> {
+    fn header(&self, tilt: Option<&TiltFactors>, vertical: &[f64], horizontal: &[f64]) -> Map<String, Value> {
         let lamp = self.lamp;
-        let keywords: Vec<Value> =
-            self.preamble.keywords.iter().map(|keyword| json!({ "name": keyword.name, "text": keyword.text })).collect();
+        let keywords: Vec<Value> = self
+            .preamble
+            .keywords
+            .iter()
+            .map(|keyword| json!({ "name": keyword.name, "text": keyword.text }))
+            .collect();
         let tilt = match (&self.preamble.tilt, tilt) {
             (Tilt::File(name), _) => json!({ "file": name }),
             (_, Some(tilt)) => {
@@ -492,7 +612,9 @@ impl Scene<'_, '_> {
             _ => Value::Null,
         };
         let opening: Vec<f64> = lamp.opening.iter().flatten().copied().collect();
-        let shape = <[f64; 3]>::try_from(opening).ok().map(|opening| Shape::of(opening).name());
+        let shape = <[f64; 3]>::try_from(opening)
+            .ok()
+            .map(|opening| Shape::of(opening).name());
         let mut header = json!({
             "version": self.preamble.version,
             "edition": self.preamble.edition.year(),
@@ -532,7 +654,11 @@ impl Scene<'_, '_> {
     fn luminaire(&self) -> Luminaire {
         let lamp = self.lamp;
         let keyword = |name: &str| {
-            let found = self.preamble.keywords.iter().find(|keyword| keyword.name.eq_ignore_ascii_case(name));
+            let found = self
+                .preamble
+                .keywords
+                .iter()
+                .find(|keyword| keyword.name.eq_ignore_ascii_case(name));
             found.map_or(String::new(), |keyword| keyword.text.replace('\n', " "))
         };
         let mut luminaire = Luminaire {

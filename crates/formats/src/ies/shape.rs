@@ -75,7 +75,10 @@ impl Shape {
 
     /// Whether its outline seen along γ = 0 is an ellipse.
     pub const fn is_elliptic(self) -> bool {
-        matches!(self, Self::Elliptical | Self::EllipseAlongLength | Self::EllipseAlongWidth)
+        matches!(
+            self,
+            Self::Elliptical | Self::EllipseAlongLength | Self::EllipseAlongWidth
+        )
     }
 }
 
