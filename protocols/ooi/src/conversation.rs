@@ -1,0 +1,227 @@
+//! One request at a time, and silence after a failure.
+
+use std::time::{Duration, Instant};
+
+use crate::{Answer, Endpoint, Frame, Framer, Request};
+
+/// How long the line must have been silent after a failed short request. A spectrum that was given up may still come for as
+/// long as its integration lasts; [`Conversation::abandon`] takes that time.
+const QUIET: Duration = Duration::from_millis(300);
+
+/// What came of the bytes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Event {
+    /// The answer to the request in flight.
+    Answer(Answer),
+    /// The request in flight met bytes that are no answer to it. It is over, and the line is in quarantine.
+    Damaged {
+        /// What is wrong with them.
+        reason: String,
+        /// The bytes.
+        frame: Vec<u8>,
+    },
+}
+
+/// The host's side of the line.
+///
+/// Contract: do not [`start`](Self::start) before [`ready_at`](Self::ready_at); feed every byte that arrives, also between
+/// requests, to [`handle_input`](Self::handle_input); [`abandon`](Self::abandon) when the deadline has passed.
+#[derive(Debug, Default)]
+pub struct Conversation {
+    framer: Framer,
+    waiting: Option<Request>,
+    quarantine: Option<Instant>,
+    /// The integration time that was set.
+    integration: Duration,
+    /// The longest under which an exposure may still be running: the instrument ends the one it is at.
+    exposing: Duration,
+}
+
+impl Conversation {
+    /// Earliest moment for the next request.
+    pub fn ready_at(&self, now: Instant) -> Instant {
+        self.quarantine.filter(|until| *until > now).unwrap_or(now)
+    }
+
+    /// Begins a request; returns its frame, and whether it will be answered.
+    pub fn start(&mut self, request: Request) -> (Vec<u8>, bool) {
+        self.quarantine = None;
+        self.framer.clear();
+        if let Request::IntegrationTime(us) = request {
+            let time = Duration::from_micros(u64::from(us));
+            self.exposing = self.integration.max(time);
+            self.integration = time;
+        }
+        let answered = request.is_answered();
+        self.waiting = answered.then_some(request);
+        (
+            Frame {
+                endpoint: Endpoint::Command,
+                payload: request.encode(),
+            }
+            .encode(),
+            answered,
+        )
+    }
+
+    /// Takes bytes in whatever pieces they arrive.
+    pub fn handle_input(&mut self, now: Instant, bytes: &[u8]) -> Option<Event> {
+        let Some(request) = self.waiting else {
+            // Nobody asked: the rest of something late. Let it end.
+            self.quarantine = Some(now + QUIET);
+            return None;
+        };
+        self.framer.push(bytes);
+        let frame = match self.framer.next_frame() {
+            Ok(Some(frame)) => frame,
+            Ok(None) => return None,
+            Err(error) => return Some(self.damaged(now, &error.to_string(), &[])),
+        };
+        let expected = if request == Request::Spectrum {
+            Endpoint::Spectrum
+        } else {
+            Endpoint::Control
+        };
+        if frame.endpoint != expected {
+            return Some(self.damaged(
+                now,
+                &format!("{:?} endpoint speaks, {expected:?} was asked", frame.endpoint),
+                &frame.payload,
+            ));
+        }
+        if !self.framer.pending().is_empty() {
+            return Some(self.damaged(now, "bytes after the end of the answer", &frame.payload));
+        }
+        match Answer::parse(request, &frame.payload) {
+            Ok(answer) => {
+                self.waiting = None;
+                if request == Request::Spectrum {
+                    self.exposing = self.integration;
+                }
+                Some(Event::Answer(answer))
+            }
+            Err(error) => Some(self.damaged(now, &error.reason, &frame.payload)),
+        }
+    }
+
+    /// Gives the request in flight up; returns what had arrived. A spectrum given up holds the line for its integration time.
+    pub fn abandon(&mut self, now: Instant) -> Vec<u8> {
+        let exposing = if self.waiting == Some(Request::Spectrum) {
+            self.integration
+        } else {
+            Duration::ZERO
+        };
+        self.waiting = None;
+        self.quarantine = Some(now + QUIET + exposing);
+        let pending = self.framer.pending().to_vec();
+        self.framer.clear();
+        pending
+    }
+
+    fn damaged(&mut self, now: Instant, reason: &str, payload: &[u8]) -> Event {
+        let pending = self.framer.pending().to_vec();
+        // What was damaged has arrived: nothing is exposing any more.
+        self.waiting = None;
+        self.abandon(now);
+        let frame = if payload.is_empty() { pending } else { payload.to_vec() };
+        Event::Damaged {
+            reason: reason.to_owned(),
+            frame,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PIXELS;
+    use proptest::prelude::*;
+
+    fn control(payload: &[u8]) -> Vec<u8> {
+        Frame {
+            endpoint: Endpoint::Control,
+            payload: payload.to_vec(),
+        }
+        .encode()
+    }
+
+    fn spectrum(counts: u16) -> Vec<u8> {
+        let mut payload: Vec<u8> = std::iter::repeat_n(counts.to_le_bytes(), PIXELS).flatten().collect();
+        payload.push(0x69);
+        Frame {
+            endpoint: Endpoint::Spectrum,
+            payload,
+        }
+        .encode()
+    }
+
+    #[test]
+    fn a_late_spectrum_is_swallowed() {
+        let now = Instant::now();
+        let mut talk = Conversation::default();
+        assert_eq!(
+            talk.start(Request::IntegrationTime(2_000_000)),
+            (b"\x01\x05\x00\x02\x80\x84\x1e\x00".to_vec(), false)
+        );
+        talk.start(Request::Spectrum);
+        assert_eq!(talk.handle_input(now, &spectrum(1)[..1000]), None);
+        assert_eq!(talk.abandon(now).len(), 1000);
+        assert_eq!(
+            talk.ready_at(now),
+            now + Duration::from_secs(2) + QUIET,
+            "as long as the exposure may last"
+        );
+        let later = now + Duration::from_secs(2);
+        assert_eq!(talk.handle_input(later, &spectrum(1)[1000..]), None);
+        assert_eq!(talk.ready_at(later), later + QUIET);
+        talk.start(Request::Spectrum);
+        assert_eq!(
+            talk.handle_input(later, &spectrum(7)),
+            Some(Event::Answer(Answer::Spectrum(vec![7; PIXELS])))
+        );
+    }
+
+    #[test]
+    fn the_wrong_answer_is_none() {
+        let now = Instant::now();
+        for bytes in [
+            control(&[5; 17]),
+            spectrum(1),
+            control(&[]),
+            vec![0x99, 0, 0],
+            vec![0x81, 0xFF, 0xFF],
+            [control(&[4, 1, 2]), control(&[4, 1, 2])].concat(),
+        ] {
+            let mut talk = Conversation::default();
+            talk.start(Request::Register(4));
+            assert!(matches!(talk.handle_input(now, &bytes), Some(Event::Damaged { .. })));
+            assert_eq!(talk.ready_at(now), now + QUIET);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_pieces_do_not_matter(cuts in proptest::collection::vec(1..600_usize, 1..40), counts: u16) {
+            let now = Instant::now();
+            let mut talk = Conversation::default();
+            talk.start(Request::Spectrum);
+            let bytes = spectrum(counts);
+            let (mut rest, mut cuts, mut event) = (&bytes[..], cuts.into_iter().cycle(), None);
+            while !rest.is_empty() {
+                prop_assert_eq!(&event, &None);
+                let (piece, after) = rest.split_at(cuts.next().unwrap_or(1).min(rest.len()));
+                event = talk.handle_input(now, piece);
+                rest = after;
+            }
+            prop_assert_eq!(event, Some(Event::Answer(Answer::Spectrum(vec![counts; PIXELS]))));
+        }
+
+        #[test]
+        fn noise_is_no_spectrum(bytes in proptest::collection::vec(any::<u8>(), 0..5000)) {
+            let mut talk = Conversation::default();
+            talk.start(Request::Spectrum);
+            let event = talk.handle_input(Instant::now(), &bytes);
+            prop_assert!(!matches!(event, Some(Event::Answer(_))));
+        }
+    }
+}
