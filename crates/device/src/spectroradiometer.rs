@@ -48,6 +48,9 @@ pub struct SpectroradiometerProperties {
     /// Non-linearity polynomial, lowest power first, of the dark-subtracted scaled counts; the counts are divided by it.
     /// Empty: the instrument stores none.
     pub nonlinearity: Vec<f64>,
+    /// The irradiance calibration that the instrument itself stores, one factor a pixel: W/(m²·nm) for one linear count a
+    /// second. `None` when it stores none.
+    pub irradiance_factor: Option<Vec<f64>>,
 }
 
 /// One spectrum as the detector gave it.
@@ -169,6 +172,7 @@ mod tests {
             saturation_counts: 32_768,
             full_scale_counts: 65_535,
             nonlinearity: vec![1.0, -1e-6],
+            irradiance_factor: None,
         }
     }
 

@@ -442,6 +442,7 @@ pub fn bench() -> (Devices, Shared) {
                 saturation_counts: 65_535,
                 full_scale_counts: 65_535,
                 nonlinearity: Vec::new(),
+                irradiance_factor: None,
             },
             time: Mutex::new(Duration::from_millis(1)),
             room: room.clone(),

@@ -94,6 +94,7 @@ impl LuxMeterFactory for T10aDriver {
             state: Mutex::new(State {
                 range: Range::Auto,
                 asked: None,
+                in_doubt: false,
             }),
         };
         meter.connect().await?;
@@ -114,6 +115,8 @@ struct State {
     range: Range,
     /// When the last reading was asked for.
     asked: Option<Instant>,
+    /// A reading was given up and may still come.
+    in_doubt: bool,
 }
 
 #[async_trait]
@@ -144,7 +147,17 @@ impl LuxMeter for T10a {
                     received: Vec::new(),
                 });
             }
+            if state.in_doubt {
+                // The meter answers in order, so the short answer to 54 proves that no reading is still on its way; and one
+                // that was switched off and on answers nothing else.
+                if let Ok(result) = tokio::time::timeout_at(deadline, self.connect()).await {
+                    result?;
+                    state.in_doubt = false;
+                }
+                continue;
+            }
             sleep_until(at).await;
+            state.in_doubt = true;
             let asked = Instant::now();
             state.asked = Some(asked);
             let request = Request::Read {
@@ -156,6 +169,7 @@ impl LuxMeter for T10a {
                 Ok((Answer::Long { measurement, .. }, evidence)) => {
                     // A range that was asked for and is not there yet: the value is an old one.
                     let switching = matches!(state.range, Range::Fixed(range) if measurement.status.range != range);
+                    state.in_doubt = false;
                     if !switching {
                         return self.reading(measurement, asked - reach, evidence);
                     }
@@ -169,10 +183,6 @@ impl LuxMeter for T10a {
                 return Err(error);
             }
             tracing::warn!(%error, tries, "asking again");
-            // A meter that was switched off and on has forgotten its PC mode and answers nothing else.
-            if error.kind() == ErrorKind::Timeout && Instant::now() < deadline {
-                let _ = self.connect().await;
-            }
         }
     }
 

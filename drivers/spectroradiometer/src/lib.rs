@@ -1,0 +1,5 @@
+//! Spectroradiometer drivers, one module an instrument.
+
+mod ooi;
+
+pub use ooi::OceanOoiDriver;
