@@ -47,6 +47,15 @@ impl Motion {
         self.pieces.last().map_or(f64::NEG_INFINITY, |piece| piece.start_s)
     }
 
+    /// When it began; −∞ if it never moved.
+    pub fn start_s(&self) -> f64 {
+        self.pieces
+            .iter()
+            .map(|piece| piece.start_s)
+            .find(|start_s| start_s.is_finite())
+            .unwrap_or(f64::NEG_INFINITY)
+    }
+
     /// Where it comes to rest.
     pub fn target(&self) -> f64 {
         self.pieces.last().map_or(0.0, |piece| piece.position)
@@ -190,6 +199,7 @@ mod tests {
         }
         assert!((position - 5.0).abs() < 1e-3, "{position}");
         assert_eq!(turned.target(), 5.0);
+        assert_eq!(turned.start_s(), 0.0);
         let stopped = motion.stop(1.0, 1.0);
         assert!((stopped.target() - -1.0).abs() < 1e-12);
         assert!(!stopped.moving(2.0));

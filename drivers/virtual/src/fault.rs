@@ -49,7 +49,8 @@ impl LinkFaults {
         let mut delay_s = 0.0;
         for (number, (fault, done)) in self.faults.iter_mut().enumerate() {
             let [chance, place] = self.noise.uniform_pair(reply, number as u32);
-            if !active(fault, *done, now_s) || chance > fault.probability {
+            let of_reply = fault.kind != FaultKind::Stall;
+            if !of_reply || !active(fault, *done, now_s) || chance > fault.probability {
                 continue;
             }
             *done = true;
@@ -79,13 +80,24 @@ impl LinkFaults {
         })
     }
 
-    /// True once for each stall whose time has come.
-    pub fn stalls(&mut self, now_s: f64) -> bool {
-        self.faults.iter_mut().any(|(fault, done)| {
-            let now = fault.kind == FaultKind::Stall && !*done && now_s >= fault.at_s;
-            *done |= now;
-            now
-        })
+    /// From when the next stall waits for a motion to stop; `None` if none is left.
+    pub fn stall_from_s(&self) -> Option<f64> {
+        let waiting = self
+            .faults
+            .iter()
+            .find(|(fault, done)| fault.kind == FaultKind::Stall && !*done);
+        waiting.map(|(fault, _)| fault.at_s)
+    }
+
+    /// The stall has happened.
+    pub fn stalled(&mut self) {
+        if let Some((_, done)) = self
+            .faults
+            .iter_mut()
+            .find(|(fault, done)| fault.kind == FaultKind::Stall && !*done)
+        {
+            *done = true;
+        }
     }
 }
 

@@ -21,11 +21,8 @@ pub(crate) trait Twin: Send {
     /// Takes one request off the front of `inbox`; `None` if none is complete.
     fn receive(&mut self, inbox: &mut Vec<u8>, world: &mut World, now_s: f64) -> Option<Answer>;
 
-    /// Something stops what moves.
-    fn stall(&mut self, _world: &mut World, _now_s: f64) {}
-
-    /// True while something moves that could be stopped.
-    fn can_stall(&self, _world: &World, _now_s: f64) -> bool {
+    /// Stops short what moves past `from_s`; true if that has come to pass by `now_s`.
+    fn stall(&mut self, _world: &mut World, _from_s: f64, _now_s: f64) -> bool {
         false
     }
 }
@@ -192,9 +189,13 @@ impl VirtualRoom {
         let now_s = self.now_s();
         let mut world = lock(&self.world);
         let mut twin = lock(&device.twin);
-        if twin.can_stall(&world, now_s) && lock(&device.faults).stalls(now_s) {
-            twin.stall(&mut world, now_s);
+        let mut faults = lock(&device.faults);
+        if let Some(from_s) = faults.stall_from_s()
+            && twin.stall(&mut world, from_s, now_s)
+        {
+            faults.stalled();
         }
+        drop(faults);
         twin.receive(inbox, &mut world, now_s)
     }
 

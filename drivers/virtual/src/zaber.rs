@@ -68,22 +68,22 @@ impl Controller {
         }
     }
 
-    /// Stops the axis short, as an obstacle does.
-    pub fn stall(&mut self, world: &mut World, now_s: f64) {
+    /// Stops the first axis short whose motion lasts past `from_s`, in the middle of that motion, as an obstacle does. True
+    /// if that has come to pass by `now_s`.
+    fn stall(&mut self, world: &mut World, from_s: f64, now_s: f64) -> bool {
         for (drive, name) in self.axes.iter_mut().zip(AxisName::ALL) {
             let axis = world.axis_mut(name);
-            if axis.motion.moving(now_s) {
-                let frozen = axis.motion.freeze(now_s);
+            let (start_s, end_s) = (axis.motion.start_s(), axis.motion.end_s());
+            let hit_s = from_s.max(0.5 * (start_s + end_s));
+            if hit_s < end_s && hit_s <= now_s {
+                let frozen = axis.motion.freeze(hit_s);
                 axis.drive(frozen, now_s);
-                drive.homed_from_s = drive.homed_from_s.filter(|from| *from <= now_s);
+                drive.homed_from_s = drive.homed_from_s.filter(|from| *from <= hit_s);
                 drive.flags.insert("FS");
+                return true;
             }
         }
-    }
-
-    /// True while a motion is under way, so that a stall has something to stop.
-    pub fn moving(world: &World, now_s: f64) -> bool {
-        AxisName::ALL.iter().any(|name| world.axis(*name).motion.moving(now_s))
+        false
     }
 
     fn line(&mut self, line: &str, world: &mut World, now_s: f64) -> Vec<u8> {
@@ -399,12 +399,8 @@ impl Twin for Controller {
         Some(Answer::At(now_s + LATENCY_S, reply))
     }
 
-    fn stall(&mut self, world: &mut World, now_s: f64) {
-        Controller::stall(self, world, now_s);
-    }
-
-    fn can_stall(&self, world: &World, now_s: f64) -> bool {
-        Self::moving(world, now_s)
+    fn stall(&mut self, world: &mut World, from_s: f64, now_s: f64) -> bool {
+        Self::stall(self, world, from_s, now_s)
     }
 }
 
