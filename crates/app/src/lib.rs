@@ -3,6 +3,7 @@
 //! A front end calls one function a command, hands it a [`progress::Progress`] and prints what comes back. Nothing here
 //! writes to a terminal; nothing in a front end holds physics.
 
+pub mod array_files;
 pub mod capture;
 pub mod convert;
 pub mod failure;
@@ -10,6 +11,9 @@ pub mod files;
 pub mod inspect;
 pub mod predict;
 pub mod progress;
+pub mod rays;
+pub mod scene;
+pub mod simulate;
 pub mod twins;
 
 pub use failure::{Failure, FailureKind};

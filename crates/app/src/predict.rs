@@ -37,11 +37,7 @@ pub fn run(
     let model = Model::load(model_path).map_err(Failure::bad_input)?;
     let observations = open(observations, Need::Coordinates).map_err(Failure::bad_input)?;
     let (kind, stage, table) = match &observations {
-        Observations::Readings(readings) => (
-            "readings",
-            isolux_model::Stage::Readings,
-            of_readings(&model, readings),
-        ),
+        Observations::Readings(readings) => ("readings", isolux_model::Stage::Readings, of_readings(&model, readings)),
         Observations::Maps(maps) => ("maps", isolux_model::Stage::Maps, of_maps(&model, model_path, maps)?),
         Observations::Spectra(spectra) => (
             "spectra",

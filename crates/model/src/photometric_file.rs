@@ -68,6 +68,9 @@ pub fn read_spectrum(path: &Utf8Path) -> Result<Spectrum, PhotometricFileError> 
         ));
     }
     let only = parsed.remove(0);
+    if only.document.is_none() && path.extension() == Some("csv") {
+        return two_columns(path, &bytes);
+    }
     if only.findings.iter().any(is_error) {
         return Err(first(path, &only.findings));
     }
@@ -79,7 +82,6 @@ pub fn read_spectrum(path: &Utf8Path) -> Result<Spectrum, PhotometricFileError> 
             })
         }
         Some(Content::Distribution(_)) => Err(refuse("the file holds a distribution, not a spectrum")),
-        None if path.extension() == Some("csv") => two_columns(path, &bytes),
         None => Err(first(path, &only.findings)),
     }
 }

@@ -11,7 +11,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::emission::{Emission, Ray, first_number};
-use crate::random::{Purpose, Random, unit53};
+use crate::random::{Purpose, Random, unit32, unit53};
 use crate::sensor::Sensor;
 use crate::source::Source;
 
@@ -109,6 +109,12 @@ pub fn traced(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result<
     let cone = emission.cone();
     let highest = (cone * 4_294_967_296.0).min(4_294_967_295.0) as u32;
     let count = counters(sensor);
+    let place = Place {
+        sensor,
+        count: &count,
+        random,
+        extinction_per_mm: source.extinction_per_mm(),
+    };
     (0..rays.div_ceil(CHUNK)).into_par_iter().for_each(|chunk| {
         let (from, to) = (chunk * CHUNK, ((chunk + 1) * CHUNK).min(rays));
         let mut first = from;
@@ -119,7 +125,7 @@ pub fn traced(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result<
                     let index = first + lane as u64;
                     let u = unit53(high, low);
                     if u < cone && index < to {
-                        record(&emission, sensor, u, random.words(index, 1), &count);
+                        record(&emission, place, u, index, 1);
                     }
                 }
             }
@@ -142,11 +148,17 @@ pub fn thinned(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result
     follow(inside as f64)?;
     let random = Random::new(seed, Purpose::Ray);
     let count = counters(sensor);
+    let place = Place {
+        sensor,
+        count: &count,
+        random,
+        extinction_per_mm: source.extinction_per_mm(),
+    };
     (0..inside.div_ceil(CHUNK)).into_par_iter().for_each(|chunk| {
         for index in chunk * CHUNK..((chunk + 1) * CHUNK).min(inside) {
             // Block 2: a thinned ray shares no number with the traced ray of the same index.
             let u = first_number(random.words(index, 2)) * cone;
-            record(&emission, sensor, u, random.words(index, 3), &count);
+            record(&emission, place, u, index, 3);
         }
     });
     Ok(counted(count, &emission, sensor, rays))
@@ -212,6 +224,15 @@ pub fn hits(source: &Source, sensor: &Sensor, wanted: usize, seed: u64) -> Resul
         .collect())
 }
 
+/// What every ray needs besides its numbers.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    sensor: &'a Sensor,
+    count: &'a [AtomicU64],
+    random: Random,
+    extinction_per_mm: f64,
+}
+
 fn prepared(source: &Source, sensor: &Sensor, rays: u64) -> Result<Emission, DirectError> {
     if rays == 0 {
         return Err(DirectError::NoRays);
@@ -252,11 +273,24 @@ fn counted(count: Vec<AtomicU64>, emission: &Emission, sensor: &Sensor, rays: u6
     }
 }
 
+/// Follows the ray of a first number; `block` numbers its further words.
 #[inline]
-fn record(emission: &Emission, sensor: &Sensor, u: f64, words: [u32; 4], count: &[AtomicU64]) {
-    if let Some(ray) = emission.ray(u, words)
-        && let Some((_, [ix, iy])) = landing(&ray, sensor)
+fn record(emission: &Emission, place: Place<'_>, u: f64, index: u64, block: u32) {
+    let Place {
+        sensor,
+        count,
+        random,
+        extinction_per_mm,
+    } = place;
+    if let Some(ray) = emission.ray(u, random.words(index, block))
+        && let Some((end, [ix, iy])) = landing(&ray, sensor)
     {
+        if extinction_per_mm > 0.0 {
+            let through = (-extinction_per_mm * (end - ray.origin).length()).exp();
+            if unit32(random.words(index, block + 2)[0]) >= through {
+                return;
+            }
+        }
         // Whole numbers add up to the same in any order.
         count[iy * sensor.nx + ix].fetch_add(1, Ordering::Relaxed);
     }

@@ -54,19 +54,20 @@ pub(crate) fn pixel(source: &Source, sensor: &Sensor, x: f64, y: f64, scratch: &
     let mut total = Estimate::default();
     let corner = sensor.point(x - 0.5, y - 0.5);
     for part in source.parts() {
-        let found = from_part(part, corner, sensor, scratch);
+        let found = from_part(part, source.extinction_per_mm(), corner, sensor, scratch);
         total.value += part.share * found.value;
         total.error += part.share.abs() * found.error;
     }
     total
 }
 
-fn from_part(part: &Part, corner: DVec3, sensor: &Sensor, scratch: &mut Scratch) -> Estimate {
+fn from_part(part: &Part, extinction_per_mm: f64, corner: DVec3, sensor: &Sensor, scratch: &mut Scratch) -> Estimate {
     // In the part's own frame the table stands upright.
     let own = |v: DVec3| part.aim.map_or(v, |aim| aim.transpose() * v);
     let light = Light {
         table: &part.table,
         toward: own(sensor.toward),
+        extinction_per_mm,
     };
     let pixel = Patch::Parallelogram {
         corner: own(corner),

@@ -3,6 +3,7 @@
 //! [`inverse`] integrates, without noise and with a bound on its own error; [`direct`] counts rays, in three samplings of
 //! one law; [`noise`] says what the counting does to a result.
 
+pub mod blur;
 pub mod direct;
 pub mod emission;
 pub mod inverse;
@@ -11,6 +12,8 @@ mod patch;
 pub mod random;
 mod rules;
 pub mod sensor;
+pub mod setup;
+pub mod simulation;
 pub mod source;
 pub mod table;
 mod tiles;

@@ -19,6 +19,8 @@ pub(crate) struct Light<'a> {
     pub table: &'a Table,
     /// Unit vector R·(0, 0, 1): the cosine of incidence is its product with the direction of light.
     pub toward: DVec3,
+    /// Light that the path swallows, 1/mm.
+    pub extinction_per_mm: f64,
 }
 
 impl Light<'_> {
@@ -30,7 +32,13 @@ impl Light<'_> {
             return 0.0;
         }
         let square = v.length_squared();
-        1e6 * self.table.toward(v) * projected / (square * square.sqrt())
+        let length = square.sqrt();
+        let light = 1e6 * self.table.toward(v) * projected / (square * length);
+        if self.extinction_per_mm == 0.0 {
+            light
+        } else {
+            light * (-self.extinction_per_mm * length).exp()
+        }
     }
 }
 

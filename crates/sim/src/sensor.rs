@@ -80,17 +80,6 @@ impl Sensor {
     /// # Errors
     /// [`SensorError`] for zero or too many pixels and for numbers that are not finite, sides that are not positive.
     pub fn new(pose: &Pose) -> Result<Self, SensorError> {
-        let [nx, ny] = pose.pixels;
-        if nx == 0 || ny == 0 {
-            return Err(SensorError::NoPixels { nx, ny });
-        }
-        if nx.checked_mul(ny).is_none_or(|pixels| pixels > MAX_PIXELS) {
-            return Err(SensorError::TooManyPixels {
-                nx,
-                ny,
-                limit: MAX_PIXELS,
-            });
-        }
         for (name, value) in [
             ("distance_mm", pose.distance_mm),
             ("tilt_x_deg", pose.tilt_x_deg),
@@ -103,7 +92,27 @@ impl Sensor {
                 return Err(SensorError::Unusable { name, value, need: "" });
             }
         }
-        for value in pose.size_mm {
+        let rotation = rotation(pose.tilt_x_deg, pose.tilt_y_deg, pose.rot_z_deg);
+        let centre = DVec3::new(pose.offset_mm[0], pose.offset_mm[1], pose.distance_mm);
+        Self::place(pose.size_mm, pose.pixels, rotation, centre)
+    }
+
+    /// A grid of `pixels` over `size_mm`, turned by `rotation` and then shifted so that its middle is at `centre` (mm).
+    ///
+    /// # Errors
+    /// As [`Sensor::new`].
+    pub fn place(size_mm: [f64; 2], [nx, ny]: [usize; 2], rotation: DMat3, centre: DVec3) -> Result<Self, SensorError> {
+        if nx == 0 || ny == 0 {
+            return Err(SensorError::NoPixels { nx, ny });
+        }
+        if nx.checked_mul(ny).is_none_or(|pixels| pixels > MAX_PIXELS) {
+            return Err(SensorError::TooManyPixels {
+                nx,
+                ny,
+                limit: MAX_PIXELS,
+            });
+        }
+        for value in size_mm {
             if !value.is_finite() || value <= 0.0 {
                 return Err(SensorError::Unusable {
                     name: "size_mm",
@@ -112,11 +121,9 @@ impl Sensor {
                 });
             }
         }
-        let rotation = rotation(pose.tilt_x_deg, pose.tilt_y_deg, pose.rot_z_deg);
-        let shift = DVec3::new(pose.offset_mm[0], pose.offset_mm[1], pose.distance_mm);
-        let [width, height] = pose.size_mm;
+        let [width, height] = size_mm;
         Ok(Self {
-            corner: rotation * DVec3::new(-0.5 * width, -0.5 * height, 0.0) + shift,
+            corner: rotation * DVec3::new(-0.5 * width, -0.5 * height, 0.0) + centre,
             step_x: rotation * DVec3::X * (width / nx as f64),
             step_y: rotation * DVec3::Y * (height / ny as f64),
             toward: rotation * DVec3::Z,

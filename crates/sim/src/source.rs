@@ -126,12 +126,16 @@ pub struct Part {
 #[derive(Debug, Clone)]
 pub struct Source {
     parts: Vec<Part>,
+    extinction_per_mm: f64,
 }
 
 impl Source {
     /// The emitter of these parts.
     pub fn new(parts: Vec<Part>) -> Self {
-        Self { parts }
+        Self {
+            parts,
+            extinction_per_mm: 0.0,
+        }
     }
 
     /// All of `table` from one point, disc or rectangle.
@@ -142,6 +146,18 @@ impl Source {
             table,
             aim: None,
         }])
+    }
+
+    /// The same emitter in a medium that swallows light: exp(−k·ℓ) over a path of ℓ mm (Beer–Lambert).
+    #[must_use]
+    pub fn in_medium(mut self, extinction_per_mm: f64) -> Self {
+        self.extinction_per_mm = extinction_per_mm;
+        self
+    }
+
+    /// Extinction of the medium, 1/mm.
+    pub fn extinction_per_mm(&self) -> f64 {
+        self.extinction_per_mm
     }
 
     /// Its parts.

@@ -4,6 +4,7 @@ mod convert;
 mod inspect;
 mod predict;
 mod reading;
+mod simulate;
 mod twins;
 
 use clap::Subcommand;
@@ -16,6 +17,7 @@ pub enum Command {
     Inspect(inspect::Inspect),
     Predict(predict::Predict),
     Virtual(twins::Virtual),
+    Simulate(simulate::Simulate),
 }
 
 /// Runs one command to its end.
@@ -28,5 +30,21 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Virtual(arguments) => twins::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+    }
+}
+
+/// A count as people write it: `2000`, `2e9`, `2_000_000`. At least 1.
+pub(crate) fn count(text: &str) -> Result<u64, String> {
+    let plain = text.replace('_', "");
+    let value = plain.parse::<u64>().ok().or_else(|| {
+        // Counts such as 2e9; beyond 2^53 a float would not hold every whole number.
+        let value: f64 = plain.parse().ok()?;
+        (value.fract() == 0.0 && (0.0..9.1e15).contains(&value)).then_some(value as u64)
+    });
+    match value {
+        Some(0) => Err(format!("`{text}`: at least 1 is needed")),
+        Some(value) => Ok(value),
+        None => Err(format!("`{text}` is no whole number such as 2000, 2e9 or 2_000_000")),
     }
 }

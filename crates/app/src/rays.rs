@@ -1,0 +1,102 @@
+//! Rays from the emitter to the sensor as a file, for pictures and other programs.
+
+use camino::Utf8Path;
+use isolux_model::{Scene, Spectral};
+use isolux_sim::direct::{self, Hit};
+use isolux_sim::random::{Purpose, Random};
+use isolux_sim::simulation::Simulation;
+use serde::Serialize;
+
+use crate::Failure;
+
+/// `isolux-rays/1`: rays that reach the sensor, in the luminaire frame.
+#[derive(Debug, Clone, Serialize)]
+pub struct RayFile {
+    format: &'static str,
+    unit: &'static str,
+    seed: u64,
+    rays: Vec<RayRow>,
+}
+
+/// One ray.
+#[derive(Debug, Clone, Serialize)]
+pub struct RayRow {
+    /// Where it leaves, mm.
+    pub origin_mm: [f64; 3],
+    /// Where it meets the sensor, mm.
+    pub end_mm: [f64; 3],
+    /// Pixel along x and y.
+    pub pixel: [usize; 2],
+    /// Drawn from the spectrum by energy; null without one.
+    pub wavelength_nm: Option<f64>,
+}
+
+/// `wanted` rays of a thinned run, with wavelengths drawn from the model's spectrum.
+///
+/// # Errors
+/// Exit 2 when the source is dark.
+pub fn rows(scene: &Scene, simulation: &Simulation, wanted: usize, seed: u64) -> Result<Vec<RayRow>, Failure> {
+    let hits =
+        direct::hits(&simulation.setup.source, &simulation.setup.sensor, wanted, seed).map_err(Failure::bad_input)?;
+    let drawn = wavelengths(scene, hits.len(), seed);
+    Ok(hits
+        .iter()
+        .enumerate()
+        .map(|(index, hit)| row(hit, drawn.as_ref().map(|drawn| drawn[index])))
+        .collect())
+}
+
+/// The bytes of a ray file: JSON for `.json`, IES TM-25 for any other extension.
+///
+/// # Errors
+/// Exit 2 when the source is dark.
+pub fn file(scene: &Scene, simulation: &Simulation, path: &Utf8Path, wanted: usize) -> Result<Vec<u8>, Failure> {
+    let seed = simulation.facts.seed.unwrap_or(1);
+    let rays = rows(scene, simulation, wanted, seed)?;
+    if path.extension() != Some("json") {
+        return Err(Failure::bad_input(format!("{path}: rays are written as .json")));
+    }
+    let file = RayFile {
+        format: "isolux-rays/1",
+        unit: "mm",
+        seed,
+        rays,
+    };
+    let mut text = serde_json::to_string(&file).map_err(Failure::instrument)?;
+    text.push('\n');
+    Ok(text.into_bytes())
+}
+
+fn row(hit: &Hit, wavelength_nm: Option<f64>) -> RayRow {
+    RayRow {
+        origin_mm: hit.ray.origin.to_array(),
+        end_mm: hit.end.to_array(),
+        pixel: hit.pixel,
+        wavelength_nm,
+    }
+}
+
+/// Wavelengths by inversion of the running sum of the spectrum at 1 nm.
+fn wavelengths(scene: &Scene, count: usize, seed: u64) -> Option<Vec<f64>> {
+    let Spectral::Spectrum(spectrum) = scene.model.luminaire().spectral() else {
+        return None;
+    };
+    let mut running = 0.0;
+    let sums: Vec<f64> = (360..=830)
+        .map(|nm| {
+            running += spectrum.at_nm(f64::from(nm)).max(0.0);
+            running
+        })
+        .collect();
+    if running <= 0.0 {
+        return None;
+    }
+    let random = Random::new(seed, Purpose::Trial);
+    let draw = |index: usize| {
+        let mut sequence = random.sequence(index as u64);
+        let aim = sequence.uniform() * running;
+        let bin = sums.partition_point(|sum| *sum <= aim).min(sums.len() - 1);
+        360.0 + bin as f64 + sequence.uniform() - 0.5
+    };
+    Some((0..count).map(draw).collect())
+}

@@ -1,0 +1,144 @@
+//! `simulate`: light a sensor, write the map and what it is worth.
+
+use std::time::Instant;
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_report::map::Map;
+use isolux_sim::direct::DirectError;
+use isolux_sim::simulation::{self, Simulation, SimulationError};
+
+use crate::files::{self, Overwrite};
+use crate::progress::{Event, Progress};
+use crate::scene::{self, Changes};
+use crate::{Failure, array_files, rays};
+
+pub use isolux_sim::direct::Sampling;
+pub use isolux_sim::simulation::{Facts, Method};
+
+/// What is simulated, how, and where the result goes.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// Scene or model file, run folder, or photometric file.
+    pub input: Utf8PathBuf,
+    /// Folder of the results.
+    pub out: Utf8PathBuf,
+    /// Whether results there may be replaced.
+    pub overwrite: Overwrite,
+    /// Inverse or direct.
+    pub method: Method,
+    /// Changes to the scene.
+    pub changes: Changes,
+    /// Rays that reach the sensor, written to a file: `.json`, or IES TM-25 by any other extension.
+    pub rays_out: Option<(Utf8PathBuf, usize)>,
+    /// Also `irradiance.tiff`.
+    pub tiff: bool,
+    /// Also `irradiance.csv`.
+    pub csv: bool,
+}
+
+/// Simulates and writes `irradiance.npy`, `irradiance.png`, `result.json`.
+///
+/// # Errors
+/// Exit 2 for a scene that cannot be lit, with the reason; nothing is written then.
+pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure> {
+    let scene = scene::load(&request.input, &request.changes)?;
+    if let Some((path, _)) = &request.rays_out {
+        files::refuse_existing(path, request.overwrite)?;
+    }
+    progress.event(Event::Began {
+        step: "simulate",
+        total: None,
+    });
+    let simulation = solve(&scene, request.method)?;
+    for finding in &simulation.facts.findings {
+        progress.event(Event::Note(finding));
+    }
+    let rays = match &request.rays_out {
+        Some((path, wanted)) => Some((path, rays::file(&scene, &simulation, path, *wanted)?)),
+        None => None,
+    };
+    let folder = files::output_folder(&request.out, request.overwrite)?;
+    write(&folder, &simulation, request.overwrite)?;
+    let (map, facts) = (&simulation.map, &simulation.facts);
+    let [nx, ny] = facts.pixels;
+    if request.tiff {
+        files::write(
+            &folder.join("irradiance.tiff"),
+            &array_files::tiff(map, nx, ny)?,
+            request.overwrite,
+        )?;
+    }
+    if request.csv {
+        let column = if facts.unit == "lx" {
+            "illuminance_lx"
+        } else {
+            "irradiance_w_m2"
+        };
+        let bytes = array_files::csv(map, nx, ny, facts.size_mm, column);
+        files::write(&folder.join("irradiance.csv"), &bytes, request.overwrite)?;
+    }
+    if let Some((path, bytes)) = rays {
+        files::write(path, &bytes, request.overwrite)?;
+    }
+    progress.event(Event::Ended(&format!(
+        "{} × {} pixels in {:.3} s",
+        nx, ny, facts.elapsed_s
+    )));
+    Ok(simulation.facts)
+}
+
+/// Solves a scene; the clock of `elapsed_s` is the machine's.
+///
+/// # Errors
+/// Exit 2 with what is impossible and what to do.
+pub fn solve(scene: &isolux_model::Scene, method: Method) -> Result<Simulation, Failure> {
+    let start = Instant::now();
+    simulation::simulate(scene, method, &|| start.elapsed().as_secs_f64()).map_err(|error| {
+        let help = match &error {
+            SimulationError::Direct(DirectError::TooMany { .. }) => {
+                "use --sampling expected: its cost does not grow with the rays"
+            }
+            SimulationError::Direct(DirectError::NoRays) => "give --rays 2e9, or leave --method direct out",
+            SimulationError::Direct(DirectError::Dark { .. }) => "check the distribution's flux with `isolux inspect`",
+            SimulationError::Setup(_) => "check the sensor's pose in the scene",
+        };
+        Failure::bad_input(error).help(help)
+    })
+}
+
+/// Writes the three result files of a simulation; `result.json` last, so that it stands for a whole result.
+///
+/// # Errors
+/// Exit 2 when a file exists and may not be replaced, exit 3 when the disk refuses.
+pub fn write(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite) -> Result<(), Failure> {
+    let facts = &simulation.facts;
+    let [nx, ny] = facts.pixels;
+    files::write(
+        &folder.join("irradiance.npy"),
+        &array_files::npy(&simulation.map, nx, ny),
+        overwrite,
+    )?;
+    files::write(&folder.join("irradiance.png"), &picture(simulation).png(), overwrite)?;
+    let mut text = serde_json::to_string_pretty(facts).map_err(Failure::instrument)?;
+    text.push('\n');
+    files::write(&folder.join("result.json"), text.as_bytes(), overwrite)
+}
+
+/// The map of a simulation as the report draws it.
+pub fn picture(simulation: &Simulation) -> Map<'_> {
+    let facts = &simulation.facts;
+    let [nx, ny] = facts.pixels;
+    let (quantity, unit) = if facts.unit == "lx" {
+        ("illuminance", "lx")
+    } else {
+        ("irradiance", "W/m²")
+    };
+    Map {
+        values: &simulation.map,
+        nx,
+        ny,
+        size_mm: facts.size_mm,
+        quantity,
+        unit,
+    }
+}

@@ -1,0 +1,185 @@
+//! `isolux simulate`.
+
+use camino::Utf8PathBuf;
+use clap::{Args, ValueEnum};
+use isolux_app::Failure;
+use isolux_app::files::Overwrite;
+use isolux_app::scene::Changes;
+use isolux_app::simulate::{self, Facts, Method, Request};
+
+use super::count;
+use crate::screen::{self, Bars};
+
+/// Light a sensor: irradiance.npy, irradiance.png and result.json.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  isolux simulate scene.toml --out lit\n  \
+isolux simulate luminaire.ldt --spectrum lamp.spdx --distance-mm 500 --sensor-mm 24.576 --pixels 2048 --out lit\n  \
+isolux simulate scene.toml --method direct --sampling thinned --rays 2e9 --seed 7 --out rays")]
+pub struct Simulate {
+    /// A scene or model file, a run folder, or a photometric file.
+    input: Utf8PathBuf,
+    /// Folder of the results.
+    #[arg(long)]
+    out: Utf8PathBuf,
+    /// Quadrature without noise, or rays.
+    #[arg(long, value_enum, default_value = "inverse")]
+    method: MethodWord,
+    /// How rays are drawn; all three have the same law.
+    #[arg(long, value_enum, default_value = "thinned")]
+    sampling: SamplingWord,
+    /// Rays over the whole sphere, such as 2e9.
+    #[arg(long, value_parser = count, default_value = "2e9")]
+    rays: u64,
+    /// Seed of every random number.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Spectrum file in place of the model's.
+    #[arg(long)]
+    spectrum: Option<Utf8PathBuf>,
+    /// Distance of the sensor's centre along γ = 0, mm.
+    #[arg(long)]
+    distance_mm: Option<f64>,
+    /// Width and height of the sensor, mm.
+    #[arg(long, value_name = "W[,H]", value_parser = one_or_two::<f64>)]
+    sensor_mm: Option<Pair<f64>>,
+    /// Pixels along x and y.
+    #[arg(long, value_name = "N[,M]", value_parser = one_or_two_counts)]
+    pixels: Option<Pair<u64>>,
+    /// Change a key of the scene, such as sensor.tilt_x_deg=5; may be given again.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Let the light leave from the luminous area that the photometric file states, not from a point.
+    #[arg(long)]
+    luminous_area: bool,
+    /// Write N rays that reach the sensor to FILE (.json, or IES TM-25 as .tm25ray).
+    #[arg(long, num_args = 2, value_names = ["FILE", "N"])]
+    rays_out: Option<Vec<String>>,
+    /// Also irradiance.tiff, 32-bit float.
+    #[arg(long)]
+    tiff: bool,
+    /// Also irradiance.csv.
+    #[arg(long)]
+    csv: bool,
+    /// Print result.json to standard output.
+    #[arg(long)]
+    json: bool,
+    /// Replace results that are there.
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum MethodWord {
+    Inverse,
+    Direct,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SamplingWord {
+    Traced,
+    Thinned,
+    Expected,
+}
+
+/// One number for both sides, or one for each.
+type Pair<T> = [T; 2];
+
+/// Runs the command.
+pub fn run(arguments: &Simulate) -> Result<(), Failure> {
+    let method = match arguments.method {
+        MethodWord::Inverse => Method::Inverse,
+        MethodWord::Direct => Method::Direct {
+            sampling: match arguments.sampling {
+                SamplingWord::Traced => simulate::Sampling::Traced,
+                SamplingWord::Thinned => simulate::Sampling::Thinned,
+                SamplingWord::Expected => simulate::Sampling::Expected,
+            },
+            rays: arguments.rays,
+            seed: arguments.seed,
+        },
+    };
+    let rays_out = match arguments.rays_out.as_deref() {
+        Some([file, wanted]) => {
+            let wanted = count(wanted).map_err(|error| Failure::bad_input(format!("--rays-out {file}: {error}")))?;
+            Some((
+                Utf8PathBuf::from(file),
+                usize::try_from(wanted).map_err(Failure::bad_input)?,
+            ))
+        }
+        _ => None,
+    };
+    let request = Request {
+        input: arguments.input.clone(),
+        out: arguments.out.clone(),
+        overwrite: if arguments.force {
+            Overwrite::Force
+        } else {
+            Overwrite::Never
+        },
+        method,
+        changes: Changes {
+            spectrum: arguments.spectrum.clone(),
+            distance_mm: arguments.distance_mm,
+            sensor_mm: arguments.sensor_mm,
+            pixels: arguments.pixels,
+            set: arguments.set.clone(),
+            luminous_area: arguments.luminous_area,
+        },
+        rays_out,
+        tiff: arguments.tiff,
+        csv: arguments.csv,
+    };
+    let facts = simulate::run(&request, &Bars::default())?;
+    if arguments.json {
+        screen::say(serde_json::to_string_pretty(&facts).map_err(Failure::instrument)?);
+    } else {
+        print(&facts, arguments);
+    }
+    Ok(())
+}
+
+fn print(facts: &Facts, arguments: &Simulate) {
+    let unit = if facts.unit == "lx" { "lx" } else { "W/m²" };
+    let u = facts.u_mean.unwrap_or(facts.u_mean_numeric);
+    screen::say(format_args!("mean        {:.6} ± {u:.2e} {unit}", facts.mean));
+    screen::say(format_args!("min, max    {:.6}, {:.6} {unit}", facts.min, facts.max));
+    if let (Some(on_sensor), Some(law)) = (facts.rays_on_sensor, facts.max_ray_noise) {
+        screen::say(format_args!(
+            "rays        {on_sensor} of {} on the sensor",
+            facts.rays.unwrap_or(0)
+        ));
+        screen::say(format_args!(
+            "maximum     ray noise alone gives {:.4} ({:.4} to {:.4}) {unit}, the light without noise {:.4} {unit}",
+            law.median,
+            law.lo95,
+            law.hi95,
+            facts.max_noise_free.unwrap_or(f64::NAN)
+        ));
+    }
+    if let Some(relative) = facts.relative_error_per_pixel {
+        screen::say(format_args!("per pixel   {:.2} % standard error", 100.0 * relative));
+    }
+    screen::say(format_args!("solver      {:.4} s", facts.elapsed_s));
+    screen::say(format_args!("written     {}", arguments.out));
+}
+
+fn one_or_two<T: std::str::FromStr + Copy>(text: &str) -> Result<Pair<T>, String> {
+    pair(text, |part| part.parse().map_err(|_| format!("`{part}` is no number")))
+}
+
+fn one_or_two_counts(text: &str) -> Result<Pair<u64>, String> {
+    pair(text, |part| if part == "0" { Ok(0) } else { count(part) })
+}
+
+fn pair<T: Copy>(text: &str, parse: impl Fn(&str) -> Result<T, String>) -> Result<Pair<T>, String> {
+    match text
+        .split(',')
+        .map(|part| parse(part.trim()))
+        .collect::<Result<Vec<T>, _>>()?
+        .as_slice()
+    {
+        [both] => Ok([*both; 2]),
+        [x, y] => Ok([*x, *y]),
+        _ => Err(format!("`{text}`: expected one number or two with a comma")),
+    }
+}

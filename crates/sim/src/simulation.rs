@@ -1,0 +1,288 @@
+//! One simulation of one scene: solver, effects, unit, and what the result is worth.
+
+use isolux_model::Scene;
+use serde::Serialize;
+
+use crate::direct::{self, Counts, DirectError, Sampling};
+use crate::noise::{self, Interval};
+use crate::setup::{Setup, SetupError};
+use crate::{blur, inverse};
+
+/// How the light is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// Quadrature, no noise.
+    Inverse,
+    /// Rays.
+    Direct {
+        /// Which of the equal laws.
+        sampling: Sampling,
+        /// Rays over the whole sphere.
+        rays: u64,
+        /// Seed of every random number.
+        seed: u64,
+    },
+}
+
+/// Why a simulation fails.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    /// The scene.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The rays.
+    #[error(transparent)]
+    Direct(#[from] DirectError),
+}
+
+/// A map and what it is worth.
+#[derive(Debug, Clone)]
+pub struct Simulation {
+    /// Mean of each pixel, `[iy * nx + ix]`, in [`Facts::unit`].
+    pub map: Vec<f32>,
+    /// Rays of each pixel, direct only.
+    pub counts: Option<Counts>,
+    /// The facts of `result.json`.
+    pub facts: Facts,
+    /// The scene as it was solved.
+    pub setup: Setup,
+}
+
+/// `result.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Facts {
+    /// `inverse` or `direct`.
+    pub method: &'static str,
+    /// `traced`, `thinned`, `expected`; null for inverse.
+    pub sampling: Option<&'static str>,
+    /// Rays over the whole sphere.
+    pub rays: Option<u64>,
+    /// Seed.
+    pub seed: Option<u64>,
+    /// `W/m2` or `lx`.
+    pub unit: &'static str,
+    /// Mean over the sensor.
+    pub mean: f64,
+    /// Inverse: bound on the error of the quadrature; direct: standard error by ray counting.
+    pub u_mean_numeric: f64,
+    /// Standard uncertainty with what the model knows of its measurement; null if it knows nothing.
+    pub u_mean: Option<f64>,
+    /// Smallest pixel.
+    pub min: f64,
+    /// Largest pixel.
+    pub max: f64,
+    /// Standard deviation over the pixels, divided by n.
+    pub std: f64,
+    /// Smallest pixel over mean.
+    pub uniformity_min_over_mean: f64,
+    /// Rays that reached the sensor.
+    pub rays_on_sensor: Option<u64>,
+    /// Standard error of a mean pixel by ray counting, relative; from the upper limit of 3 rays where none arrived.
+    pub relative_error_per_pixel: Option<f64>,
+    /// Largest pixel that ray noise alone would give on the noise-free map.
+    pub max_ray_noise: Option<Interval>,
+    /// Largest pixel of the noise-free map.
+    pub max_noise_free: Option<f64>,
+    /// Effects of the model that the map contains.
+    pub effects_applied: Vec<&'static str>,
+    /// Effects of the model that belong elsewhere.
+    pub effects_not_applicable: Vec<&'static str>,
+    /// Seconds of the solver alone.
+    pub elapsed_s: f64,
+    /// Standard deviation without the part that ray counting adds.
+    pub std_without_ray_noise: Option<f64>,
+    /// Rays over the whole sphere that would bring a mean pixel to 1 %.
+    pub rays_for_1_percent_per_pixel: Option<f64>,
+    /// Pixels that no ray reached; each is known to be below 3.0 rays at 95 %.
+    pub empty_pixels: Option<usize>,
+    /// What one ray adds to a pixel.
+    pub one_ray_in_a_pixel: Option<f64>,
+    /// Flux of the luminaire, lm.
+    pub flux_lm: f64,
+    /// Luminous efficacy of radiation that links lx and W/m².
+    pub ler_lm_per_w: Option<f64>,
+    /// Pixels along x and y.
+    pub pixels: [usize; 2],
+    /// Width and height of the sensor, mm.
+    pub size_mm: [f64; 2],
+    /// What the operator should know.
+    pub findings: Vec<String>,
+}
+
+/// Simulates `scene` with `method`. `now` is the caller's clock in seconds, read round the solver.
+///
+/// # Errors
+/// [`SimulationError`] for an impossible scene or impossible rays.
+pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<Simulation, SimulationError> {
+    let setup = Setup::new(scene)?;
+    let started = now();
+    let per_unit = setup.ler_lm_per_w.unwrap_or(1.0).recip();
+    let mut findings = setup.findings.clone();
+    let noise_free = |setup: &Setup| {
+        let mut map = inverse::solve(&setup.source, &setup.sensor);
+        finish(setup, &mut map.illuminance_lx, per_unit);
+        map
+    };
+    let (map, error, counts) = match method {
+        Method::Inverse => {
+            let map = noise_free(&setup);
+            (map.illuminance_lx, map.error_lx * setup.lamp * per_unit, None)
+        }
+        Method::Direct { sampling, rays, seed } => {
+            let (source, sensor) = (&setup.source, &setup.sensor);
+            let counts = match sampling {
+                Sampling::Traced => direct::traced(source, sensor, rays, seed)?,
+                Sampling::Thinned => direct::thinned(source, sensor, rays, seed)?,
+                Sampling::Expected => {
+                    let expected = inverse::solve(source, sensor).illuminance_lx;
+                    direct::expected(source, sensor, &expected, rays, seed)?
+                }
+            };
+            let mut map = counts.illuminance_lx();
+            finish(&setup, &mut map, per_unit);
+            (map, 0.0, Some(counts))
+        }
+    };
+    let elapsed_s = now() - started;
+    // A map has at least one pixel.
+    let moments = noise::moments(&map).unwrap_or(noise::Moments {
+        mean: 0.0,
+        min: 0.0,
+        max: 0.0,
+        std: 0.0,
+    });
+    if moments.max == 0.0 && moments.min == 0.0 {
+        findings.push(match &counts {
+            Some(counts) => format!(
+                "none of the {} rays reached the sensor: the map is empty, not dark",
+                counts.rays
+            ),
+            None => "the distribution is zero in every direction of the sensor: the map is dark".to_owned(),
+        });
+    }
+    let ray = counts
+        .as_ref()
+        .map(|counts| Rays::of(counts, &setup, &noise_free(&setup).illuminance_lx, per_unit));
+    let u_mean_numeric = ray.as_ref().map_or(error, |ray| {
+        moments.mean.abs().max(ray.value / setup.sensor.pixels() as f64) * ray.relative_of_mean
+    });
+    let known = scene.model.uncertainty().map(|u| {
+        let of = |share: Option<f64>| share.unwrap_or(0.0) * moments.mean;
+        let level = u.intensity_rel.or(u.flux_rel);
+        let efficacy = if setup.ler_lm_per_w.is_some() {
+            of(u.ler_rel)
+        } else {
+            0.0
+        };
+        (u_mean_numeric.powi(2) + of(level).powi(2) + efficacy.powi(2)).sqrt()
+    });
+    let effects = scene.model.in_simulation();
+    let (sampling, rays, seed) = match method {
+        Method::Inverse => (None, None, None),
+        Method::Direct { sampling, rays, seed } => (Some(sampling.word()), Some(rays), Some(seed)),
+    };
+    let facts = Facts {
+        method: if rays.is_some() { "direct" } else { "inverse" },
+        sampling,
+        rays,
+        seed,
+        unit: if setup.ler_lm_per_w.is_some() { "W/m2" } else { "lx" },
+        mean: moments.mean,
+        u_mean_numeric,
+        u_mean: known,
+        min: moments.min,
+        max: moments.max,
+        std: moments.std,
+        uniformity_min_over_mean: if moments.mean == 0.0 {
+            0.0
+        } else {
+            moments.min / moments.mean
+        },
+        rays_on_sensor: counts.as_ref().map(Counts::on_sensor),
+        relative_error_per_pixel: ray.as_ref().map(|ray| ray.relative_per_pixel),
+        max_ray_noise: ray.as_ref().map(|ray| ray.maximum),
+        max_noise_free: ray.as_ref().map(|ray| ray.max_noise_free),
+        effects_applied: effects.applied,
+        effects_not_applicable: effects.not_applicable,
+        elapsed_s,
+        std_without_ray_noise: ray.as_ref().map(|ray| noise::std_without_noise(&moments, ray.value)),
+        rays_for_1_percent_per_pixel: ray.as_ref().map(|ray| ray.needed),
+        empty_pixels: counts
+            .as_ref()
+            .map(|counts| counts.count.iter().filter(|count| **count == 0).count()),
+        one_ray_in_a_pixel: ray.as_ref().map(|ray| ray.value),
+        flux_lm: scene
+            .model
+            .distribution()
+            .map_or(f64::NAN, |distribution| distribution.flux().value()),
+        ler_lm_per_w: setup.ler_lm_per_w,
+        pixels: scene.sensor.pixels,
+        size_mm: scene.sensor.size_mm,
+        findings,
+    };
+    let map = map.into_iter().map(|value| value as f32).collect();
+    Ok(Simulation {
+        map,
+        counts,
+        facts,
+        setup,
+    })
+}
+
+/// Lamp, sensor effects, blur, background and unit: everything after the solver, the same for both methods.
+fn finish(setup: &Setup, map: &mut Vec<f64>, per_unit: f64) {
+    for value in map.iter_mut() {
+        *value *= setup.lamp;
+    }
+    if let Some(factor) = &setup.pixel_factor {
+        for (value, factor) in map.iter_mut().zip(factor) {
+            *value *= factor;
+        }
+    }
+    for value in map.iter_mut() {
+        *value = (*value + setup.background_lx) * per_unit;
+    }
+    if setup.blur_px > 0.0 {
+        *map = blur::gaussian(map, setup.sensor.nx, setup.sensor.ny, setup.blur_px);
+    }
+}
+
+/// What counting rays does to the result.
+struct Rays {
+    value: f64,
+    relative_of_mean: f64,
+    relative_per_pixel: f64,
+    maximum: Interval,
+    max_noise_free: f64,
+    needed: f64,
+}
+
+impl Rays {
+    fn of(counts: &Counts, setup: &Setup, noise_free: &[f64], per_unit: f64) -> Self {
+        let pixels = setup.sensor.pixels();
+        let value = counts.lux_per_ray() * setup.lamp * per_unit;
+        let background = setup.background_lx * per_unit;
+        let expected: Vec<f64> = noise_free
+            .iter()
+            .map(|light| ((light - background) / value).max(0.0))
+            .collect();
+        let law = noise::largest_count(&expected);
+        let scaled = |count: f64| count * value + background;
+        // Where no ray arrived, the upper limit of three rays at 95 % stands in for the mean.
+        let caught = counts.on_sensor() as f64;
+        let known = if caught > 0.0 { caught } else { noise::upper_limit_95(0) };
+        let share = noise::sum(expected.iter().copied()) / counts.rays as f64;
+        Self {
+            value,
+            relative_of_mean: if caught > 0.0 { caught.sqrt().recip() } else { known },
+            relative_per_pixel: (known / pixels as f64).sqrt().recip(),
+            maximum: Interval {
+                median: scaled(law.median),
+                lo95: scaled(law.lo95),
+                hi95: scaled(law.hi95),
+            },
+            max_noise_free: noise_free.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            needed: noise::rays_needed(0.01, share, pixels),
+        }
+    }
+}
