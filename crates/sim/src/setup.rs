@@ -136,8 +136,9 @@ fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
     let emitter = model.emitter();
     let centre = DVec3::ZERO;
     match &emitter {
-        Emitter::Point {} => Source::single(table, Shape::Point(centre)),
-        Emitter::Disc { diameter_mm } if *diameter_mm == 0.0 => Source::single(table, Shape::Point(centre)),
+        Emitter::Point {} | Emitter::Disc { diameter_mm: 0.0 } | Emitter::Rectangle { size_mm: [0.0, 0.0] } => {
+            Source::single(table, Shape::Point(centre))
+        }
         Emitter::Disc { diameter_mm } => Source::single(
             table,
             Shape::Disc {
@@ -156,7 +157,6 @@ fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
                 outer: 0.5 * outer_diameter_mm,
             },
         ),
-        Emitter::Rectangle { size_mm: [0.0, 0.0] } => Source::single(table, Shape::Point(centre)),
         Emitter::Rectangle { size_mm: [x, y] } => Source::single(
             table,
             Shape::Rectangle {
@@ -244,12 +244,14 @@ fn nearest(sensor: &Sensor, point: DVec3) -> f64 {
     (point - at).length()
 }
 
+/// Points along each side of the sensor that are looked at.
+const SIDE: usize = 65;
+
 /// An error where the whole sensor lies beyond the distribution's γ, a finding where part of it does.
 fn range(distribution: &IntensityDistribution, sensor: &Sensor, findings: &mut Vec<String>) -> Result<(), SetupError> {
     let gamma = distribution.gamma_deg();
     let (first_deg, last_deg) = (gamma[0], gamma[gamma.len() - 1]);
     let (mut from_deg, mut to_deg, mut outside) = (180.0_f64, 0.0_f64, 0);
-    const SIDE: usize = 65;
     for iy in 0..SIDE {
         for ix in 0..SIDE {
             let share = |k: usize, pixels: usize| k as f64 / (SIDE - 1) as f64 * pixels as f64;
