@@ -88,8 +88,8 @@ impl Default for Lamp {
     fn default() -> Self {
         Self {
             flux_lm: 337.0,
-            ring_diameter_mm: vec![22.0, 28.0, 34.0],
-            leds_per_ring: vec![16, 20, 24],
+            ring_diameter_mm: vec![44.0, 56.0, 68.0],
+            leds_per_ring: vec![20, 20, 20],
             exponent: 5.3,
             aim_deg: 0.0,
             ellipticity_rel: 0.02,

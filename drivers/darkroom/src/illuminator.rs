@@ -200,7 +200,7 @@ struct Absorber {
 
 impl Absorber {
     /// Distance of the obstacle from the light centre: a mount's arm.
-    const DISTANCE_MM: f64 = 250.0;
+    const DISTANCE_MM: f64 = 500.0;
 
     fn new(flaw: &SelfAbsorption) -> Option<Self> {
         if flaw.depth_rel == 0.0 {
@@ -302,15 +302,16 @@ mod tests {
             near * d * d / 1e6 / lamp.far_field_cd(DVec3::Z) - 1.0
         };
         let exact = |d: f64| {
-            [(11.0f64, 16.0), (14.0, 20.0), (17.0, 24.0)]
+            [22.0f64, 28.0, 34.0]
                 .iter()
-                .map(|(r, n)| n / 60.0 * (1.0 + (r / d).powi(2)).powf(-0.5 * (5.3 + 3.0)))
+                .map(|r| 1.0 / 3.0 * (1.0 + (r / d).powi(2)).powf(-0.5 * (5.3 + 3.0)))
                 .sum::<f64>()
                 - 1.0
         };
         for d in [150.0, 500.0, 2000.0] {
             assert!((gap(d) - exact(d)).abs() < 2e-6, "{d}: {} against {}", gap(d), exact(d));
         }
+        assert!((gap(500.0) + 0.013).abs() < 5e-4 && (gap(150.0) + 0.135).abs() < 5e-4);
     }
 
     #[test]

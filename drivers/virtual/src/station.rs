@@ -35,7 +35,7 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
     };
     let mut text = format!(
         "format = \"isolux-station/1\"\nname = \"virtual darkroom\"\n\n[bench]\ntype = \"turning_luminaire\"\n\
-         distance_mm = {:.1}\nu_distance_mm = 1.0\nfloor_mm = {:.1}\n",
+         distance_mm = {:.1}\nu_distance_mm = 2.0\nfloor_mm = {:.1}\n",
         document.bench.distance_mm, document.flaws.floor_reflection.height_mm
     );
     if let Some(axes) = address(Instrument::Axes) {
@@ -44,14 +44,14 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
     }
     if let Some(meter) = address(Instrument::Luxmeter) {
         text.push_str(&format!(
-            "\n[luxmeter]\nopen = \"konica-t10a:{meter}?head=0\"\ncalibration_factor = 1.0\nu_rel = 0.005\n\
+            "\n[luxmeter]\nopen = \"konica-t10a:{meter}?head=0\"\ncalibration_factor = 1.0\nu_rel = 0.004\n\
              certificate = \"virtual 1\"\n"
         ));
     }
     if let Some(spectrometer) = address(Instrument::Spectroradiometer) {
         text.push_str(&format!(
             "\n[spectroradiometer]\nopen = \"ocean-ooi:{spectrometer}\"\ndistance_mm = {:.1}\nu_distance_mm = 0.5\n\
-             calibration = \"{CALIBRATION_FILE}\"\nu_rel = 0.006\n",
+             calibration = \"{CALIBRATION_FILE}\"\nu_rel = 0.004\n",
             document.spectroradiometer.distance_mm
         ));
     }

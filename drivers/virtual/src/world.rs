@@ -1,5 +1,7 @@
 //! The state of the room that its instruments share: axes, lamp, shutter, baffle, clock.
 
+use std::cell::Cell;
+
 use isolux_darkroom::climate;
 use isolux_darkroom::document::{Axis, Darkroom};
 use isolux_darkroom::motion::Motion;
@@ -112,6 +114,8 @@ pub struct World {
     /// (when, what was before), latest last.
     switched: Vec<(f64, Switches)>,
     lamp_since_s: Option<f64>,
+    /// The floor's light where it was last asked for: (C, γ, distance, travel) and lx.
+    floor: Cell<Option<([f64; 4], f64)>>,
 }
 
 impl World {
@@ -133,6 +137,7 @@ impl World {
             switched: Vec::new(),
             lamp_since_s: lamp.then_some(0.0),
             room: Room::new(document),
+            floor: Cell::new(None),
         }
     }
 
@@ -181,8 +186,9 @@ impl World {
     }
 
     /// Illuminance on the lux meter, averaged from `from_s` to `to_s`, lx. Axes that turn and switches that switch in that
-    /// time are followed through it.
+    /// time are followed through it; the floor's light, which changes slowly, is that of the middle.
     pub fn meter_lx(&self, from_s: f64, to_s: f64) -> f64 {
+        let floor_lx = self.floor_lx(&self.observation(Kind::Baffled, 0.5 * (from_s + to_s)));
         self.average(from_s, to_s, |world, at_s, window_s| {
             let switches = world.switches_at(at_s);
             let kind = match switches {
@@ -193,7 +199,9 @@ impl World {
                 Switches { baffle_in: true, .. } => Kind::Baffled,
                 _ => Kind::Lit,
             };
-            world.room.illuminance_lx(&world.observation(kind, at_s), window_s)
+            world
+                .room
+                .illuminance_with_floor_lx(&world.observation(kind, at_s), window_s, floor_lx)
         })
     }
 
@@ -211,6 +219,19 @@ impl World {
                 .room
                 .spectroradiometer_lx(direct, o.c_deg, o.gamma_deg, o.time_s, window_s)
         })
+    }
+
+    /// The floor's light, remembered while nothing turns: adding up its patches is the dearest thing in the room.
+    fn floor_lx(&self, o: &Observation) -> f64 {
+        let place = [o.c_deg, o.gamma_deg, o.distance_mm, o.travel];
+        match self.floor.get() {
+            Some((known, floor_lx)) if known == place => floor_lx,
+            _ => {
+                let floor_lx = self.room.floor_lx(o);
+                self.floor.set(Some((place, floor_lx)));
+                floor_lx
+            }
+        }
     }
 
     fn observation(&self, kind: Kind, at_s: f64) -> Observation {

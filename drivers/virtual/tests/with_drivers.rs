@@ -195,7 +195,7 @@ async fn an_axis_that_is_stopped_short_is_a_fault() {
 
 /// The scan of the built-in plan as the drivers see it: 25 half-planes of 91 angles.
 #[tokio::test(start_paused = true)]
-#[ignore = "a second of computing in release; run by hand to see what the room costs"]
+#[ignore = "some seconds of computing; run by hand to see what the room costs"]
 async fn a_whole_scan_costs_seconds() {
     let bench = bench(BUILT_IN).await;
     bench.light_up().await;
@@ -208,5 +208,5 @@ async fn a_whole_scan_costs_seconds() {
     }
     let hours = (bench.room.now_s() - virtual_start) / 3600.0;
     let seconds = start.elapsed().as_secs_f64();
-    assert!(seconds < 20.0, "{hours:.2} h of the room took {seconds:.1} s");
+    assert!(seconds < 60.0, "{hours:.2} h of the room took {seconds:.1} s");
 }
