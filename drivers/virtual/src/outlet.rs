@@ -81,9 +81,8 @@ async fn tcp(
 fn pty(room: &VirtualRoom, instrument: Instrument, tasks: &mut JoinSet<()>) -> std::io::Result<String> {
     use tokio_serial::SerialPort;
 
-    let (twin, mut host) = tokio_serial::SerialStream::pair().map_err(std::io::Error::from)?;
-    // Another program opens the host's end by its name.
-    host.set_exclusive(false).map_err(std::io::Error::from)?;
+    // The host's end stays without a lock, so that another program can open it by its name and take one.
+    let (twin, host) = tokio_serial::SerialStream::pair().map_err(std::io::Error::from)?;
     let address = host
         .name()
         .ok_or_else(|| std::io::Error::other("the pty has no name"))?;

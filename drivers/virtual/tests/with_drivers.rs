@@ -6,13 +6,15 @@ use std::time::Duration;
 use isolux_axes::ZaberDriver;
 use isolux_darkroom::{Darkroom, Kind, Observation};
 use isolux_device::{
-    Axis, AxisFactory, AxisScale, AxisSettings, DeviceError, LuxMeter, LuxMeterFactory, LuxRange, Sense, Switch,
-    SwitchFactory, Target, ThermometerFactory,
+    Axis, AxisFactory, AxisScale, AxisSettings, DeviceError, LuxMeter, LuxMeterFactory, LuxRange, Sense,
+    SpectroradiometerFactory, Switch, SwitchFactory, Target, ThermometerFactory,
 };
 use isolux_luxmeter::T10aDriver;
-use isolux_transport::MemoryLinks;
+use isolux_spectroradiometer::OceanOoiDriver;
+use isolux_transport::{MemoryLinks, SystemLinks};
 use isolux_units::AxisAngle;
-use isolux_virtual::{BUILT_IN, Serving, VirtualRoom};
+use isolux_virtual::outlet::{Offer, offer};
+use isolux_virtual::{BUILT_IN, Instrument, Serving, Switches, VirtualRoom};
 use tokio::time::Instant;
 
 struct Bench {
@@ -191,6 +193,82 @@ async fn an_axis_that_is_stopped_short_is_a_fault() {
     tokio::time::sleep(Duration::from_secs(110)).await;
     let stalled = bench.gamma.move_to(AxisAngle::new(90.0).unwrap()).await;
     assert!(matches!(stalled, Err(DeviceError::Fault { .. })), "{stalled:?}");
+}
+
+/// From the lamp through counts, dark, linearity and the factors in the instrument back to irradiance.
+#[tokio::test(start_paused = true)]
+async fn the_spectrum_leads_back_to_the_irradiance_at_the_entrance() {
+    let room = VirtualRoom::open(Darkroom::default());
+    let links = MemoryLinks::default();
+    let _serving = room.listen(&links).unwrap();
+    let target = Target::parse("ocean-ooi:memory:spectrometer").unwrap();
+    let driver = OceanOoiDriver::new(Arc::new(links));
+    let instrument = driver.open_spectroradiometer(&target).await.unwrap();
+    let lit = Switches {
+        lamp: true,
+        shutter_open: true,
+        baffle_in: false,
+    };
+    instrument
+        .set_integration_time(Duration::from_millis(400))
+        .await
+        .unwrap();
+    let dark = instrument.acquire(soon()).await.unwrap();
+    room.with_world(|world, now_s| world.set_switches(lit, now_s));
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    let light = instrument.acquire(soon()).await.unwrap();
+    let properties = instrument.properties();
+    assert!(properties.saturated(&light).is_empty());
+    let linear = properties.linear_counts(&light, Some(&dark)).unwrap();
+    let factors = properties.irradiance_factor.as_ref().unwrap();
+    let (mut sum, mut truth) = (0.0, 0.0);
+    room.with_world(|world, now_s| {
+        let lx = world.spectroradiometer_lx(now_s - 0.5, now_s);
+        for pixel in 200..1100 {
+            let nm = properties.wavelength_nm[pixel];
+            let step = properties.wavelength_nm[pixel + 1] - nm;
+            sum += linear[pixel] / 0.4 * factors[pixel] * step;
+            truth += world.room().indicated_spectral_irradiance(nm, lx) * step;
+        }
+    });
+    // 4.2 to 4.4 W/m² is what an honest cool white gives at 500 mm.
+    assert!((4.1..4.4).contains(&truth), "{truth}");
+    assert!((sum / truth - 1.0).abs() < 1e-3, "{sum} {truth}");
+}
+
+/// In real time: the axes answer another program over TCP and on a pty.
+#[tokio::test]
+async fn twins_answer_on_real_links() {
+    let mut document = Darkroom::default();
+    document.axis.c.speed_deg_s = 2000.0;
+    document.axis.c.accel_deg_s2 = 20_000.0;
+    let offers = if cfg!(unix) {
+        vec![Offer::Tcp { port: 0 }, Offer::Pty]
+    } else {
+        vec![Offer::Tcp { port: 0 }]
+    };
+    for kind in offers {
+        let room = VirtualRoom::open(document.clone());
+        let (outlets, _serving) = offer(&room, &[Instrument::Axes], kind).await.unwrap();
+        let target = Target::parse(&format!("zaber:{}?axis=1", outlets[0].address)).unwrap();
+        let angle = |deg: f64| AxisAngle::new(deg).unwrap();
+        let scale = AxisScale::new(12_800, 3, angle(0.0), Sense::Positive).unwrap();
+        let settings = AxisSettings::new(scale, (angle(-180.0), angle(360.0)), 2000.0, 20_000.0).unwrap();
+        // A second client after the first finds the same axis where it was left.
+        for at in [30.0, 60.0] {
+            let driver = ZaberDriver::new(Arc::new(SystemLinks::default()));
+            let axis = driver.open_axis(&target, settings).await.unwrap();
+            if at == 30.0 {
+                axis.home(soon()).await.unwrap();
+            } else {
+                assert_eq!(axis.position().await.unwrap().angle.value(), 30.0);
+            }
+            assert_eq!(axis.move_to(angle(at)).await.unwrap().angle.value(), at);
+            // The driver's link closes when its owner task has seen that nobody is left.
+            drop((axis, driver));
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+    }
 }
 
 /// The scan of the built-in plan as the drivers see it: 25 half-planes of 91 angles.
