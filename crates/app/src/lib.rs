@@ -5,7 +5,9 @@
 
 pub mod array_files;
 pub mod capture;
+pub mod catalogue;
 pub mod convert;
+pub mod devices;
 pub mod failure;
 pub mod files;
 pub mod inspect;

@@ -11,6 +11,7 @@ mod memory;
 mod record;
 mod replay;
 mod system;
+mod usb;
 
 pub use bus::{Bus, BusError, Conversation, Outcome};
 pub use link::{LineSettings, Link, LinkError, Links, Parity};
@@ -18,3 +19,4 @@ pub use memory::{MemoryLinks, MemoryListener, NameTaken};
 pub use record::Recorder;
 pub use replay::{Direction, Passage, Trace, TraceError};
 pub use system::{FoundPort, PortState, SystemLinks, found_ports};
+pub use usb::{UsbDevice, usb_devices};

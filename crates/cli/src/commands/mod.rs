@@ -1,6 +1,7 @@
 //! One module a command: its arguments, its call, its words on the screen.
 
 mod convert;
+mod devices;
 mod inspect;
 mod predict;
 mod reading;
@@ -14,6 +15,7 @@ use isolux_app::Failure;
 #[derive(Debug, Subcommand)]
 pub enum Command {
     Convert(convert::Convert),
+    Devices(devices::Devices),
     Inspect(inspect::Inspect),
     Predict(predict::Predict),
     Virtual(twins::Virtual),
@@ -27,6 +29,7 @@ pub enum Command {
 pub fn run(command: Command) -> Result<(), Failure> {
     match command {
         Command::Convert(arguments) => convert::run(&arguments),
+        Command::Devices(arguments) => devices::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Virtual(arguments) => twins::run(&arguments),

@@ -1,0 +1,186 @@
+//! `isolux devices`: the drivers there are, the ports found, and what is missing.
+
+use std::sync::Arc;
+
+use isolux_transport::{PortState, SystemLinks, found_ports, usb_devices};
+use serde::Serialize;
+
+use crate::Failure;
+use crate::catalogue::Catalogue;
+
+/// What this program and this computer have.
+#[derive(Debug, Serialize)]
+pub struct Devices {
+    /// The drivers of this program.
+    pub drivers: Vec<DriverFacts>,
+    /// The serial ports of this computer.
+    pub ports: Vec<Port>,
+    /// USB devices that are instruments or serial adapters.
+    pub usb: Vec<Usb>,
+}
+
+/// A driver.
+#[derive(Debug, Serialize)]
+pub struct DriverFacts {
+    /// Name in `open = "name:target"`.
+    pub name: &'static str,
+    /// The instruments.
+    pub speaks_to: &'static str,
+    /// Kinds of device that it opens.
+    pub kinds: Vec<&'static str>,
+    /// Examples of `open`, one a kind.
+    pub examples: &'static [&'static str],
+    /// What it has been seen to work with.
+    pub seen_with: &'static str,
+}
+
+/// A serial port.
+#[derive(Debug, Serialize)]
+pub struct Port {
+    /// The target in `open = "driver:path"`.
+    pub path: String,
+    /// What it says of itself.
+    pub description: String,
+    /// USB ids, `vvvv:pppp`.
+    pub usb: Option<String>,
+    /// Serial number of the adapter.
+    pub serial: Option<String>,
+    /// It can be opened for reading and writing.
+    pub usable: bool,
+    /// What is missing.
+    pub missing: Option<String>,
+    /// How to mend it.
+    pub mend: Option<String>,
+}
+
+/// A USB device of interest.
+#[derive(Debug, Serialize)]
+pub struct Usb {
+    /// `vvvv:pppp`.
+    pub id: String,
+    /// What it is.
+    pub what: String,
+    /// Serial number.
+    pub serial: Option<String>,
+    /// What is missing.
+    pub missing: Option<String>,
+    /// How to mend it.
+    pub mend: Option<String>,
+}
+
+/// Looks at ports and USB devices; sends nothing to any of them.
+///
+/// # Errors
+/// Exit 3 when the system does not list its ports.
+pub fn devices() -> Result<Devices, Failure> {
+    let catalogue = Catalogue::new(Arc::new(SystemLinks::default()));
+    let drivers = catalogue.drivers().iter().map(|driver| DriverFacts {
+        name: driver.name,
+        speaks_to: driver.speaks_to,
+        kinds: driver.kinds(),
+        examples: driver.examples,
+        seen_with: driver.seen_with,
+    });
+    let ports = found_ports().map_err(Failure::instrument)?.into_iter().map(|port| {
+        let (usable, missing, mend) = match port.state {
+            PortState::Usable => (true, None, None),
+            PortState::Unusable { reason, advice } => (false, Some(reason), advice),
+        };
+        let usb = port.usb.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}"));
+        Port {
+            path: port.path,
+            description: port.description,
+            usb,
+            serial: port.serial,
+            usable,
+            missing,
+            mend,
+        }
+    });
+    let usb = usb_devices().into_iter().filter_map(|device| {
+        let id = format!("{:04x}:{:04x}", device.id.0, device.id.1);
+        let (what, missing, mend) = match known(device.id)? {
+            Known::Spectrometer(model) => {
+                let mend = "bridge it to TCP, one frame a USB transfer (see docs: devices)".to_owned();
+                (
+                    model.to_owned(),
+                    Some("a driver of this program for USB itself".to_owned()),
+                    Some(mend),
+                )
+            }
+            Known::SerialAdapter { .. } if device.has_driver => return None,
+            Known::SerialAdapter { chip, module } => {
+                let what = format!("{chip} serial adapter");
+                (
+                    what,
+                    Some("its kernel driver: no port".to_owned()),
+                    Some(format!("sudo modprobe {module}")),
+                )
+            }
+        };
+        let what = if device.name.is_empty() {
+            what
+        } else {
+            format!("{what} ({})", device.name)
+        };
+        Some(Usb {
+            id,
+            what,
+            serial: device.serial,
+            missing,
+            mend,
+        })
+    });
+    Ok(Devices {
+        drivers: drivers.collect(),
+        ports: ports.collect(),
+        usb: usb.collect(),
+    })
+}
+
+enum Known {
+    Spectrometer(&'static str),
+    SerialAdapter { chip: &'static str, module: &'static str },
+}
+
+/// What a USB id stands for, where it is of interest.
+fn known(id: (u16, u16)) -> Option<Known> {
+    Some(match id {
+        (0x2457, 0x101E) => Known::Spectrometer("Ocean Optics USB2000+ or Flame-S"),
+        (0x2457, 0x1022) => Known::Spectrometer("Ocean Optics USB4000 or Flame-T"),
+        (0x2457, 0x4000) => Known::Spectrometer("Ocean Optics STS"),
+        (0x0403, _) => Known::SerialAdapter {
+            chip: "FTDI",
+            module: "ftdi_sio",
+        },
+        (0x10C4, 0xEA60 | 0xEA70 | 0xEA71) => Known::SerialAdapter {
+            chip: "CP210x",
+            module: "cp210x",
+        },
+        (0x067B, _) => Known::SerialAdapter {
+            chip: "Prolific",
+            module: "pl2303",
+        },
+        (0x1A86, 0x7523 | 0x5523) => Known::SerialAdapter {
+            chip: "CH340",
+            module: "ch341",
+        },
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_drivers_whatever_the_computer_has() {
+        let found = devices().unwrap();
+        let names: Vec<_> = found.drivers.iter().map(|driver| driver.name).collect();
+        assert_eq!(names, ["zaber", "konica-t10a", "ocean-ooi"]);
+        assert_eq!(found.drivers[0].kinds, ["axis", "switch", "thermometer"]);
+        for port in &found.ports {
+            assert_eq!(port.usable, port.missing.is_none(), "{port:?}");
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! USB devices that this computer sees, by the words of its kernel. Nothing is opened.
+
+use std::path::Path;
+
+/// A USB device.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UsbDevice {
+    /// Vendor and product id.
+    pub id: (u16, u16),
+    /// Manufacturer and product as the device says them.
+    pub name: String,
+    /// Serial number.
+    pub serial: Option<String>,
+    /// A kernel driver is bound to one of its interfaces (a serial adapter has its port then).
+    pub has_driver: bool,
+}
+
+/// The USB devices of a Linux computer (`/sys/bus/usb/devices`), sorted by id; empty where there is no such folder.
+pub fn usb_devices() -> Vec<UsbDevice> {
+    devices_below(Path::new("/sys/bus/usb/devices"))
+}
+
+fn devices_below(folder: &Path) -> Vec<UsbDevice> {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let names: Vec<String> = entries
+        .flatten()
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .collect();
+    let text = |name: &str, file: &str| {
+        let text = std::fs::read_to_string(folder.join(name).join(file)).ok()?;
+        Some(text.trim().to_owned()).filter(|text| !text.is_empty())
+    };
+    let mut devices: Vec<UsbDevice> = names
+        .iter()
+        // "1-2" is a device, "1-2:1.0" one of its interfaces, "usb1" a hub of the computer itself.
+        .filter(|name| !name.contains(':') && !name.starts_with("usb"))
+        .filter_map(|name| {
+            let id = |file| u16::from_str_radix(&text(name, file)?, 16).ok();
+            let interface = format!("{name}:");
+            let words = [text(name, "manufacturer"), text(name, "product")];
+            Some(UsbDevice {
+                id: (id("idVendor")?, id("idProduct")?),
+                name: words.into_iter().flatten().collect::<Vec<_>>().join(" "),
+                serial: text(name, "serial"),
+                has_driver: names
+                    .iter()
+                    .any(|other| other.starts_with(&interface) && folder.join(other).join("driver").exists()),
+            })
+        })
+        .collect();
+    devices.sort_by(|a, b| (a.id, &a.serial).cmp(&(b.id, &b.serial)));
+    devices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tells_devices_from_interfaces_and_hubs() {
+        let folder = std::env::temp_dir().join(format!("isolux-usb-{}", std::process::id()));
+        let write = |path: &str, text: &str| {
+            let path = folder.join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        };
+        for (name, vendor, product) in [
+            ("usb1", "1d6b", "0002"),
+            ("1-2", "2457", "101e"),
+            ("1-3", "0403", "6001"),
+        ] {
+            write(&format!("{name}/idVendor"), &format!("{vendor}\n"));
+            write(&format!("{name}/idProduct"), &format!("{product}\n"));
+        }
+        write("1-2/manufacturer", "Ocean Optics Inc.\n");
+        write("1-2/serial", "USB2+H16355\n");
+        write("1-3:1.0/driver/x", "");
+        write("1-2:1.0/bInterfaceNumber", "00\n");
+        let found = devices_below(&folder);
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(found.len(), 2);
+        assert_eq!((found[0].id, found[0].has_driver), ((0x0403, 0x6001), true));
+        assert_eq!((found[1].id, found[1].has_driver), ((0x2457, 0x101e), false));
+        assert_eq!(
+            (found[1].name.as_str(), found[1].serial.as_deref()),
+            ("Ocean Optics Inc.", Some("USB2+H16355"))
+        );
+        assert_eq!(devices_below(Path::new("/no/such/folder")), []);
+    }
+}
