@@ -1,13 +1,11 @@
 //! One goniometer reading: where the detector really is, what light reaches it, what the meter says.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 use isolux_record::ReadingKind;
 use isolux_record::observation::ReadingCoordinates;
 
 use crate::effects::{Act, Axes, DetectorView, LampLaw, Mounting, PairLaw};
-use crate::floor::Floor;
+use crate::floor::OverFloor;
 use crate::luminaire::angles_deg;
 use crate::model::Model;
 use crate::shine::Shine;
@@ -207,35 +205,31 @@ impl Model {
     pub fn predict_readings(&self, readings: &[ReadingCoordinates]) -> Vec<f64> {
         let chain = Chain::new(self);
         let shine = Shine::new(self);
-        let floor = Floor::new();
-        let mut floor_known: HashMap<[u64; 3], f64> = HashMap::new();
-        let rotational = self.luminaire().distribution().is_rotational()
-            && !self.refined().depends_on_c()
-            && self.directions().is_empty();
-
-        let floor_lx = |at: &ReadingCoordinates, known: &mut HashMap<[u64; 3], f64>| -> f64 {
+        let directions = self.directions();
+        let floor_lx = |at: &ReadingCoordinates| -> f64 {
             if chain.floor.is_empty() {
                 return 0.0;
             }
-            let axes = chain.axes(at);
-            let c_deg = if rotational { 0.0 } else { axes.c_deg };
-            let attitude = Attitude::new(c_deg, axes.gamma_deg, axes.nonperp_deg);
-            let key = [c_deg.to_bits(), axes.gamma_deg.to_bits(), axes.distance_mm.to_bits()];
-            let per_albedo = |known: &mut HashMap<[u64; 3], f64>, height_mm: f64| {
-                *known
-                    .entry(key)
-                    .or_insert_with(|| floor.illuminance_lx(&shine, &attitude, axes.distance_mm, height_mm))
-            };
-            let mut sum = 0.0;
-            for (law, index) in &chain.floor {
+            let Axes {
+                c_deg,
+                gamma_deg,
+                distance_mm,
+                nonperp_deg,
+            } = chain.axes(at);
+            let of_floor = |(law, index): &(PairLaw, usize)| {
                 let (albedo, height_mm) = law(chain.values[*index]);
-                sum += if chain.floor.len() == 1 {
-                    albedo * per_albedo(known, height_mm)
-                } else {
-                    albedo * floor.illuminance_lx(&shine, &attitude, axes.distance_mm, height_mm)
+                let place = OverFloor {
+                    c_deg,
+                    gamma_deg,
+                    nonperp_deg,
+                    distance_mm,
+                    height_mm,
                 };
-            }
-            sum
+                let light = place.light(self.luminaire());
+                // What was refitted changes this small light as it changes the direction that most of it takes.
+                albedo * light.illuminance_lx * self.direction_factor(&directions, light.c_deg, light.gamma_deg)
+            };
+            chain.floor.iter().map(of_floor).sum()
         };
 
         readings
@@ -244,11 +238,9 @@ impl Model {
                 let mut light_lx = match at.kind {
                     ReadingKind::Lit => {
                         let direct_lx = chain.direct_lx(&shine, at);
-                        (direct_lx + floor_lx(at, &mut floor_known)) * chain.lamp_factor(at.time_s) + chain.ambient_lx()
+                        (direct_lx + floor_lx(at)) * chain.lamp_factor(at.time_s) + chain.ambient_lx()
                     }
-                    ReadingKind::Baffled => {
-                        floor_lx(at, &mut floor_known) * chain.lamp_factor(at.time_s) + chain.ambient_lx()
-                    }
+                    ReadingKind::Baffled => floor_lx(at) * chain.lamp_factor(at.time_s) + chain.ambient_lx(),
                     ReadingKind::LampOff => chain.ambient_lx(),
                     ReadingKind::Capped => 0.0,
                 };

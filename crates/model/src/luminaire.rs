@@ -1,5 +1,8 @@
 //! The luminaire itself: how much light in which direction, from where, of what spectrum.
 
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 use isolux_spectrum::Spectrum;
@@ -24,6 +27,7 @@ pub struct Luminaire {
     emitter: Emitter,
     spectral: Spectral,
     lookup: Lookup,
+    pub(crate) floor: FloorMemory,
 }
 
 impl Luminaire {
@@ -35,6 +39,7 @@ impl Luminaire {
             emitter,
             spectral,
             lookup,
+            floor: FloorMemory::default(),
         }
     }
 
@@ -72,6 +77,48 @@ impl Luminaire {
 pub(crate) fn angles_deg(direction: DVec3) -> (f64, f64) {
     let gamma_deg = direction.x.hypot(direction.y).atan2(direction.z).to_degrees();
     (direction.y.atan2(direction.x).to_degrees(), gamma_deg)
+}
+
+/// What the floor returns, once computed: a diagnosis asks for the same places hundreds of times.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct FloorMemory(Arc<Mutex<HashMap<FloorKey, FloorLight>>>);
+
+/// C, γ, lean of the axis, distance, height.
+pub(crate) type FloorKey = [u64; 5];
+
+/// Light from the floor at albedo 1, and where it left the lamp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FloorLight {
+    pub illuminance_lx: f64,
+    /// Mean γ of the light, weighted by what it contributes.
+    pub gamma_deg: f64,
+    /// Mean direction in C, weighted likewise.
+    pub c_deg: f64,
+}
+
+impl FloorMemory {
+    /// Entries kept; a fit of the height asks for new ones at every step.
+    const LARGEST: usize = 200_000;
+
+    pub fn get_or(&self, key: FloorKey, compute: impl FnOnce() -> FloorLight) -> FloorLight {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).copied();
+        known.unwrap_or_else(|| {
+            let light = compute();
+            let mut memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            if memory.len() >= Self::LARGEST {
+                memory.clear();
+            }
+            memory.insert(key, light);
+            light
+        })
+    }
+}
+
+impl PartialEq for FloorMemory {
+    /// Memory is no part of what a luminaire is.
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// Steps of an equidistant grid, so that its cell is found without a search.
