@@ -107,7 +107,7 @@ impl Effect {
                 parameter.key,
                 "time_constant_s" | "period_s" | "period_mm" | "width_deg" | "width_mm" | "height_mm" | "index"
             );
-            if divides && value <= 0.0 {
+            if divides && parameter.role != Role::Amplitude && value <= 0.0 {
                 return refuse("it must be above zero");
             }
             if parameter.role == Role::RangeId && value.fract() != 0.0 {
