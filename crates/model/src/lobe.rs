@@ -13,6 +13,9 @@ use crate::luminaire::angles_deg;
 /// Step of the table of the lobe.
 const STEP_DEG: f64 = 0.5;
 const NODES: usize = 361;
+/// Steps of the finished tables in one of the fit.
+const FINER: usize = 5;
+const FINE_DEG: f64 = STEP_DEG / FINER as f64;
 /// Azimuths in half a turn; the integrand is smooth and even.
 const AZIMUTHS: usize = 16;
 const ITERATIONS: usize = 10;
@@ -90,8 +93,26 @@ impl Lobe {
                 *value *= smoothed(&ratio, index);
             }
         }
+        // Finer tables, so that the LEDs' shares add up to one between the angles of the fit, too.
+        let lobe = finer(&lobe);
         let sum = if on_circles {
-            Sum::Rotational(sum_of(&lobe))
+            let sum_at = |index: usize| {
+                let (sin_gamma, cos_gamma) = (index as f64 * FINE_DEG).to_radians().sin_cos();
+                let at = |k: usize| {
+                    let azimuth = std::f64::consts::PI * (k as f64 + 0.5) / AZIMUTHS as f64;
+                    linear(
+                        &lobe,
+                        (cos * cos_gamma + sin * sin_gamma * azimuth.cos())
+                            .clamp(-1.0, 1.0)
+                            .acos()
+                            .to_degrees()
+                            / FINE_DEG,
+                    )
+                };
+                let ring: f64 = (0..AZIMUTHS).map(at).sum();
+                upright * lobe[index] + (1.0 - upright) * ring / AZIMUTHS as f64
+            };
+            Sum::Rotational((0..lobe.len()).map(sum_at).collect())
         } else {
             Sum::Grid(grid(&lobe, nodes)?)
         };
@@ -100,13 +121,10 @@ impl Lobe {
 
     /// The share of the far field towards `direction` (unit) that an LED with `axis` has, relative to its weight.
     pub fn share(&self, axis: DVec3, direction: DVec3) -> f64 {
-        let own = linear(
-            &self.lobe,
-            axis.dot(direction).clamp(-1.0, 1.0).acos().to_degrees() / STEP_DEG,
-        );
+        let own = linear(&self.lobe, apart_deg(axis, direction) / FINE_DEG);
         let (c_deg, gamma_deg) = angles_deg(direction);
         let sum = match &self.sum {
-            Sum::Rotational(sum) => linear(sum, gamma_deg / STEP_DEG),
+            Sum::Rotational(sum) => linear(sum, gamma_deg / FINE_DEG),
             Sum::Grid(sum) => sum.intensity_cd_at(c_deg, gamma_deg),
         };
         if sum > 1e-9 * self.lobe[0].abs() {
@@ -117,6 +135,10 @@ impl Lobe {
     }
 }
 
+fn apart_deg(axis: DVec3, direction: DVec3) -> f64 {
+    axis.dot(direction).clamp(-1.0, 1.0).acos().to_degrees()
+}
+
 fn grid(lobe: &[f64], nodes: &[Node]) -> Option<IntensityDistribution> {
     let c_deg: Vec<f64> = (0..72).map(|i| 5.0 * i as f64).collect();
     let gamma_deg: Vec<f64> = (0..=180).map(f64::from).collect();
@@ -125,13 +147,7 @@ fn grid(lobe: &[f64], nodes: &[Node]) -> Option<IntensityDistribution> {
         for gamma in &gamma_deg {
             let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
             let direction = DVec3::new(sin * cos_c, sin * sin_c, cos);
-            let of_node = |node: &Node| {
-                node.weight
-                    * linear(
-                        lobe,
-                        node.axis.dot(direction).clamp(-1.0, 1.0).acos().to_degrees() / STEP_DEG,
-                    )
-            };
+            let of_node = |node: &Node| node.weight * linear(lobe, apart_deg(node.axis, direction) / FINE_DEG);
             sum.push(nodes.iter().map(of_node).sum());
         }
     }
@@ -161,9 +177,27 @@ fn smoothed(table: &[f64], index: usize) -> f64 {
     (-SMOOTHING..=SMOOTHING).map(|k| at(index as isize + k)).sum::<f64>() / (2 * SMOOTHING + 1) as f64
 }
 
+/// The same table with `FINER` times as many steps, by cubic convolution.
+fn finer(table: &[f64]) -> Vec<f64> {
+    let at = |place: isize| {
+        let mirrored = place.unsigned_abs();
+        table[if mirrored < NODES {
+            mirrored
+        } else {
+            2 * (NODES - 1) - mirrored
+        }]
+    };
+    let between = |index: usize| {
+        let (cell, t) = ((index / FINER) as isize, (index % FINER) as f64 / FINER as f64);
+        let [a, b, c, d] = [-1, 0, 1, 2].map(|k| at(cell + k));
+        b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
+    };
+    (0..=(NODES - 1) * FINER).map(|index| between(index).max(0.0)).collect()
+}
+
 /// Linear between the entries of a table, `place` in steps.
 fn linear(table: &[f64], place: f64) -> f64 {
-    let cell = (place as usize).min(NODES - 2);
+    let cell = (place as usize).min(table.len() - 2);
     table[cell] + (place - cell as f64) * (table[cell + 1] - table[cell])
 }
 

@@ -86,28 +86,6 @@ pub fn read_spectrum(path: &Utf8Path) -> Result<Spectrum, PhotometricFileError> 
     }
 }
 
-/// `wavelength_nm,value` with a header line.
-fn two_columns(path: &Utf8Path, bytes: &[u8]) -> Result<Spectrum, PhotometricFileError> {
-    let (mut wavelength_nm, mut value) = (Vec::new(), Vec::new());
-    for (index, line) in String::from_utf8_lossy(bytes).lines().enumerate().skip(1) {
-        let numbers: Vec<f64> = line.split(',').filter_map(|field| field.trim().parse().ok()).collect();
-        let [nm, at] = numbers[..] else {
-            let message = format!("`{line}` is not `wavelength_nm,value`");
-            return Err(PhotometricFileError::Finding {
-                path: path.to_owned(),
-                line: Some(index + 1),
-                message,
-            });
-        };
-        wavelength_nm.push(nm);
-        value.push(at);
-    }
-    Spectrum::new(wavelength_nm, value).map_err(|source| PhotometricFileError::Spectrum {
-        path: path.to_owned(),
-        source,
-    })
-}
-
 fn read(path: &Utf8Path) -> Result<Vec<u8>, PhotometricFileError> {
     std::fs::read(path).map_err(|source| PhotometricFileError::Read {
         path: path.to_owned(),

@@ -3,6 +3,8 @@
 //!
 //! The files stand beside the repository; without them the tests say so and pass.
 
+#![expect(clippy::print_stdout, reason = "a test says what it found and what it skipped")]
+
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::{Effect, Harmonic, Model, Refined};
 use isolux_record::observation::{MapSet, Need, Observations, Readings, open};
@@ -37,7 +39,7 @@ fn maps(path: &Utf8Path, need: Need) -> MapSet {
 fn fit(start: &[f64], steps: &[f64], residuals: impl Fn(&[f64]) -> Vec<f64>) -> (Vec<f64>, f64) {
     let mut at = start.to_vec();
     let rms = |r: &[f64]| (r.iter().map(|v| v * v).sum::<f64>() / r.len() as f64).sqrt();
-    for _ in 0..6 {
+    for _ in 0..12 {
         let here = residuals(&at);
         let columns: Vec<DVector<f64>> = (0..at.len())
             .map(|k| {
@@ -64,6 +66,8 @@ fn fit(start: &[f64], steps: &[f64], residuals: impl Fn(&[f64]) -> Vec<f64>) -> 
     (at, end)
 }
 
+/// Case, start and step of each extra parameter, and the effects that they make.
+type Case<'a> = (&'a str, &'a [(f64, f64)], Build<'a>);
 type Build<'a> = &'a dyn Fn(&[f64]) -> Vec<Effect>;
 
 fn effect(name: &str, keys: &[(&str, f64)]) -> Effect {
@@ -161,7 +165,7 @@ fn the_hidden_effect_brings_readings_to_the_noise() {
             ),
         ]
     };
-    let one: [(&str, &[(f64, f64)], Build<'_>); 6] = [
+    let one: [Case<'_>; 6] = [
         ("02", &[(0.0, 0.1)], &|p| {
             vec![effect("gamma_zero", &[("offset_deg", p[0])])]
         }),
@@ -269,7 +273,7 @@ fn the_hidden_effect_brings_maps_to_the_noise() {
         )
     };
     let tilt = |p: &[f64]| vec![azimuthal("sensor_tilt", "angle_deg", p)];
-    let cases: [(&str, &[(f64, f64)], Build<'_>); 4] = [
+    let cases: [Case<'_>; 4] = [
         ("11", &[], &|_| vec![]),
         ("12", &[(0.1, 0.05), (0.1, 0.05)], &tilt),
         ("13", &[(0.5, 0.05)], &|p| {

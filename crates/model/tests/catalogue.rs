@@ -75,6 +75,25 @@ fn names_owners_and_keys_are_the_promised_ones() {
 }
 
 #[test]
+fn every_effect_has_its_paragraph_in_the_book() {
+    let book = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/effects.md")).unwrap();
+    let paragraphs: Vec<&str> = book.split("\n## ").skip(1).collect();
+    assert_eq!(paragraphs.len(), catalogue().len());
+    for (paragraph, spec) in paragraphs.iter().zip(catalogue()) {
+        assert!(paragraph.starts_with(&format!("{}\n", spec.name)), "{}", spec.name);
+        assert!(paragraph.contains(spec.formula), "{}: {}", spec.name, spec.formula);
+        for parameter in spec.parameters {
+            assert!(
+                paragraph.contains(&format!("`{}`", parameter.key)),
+                "{}: {}",
+                spec.name,
+                parameter.key
+            );
+        }
+    }
+}
+
+#[test]
 fn what_is_said_of_an_effect_can_be_used() {
     for spec in catalogue() {
         assert!(
@@ -178,7 +197,7 @@ fn spectra() -> SpectraSet {
         "quantity = \"irradiance\"\nunit = \"W/m2/nm\"\ndistance_mm = 500.0\nc_deg = 10.0\ngamma_deg = 5.0\n",
     )
     .unwrap();
-    let rows: String = (0..68)
+    let rows: Vec<String> = (0..68)
         .map(|i| {
             format!(
                 "{i},{},{}\n",
@@ -187,7 +206,11 @@ fn spectra() -> SpectraSet {
             )
         })
         .collect();
-    std::fs::write(path.with_extension("csv"), format!("index,kind,wavelength_nm\n{rows}")).unwrap();
+    std::fs::write(
+        path.with_extension("csv"),
+        format!("index,kind,wavelength_nm\n{}", rows.concat()),
+    )
+    .unwrap();
     match open(&path, Need::Coordinates).unwrap() {
         Observations::Spectra(spectra) => spectra,
         other => panic!("{other:?}"),

@@ -8,10 +8,14 @@ struct Folder(tempfile::TempDir);
 impl Folder {
     fn new() -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
-        let rows: String = (0..=90)
+        let rows: Vec<String> = (0..=90)
             .map(|g| format!("{g},{}\n", 300.0 * f64::from(g).to_radians().cos().max(0.0)))
             .collect();
-        std::fs::write(folder.path("d.csv"), format!("gamma_deg,intensity_cd\n{rows}")).unwrap();
+        std::fs::write(
+            folder.path("d.csv"),
+            format!("gamma_deg,intensity_cd\n{}", rows.concat()),
+        )
+        .unwrap();
         folder
     }
     fn path(&self, name: &str) -> Utf8PathBuf {

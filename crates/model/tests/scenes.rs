@@ -1,5 +1,7 @@
 //! Scenes by another hand, with reference maps from high-order quadrature: frames, tilt order, symmetry, units, means.
 
+#![expect(clippy::print_stdout, reason = "a test says what it found and what it skipped")]
+
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::{Effect, Scene};
 use isolux_record::observation::{MapSet, Need, Observations, open};
@@ -41,9 +43,10 @@ fn as_maps(scene: &Scene, unit: &str) -> MapSet {
 #[test]
 fn predicted_maps_are_the_reference() {
     let Some(scenes) = scenes() else { return };
-    // Pixels of 7.5 mm at 200 mm see the corners of a 5° grid; four nodes a pixel do not meet them exactly.
+    // The interpolant has corners at the grid's angles, which one to four nodes a pixel and a disc do not meet exactly;
+    // `simulate` does.
     for (name, unit, within) in [
-        ("ring-paper-tilt", "W/m2", 2e-5),
+        ("ring-paper-tilt", "W/m2", 1e-4),
         ("tilted-pose", "lx", 3e-4),
         ("isym3-45", "W/m2", 1e-3),
         ("uneven-grid", "lx", 2e-3),
@@ -77,7 +80,7 @@ fn a_ring_at_a_distance_is_the_file_and_near_by_it_is_not() {
         let ring = Effect::from_keys("near_field", [("radius_mm", 28.0), ("aim_deg", aim_deg)]).unwrap();
         let with_ring = scene.model.with_effects(vec![ring]);
         let mut far = scene.clone();
-        far.sensor.pose.distance_mm = 100_000.0;
+        far.sensor.pose.distance_mm = 1e7;
         let (point, ring) = (
             far.model.predict_maps(&as_maps(&far, "W/m2")),
             with_ring.predict_maps(&as_maps(&far, "W/m2")),
@@ -87,8 +90,8 @@ fn a_ring_at_a_distance_is_the_file_and_near_by_it_is_not() {
             .zip(&ring)
             .map(|(p, r)| (r / p - 1.0).abs())
             .fold(0.0, f64::max);
-        // Left over is −½(n + 3)(R/d)², some 3·10⁻⁷, and with aim a term in R/d that cancels over the ring.
-        assert!(apart < 2e-6, "aim {aim_deg}: {apart}");
+        // Left over is −½(n + 3)(R/d)² and, for LEDs that lean inward, (n·tan ψ)·R/d.
+        assert!(apart < 3e-6, "aim {aim_deg}: {apart}");
         let point: f64 = scene.model.predict_maps(&as_maps(&scene, "W/m2")).iter().sum();
         let ring: f64 = with_ring.predict_maps(&as_maps(&scene, "W/m2")).iter().sum();
         println!("aim {aim_deg}: {:+.2} % at 500 mm", 100.0 * (ring / point - 1.0));
