@@ -1,6 +1,7 @@
 //! What a link is, and how one is opened.
 
 use std::fmt;
+use std::sync::Arc;
 
 use async_trait::async_trait;
 use isolux_device::{OpenError, Target};
@@ -20,6 +21,13 @@ pub trait Links: Send + Sync {
     /// # Errors
     /// [`LinkError`] with what the system said and what to do.
     async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError>;
+}
+
+#[async_trait]
+impl<L: Links + ?Sized> Links for Arc<L> {
+    async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError> {
+        (**self).open(address, line).await
+    }
 }
 
 /// Parity bit of a serial line.
