@@ -14,6 +14,7 @@ pub mod inspect;
 pub mod predict;
 pub mod progress;
 pub mod rays;
+pub mod reduce;
 pub mod scene;
 pub mod simulate;
 pub mod twins;

@@ -1,34 +1,46 @@
-//! The corrections and their switches.
+//! The corrections, each of which can be switched off.
 
-use std::collections::BTreeSet;
 use std::fmt;
 use std::str::FromStr;
 
-/// A correction that can be switched off by its name (`reduce --without dark`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+use serde::Serialize;
+
+/// One correction of the readings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Correction {
-    /// The meter's zero offset, from capped readings.
+    /// The meter's offset, from capped readings.
     Dark,
-    /// Light in the room without the lamp, from lamp-off readings.
+    /// Light in the room with the lamp off, from lamp_off readings.
     Ambient,
-    /// Light of the lamp that does not come straight from it (EN 13032-1 "stray light"), from baffled readings.
+    /// Stray light made by the lamp, from baffled readings.
     Stray,
-    /// Change of the lamp during the scan, from visits to the reference point.
+    /// The square of each reading's own distance; off: of the station's.
+    InverseSquare,
+    /// Drift of lamp and meter, from the visits to the reference point.
     Drift,
-    /// The dark spectrum of the spectroradiometer.
+    /// The dark spectrum.
     SpectralDark,
 }
 
 impl Correction {
-    /// All corrections, in the order in which they are applied.
-    pub const ALL: [Self; 5] = [Self::Dark, Self::Ambient, Self::Stray, Self::Drift, Self::SpectralDark];
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Dark,
+        Self::Ambient,
+        Self::Stray,
+        Self::InverseSquare,
+        Self::Drift,
+        Self::SpectralDark,
+    ];
 
-    /// The name on the command line and in `provenance.json`.
+    /// The word on the command line.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Dark => "dark",
             Self::Ambient => "ambient",
             Self::Stray => "stray",
+            Self::InverseSquare => "inverse_square",
             Self::Drift => "drift",
             Self::SpectralDark => "spectral_dark",
         }
@@ -41,9 +53,9 @@ impl fmt::Display for Correction {
     }
 }
 
-/// A word that names no correction.
+/// A word that is no correction.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no correction; there are dark, ambient, stray, drift, spectral_dark")]
+#[error("`{0}` is no correction; there are dark, ambient, stray, inverse_square, drift, spectral_dark")]
 pub struct UnknownCorrection(String);
 
 impl FromStr for Correction {
@@ -51,27 +63,7 @@ impl FromStr for Correction {
     fn from_str(word: &str) -> Result<Self, UnknownCorrection> {
         Self::ALL
             .into_iter()
-            .find(|correction| correction.as_str() == word)
+            .find(|known| known.as_str() == word)
             .ok_or_else(|| UnknownCorrection(word.to_owned()))
-    }
-}
-
-/// Which corrections are switched off.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Switches {
-    off: BTreeSet<Correction>,
-}
-
-impl Switches {
-    /// Everything on but these.
-    pub fn without(off: impl IntoIterator<Item = Correction>) -> Self {
-        Self {
-            off: off.into_iter().collect(),
-        }
-    }
-
-    /// Whether a correction is switched on.
-    pub fn on(&self, correction: Correction) -> bool {
-        !self.off.contains(&correction)
     }
 }

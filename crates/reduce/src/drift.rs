@@ -1,164 +1,156 @@
-//! Change of the lamp during the scan, from visits to the reference point.
+//! Drift of lamp and meter from the visits to the reference point.
 
-use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
 
-/// Relative level of the lamp over time: a polynomial through the reference readings, 1 at the first visit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Drift {
-    /// Time of the first and the last visit, in s.
-    pub span_s: (f64, f64),
-    /// Coefficients of τ⁰, τ¹, …; τ runs from −1 to 1 over the span; the level before it is divided by that at the first visit.
-    coefficients: Vec<f64>,
-    /// Columns of a square root of the coefficients' covariance.
-    covariance_root: Vec<Vec<f64>>,
-    /// Visits used.
-    pub visits: usize,
-    /// Root mean square of the visits about the polynomial, relative.
-    pub residual_rel: f64,
-    /// Each visit: time in s, level relative to the polynomial's at the first visit, its standard uncertainty.
-    pub levels: Vec<(f64, f64, f64)>,
+/// How the reference readings changed, and what is done about it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Drift {
+    /// Fewer than two visits: nothing is known.
+    Unknown,
+    /// No change beyond the uncertainty of the visits.
+    None {
+        /// Relative standard uncertainty that a drift within it leaves.
+        u_rel: f64,
+    },
+    /// A straight line in time.
+    Linear {
+        /// Relative change per hour.
+        rate_per_h: f64,
+        /// Time at which the factor is 1, seconds since the lamp was switched on.
+        centre_s: f64,
+        /// Relative standard uncertainty of the correction.
+        u_rel: f64,
+    },
+    /// Lines between the visits: they scatter more about a straight line than their uncertainty allows.
+    Interpolated {
+        /// Times of the visits.
+        time_s: Vec<f64>,
+        /// Reading ÷ mean of all visits.
+        factor: Vec<f64>,
+        /// Relative standard uncertainty of the correction.
+        u_rel: f64,
+    },
 }
 
 impl Drift {
-    /// Fits visits (time in s, illuminance in lx, standard uncertainty in lx). None with fewer than two visits at different
-    /// times, or without light.
+    /// The drift in visits (time, illuminance corrected for offset and stray light, its standard uncertainty); the times
+    /// rise. The uncertainty of one visit is mostly the digit of the display, so a line through all visits is better than
+    /// lines between them wherever it fits.
     ///
-    /// Two or three visits give a straight line; with more a curvature is added where it improves χ² by more than 9 (3σ).
-    pub(crate) fn fit(visits: &[(f64, f64, f64)]) -> Option<Self> {
-        let first = visits.first()?.0;
-        let last = visits.last()?.0;
-        let mean = visits.iter().map(|visit| visit.1).sum::<f64>() / visits.len() as f64;
-        if last <= first || mean <= 0.0 {
-            return None;
+    /// # Errors
+    /// The mean of the visits where it is not above zero.
+    pub fn of(visits: &[(f64, f64, f64)]) -> Result<Self, f64> {
+        if visits.len() < 2 {
+            return Ok(Self::Unknown);
         }
-        let relative: Vec<(f64, f64, f64)> = visits
-            .iter()
-            .map(|&(t, e, u)| (tau(t, (first, last)), e / mean, (u / mean).max(1e-9)))
-            .collect();
-        let line = solve(&relative, 2)?;
-        let curve = if relative.len() >= 6 { solve(&relative, 3) } else { None };
-        let best = match curve {
-            Some(curve) if line.chi2 - curve.chi2 > 9.0 => curve,
-            _ => line,
-        };
-        let degrees = relative.len().saturating_sub(best.coefficients.len());
-        // Visits that scatter more than stated count as they scatter.
-        let scale = if degrees > 0 {
-            (best.chi2 / degrees as f64).sqrt().max(1.0)
+        let n = visits.len() as f64;
+        let mean = visits.iter().map(|(_, value, _)| value).sum::<f64>() / n;
+        if mean <= 0.0 {
+            return Err(mean);
+        }
+        let u_one = (visits.iter().map(|(_, _, u)| u * u).sum::<f64>() / n).sqrt() / mean;
+        let centre_s = visits.iter().map(|(time, _, _)| time).sum::<f64>() / n;
+        let spread_s2 = visits.iter().map(|(time, _, _)| (time - centre_s).powi(2)).sum::<f64>();
+        let slope = if spread_s2 > 0.0 {
+            visits
+                .iter()
+                .map(|(time, value, _)| (time - centre_s) * (value / mean - 1.0))
+                .sum::<f64>()
+                / spread_s2
         } else {
-            1.0
+            0.0
         };
-        let residual = |&(t, level, _): &(f64, f64, f64)| level - polynomial(&best.coefficients, t);
-        let residual_rel = (relative.iter().map(|v| residual(v).powi(2)).sum::<f64>() / relative.len() as f64).sqrt();
-        let start = polynomial(&best.coefficients, -1.0);
-        let levels = visits
+        let residual2: f64 = visits
             .iter()
-            .map(|&(t, e, u)| (t, e / mean / start, u / mean / start))
-            .collect();
-        Some(Self {
-            span_s: (first, last),
-            covariance_root: best
-                .root
-                .into_iter()
-                .map(|column| column.iter().map(|x| x * scale).collect())
-                .collect(),
-            coefficients: best.coefficients,
-            visits: relative.len(),
-            residual_rel,
-            levels,
+            .map(|(time, value, _)| (value / mean - 1.0 - slope * (time - centre_s)).powi(2))
+            .sum();
+        let freedom = (n - 2.0).max(1.0);
+        let u_line = u_one / n.sqrt();
+        if visits.len() > 3 && residual2 / freedom > 4.0 * u_one * u_one {
+            return Ok(Self::Interpolated {
+                time_s: visits.iter().map(|(time, _, _)| *time).collect(),
+                factor: visits.iter().map(|(_, value, _)| value / mean).collect(),
+                u_rel: u_one,
+            });
+        }
+        let length_s = visits[visits.len() - 1].0 - visits[0].0;
+        let u_slope = if spread_s2 > 0.0 { u_one / spread_s2.sqrt() } else { 0.0 };
+        if slope.abs() > 2.0 * u_slope {
+            return Ok(Self::Linear {
+                rate_per_h: slope * 3600.0,
+                centre_s,
+                u_rel: u_line,
+            });
+        }
+        // A drift that stays below twice its own uncertainty is spread evenly over ± slope·T/2: rectangular.
+        Ok(Self::None {
+            u_rel: u_line.hypot(slope.abs() * length_s / 2.0 / 3.0_f64.sqrt()),
         })
     }
 
-    /// Level of the lamp at a time, relative to the first visit; constant outside the span.
-    pub fn level(&self, time_s: f64) -> f64 {
-        polynomial(&self.coefficients, tau(time_s, self.span_s)) / polynomial(&self.coefficients, -1.0)
+    /// The factor by which readings at `time_s` are too high.
+    pub fn factor(&self, time_s: f64) -> f64 {
+        match self {
+            Self::Unknown | Self::None { .. } => 1.0,
+            Self::Linear {
+                rate_per_h, centre_s, ..
+            } => 1.0 + rate_per_h / 3600.0 * (time_s - centre_s),
+            Self::Interpolated {
+                time_s: times, factor, ..
+            } => {
+                let above = times.partition_point(|at| *at < time_s);
+                match (above.checked_sub(1), times.get(above)) {
+                    (None, _) => factor[0],
+                    (Some(below), None) => factor[below],
+                    (Some(below), Some(high)) => {
+                        let share = (time_s - times[below]) / (high - times[below]);
+                        factor[below] + share * (factor[above] - factor[below])
+                    }
+                }
+            }
+        }
     }
 
-    /// Relative change from the first to the last visit.
-    pub fn change_rel(&self) -> f64 {
-        self.level(self.span_s.1) - 1.0
+    /// Relative standard uncertainty of the correction, common to all readings.
+    pub fn u_rel(&self) -> f64 {
+        match self {
+            Self::Unknown => 0.0,
+            Self::None { u_rel } | Self::Linear { u_rel, .. } | Self::Interpolated { u_rel, .. } => *u_rel,
+        }
     }
-
-    /// Effect of each independent uncertainty of the fit on the relative level at a time.
-    pub(crate) fn effects(&self, time_s: f64) -> Vec<f64> {
-        let t = tau(time_s, self.span_s);
-        let start = polynomial(&self.coefficients, -1.0);
-        let level = self.level(time_s);
-        self.covariance_root
-            .iter()
-            .map(|column| (polynomial(column, t) - level * polynomial(column, -1.0)) / start)
-            .collect()
-    }
-}
-
-struct Fit {
-    coefficients: Vec<f64>,
-    root: Vec<Vec<f64>>,
-    chi2: f64,
-}
-
-fn solve(visits: &[(f64, f64, f64)], terms: usize) -> Option<Fit> {
-    if visits.len() < terms {
-        return None;
-    }
-    let design = DMatrix::from_fn(visits.len(), terms, |row, column| {
-        visits[row].0.powi(column as i32) / visits[row].2
-    });
-    let target = DVector::from_iterator(visits.len(), visits.iter().map(|visit| visit.1 / visit.2));
-    let covariance = (design.transpose() * &design).try_inverse()?;
-    let coefficients = &covariance * design.transpose() * &target;
-    let chi2 = (&design * &coefficients - target).norm_squared();
-    let root = covariance.cholesky()?.l();
-    Some(Fit {
-        coefficients: coefficients.iter().copied().collect(),
-        root: root
-            .column_iter()
-            .map(|column| column.iter().copied().collect())
-            .collect(),
-        chi2,
-    })
-}
-
-fn polynomial(coefficients: &[f64], t: f64) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, c| sum * t + c)
-}
-
-fn tau(time_s: f64, span_s: (f64, f64)) -> f64 {
-    (2.0 * (time_s - span_s.0) / (span_s.1 - span_s.0) - 1.0).clamp(-1.0, 1.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn visits(f: impl Fn(f64) -> f64) -> Vec<(f64, f64, f64)> {
+        (0..26)
+            .map(|i| 1800.0 + 300.0 * f64::from(i))
+            .map(|time| (time, f(time), 0.01 / 12.0_f64.sqrt()))
+            .collect()
+    }
+
     #[test]
-    fn a_straight_drift_is_found_and_normalised_to_its_start() {
-        let visits: Vec<_> = (0..10)
-            .map(|i| (100.0 + 60.0 * f64::from(i), 3.4 * (1.0 - 0.001 * f64::from(i)), 0.001))
-            .collect();
-        let drift = Drift::fit(&visits).unwrap();
-        assert!((drift.level(100.0) - 1.0).abs() < 1e-12);
-        assert!((drift.change_rel() + 0.009).abs() < 1e-9);
+    fn a_line_is_found_through_the_steps_of_the_display() {
+        let falling = visits(|time| ((3.37 * (1.0 - 0.01 * (time - 1800.0) / 3600.0)) * 100.0).round() / 100.0);
+        let drift = Drift::of(&falling).unwrap();
         assert!(
-            (drift.level(1e9) - drift.level(640.0)).abs() < 1e-12,
-            "no extrapolation"
+            matches!(drift, Drift::Linear { rate_per_h, .. } if (rate_per_h + 0.01).abs() < 0.0015),
+            "{drift:?}"
         );
+        let ratio = drift.factor(1800.0) / drift.factor(9300.0);
+        assert!((ratio - 1.0 / (1.0 - 0.01 * 7500.0 / 3600.0)).abs() < 0.003);
+        assert!(matches!(Drift::of(&visits(|_| 3.37)).unwrap(), Drift::None { .. }));
     }
 
     #[test]
-    fn the_first_visit_is_exact_and_the_last_carries_the_slope() {
-        let visits: Vec<_> = (0..20).map(|i| (f64::from(i), 1.0, 0.01)).collect();
-        let drift = Drift::fit(&visits).unwrap();
-        let u = |t: f64| drift.effects(t).iter().map(|e| e * e).sum::<f64>().sqrt();
-        assert!(u(0.0) < 1e-12);
-        // slope of 20 visits: u = 0.01·√(12/(n·(n²−1)))·19
-        let slope = 0.01 * (12.0 / (20.0 * 399.0f64)).sqrt() * 19.0;
-        assert!((u(19.0) - slope).abs() < 1e-4, "{} {slope}", u(19.0));
-    }
-
-    #[test]
-    fn one_visit_is_no_drift() {
-        assert_eq!(Drift::fit(&[(0.0, 3.4, 0.01)]), None);
-        assert_eq!(Drift::fit(&[(5.0, 3.4, 0.01), (5.0, 3.4, 0.01)]), None);
+    fn a_jump_is_no_line() {
+        let drift = Drift::of(&visits(|time| if time > 5000.0 { 3.1 } else { 3.37 })).unwrap();
+        assert!(matches!(drift, Drift::Interpolated { .. }));
+        assert!((drift.factor(2000.0) / drift.factor(9000.0) - 3.37 / 3.1).abs() < 1e-9);
+        assert!(Drift::of(&visits(|_| -0.1)).is_err_and(|mean| (mean + 0.1).abs() < 1e-12));
+        assert_eq!(Drift::of(&[(0.0, 1.0, 0.1)]), Ok(Drift::Unknown));
     }
 }

@@ -1,67 +1,95 @@
-//! Why a record gives no distribution or spectrum.
+//! Why a run gives no result.
 
-use isolux_record::Quality;
+use isolux_photometry::DistributionError;
+use isolux_record::spectra::SpectrumError;
 
-/// Why a record cannot be reduced.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+/// Why a run gives no distribution or no spectrum. Nothing is written then: no file that looks whole.
+#[derive(Debug, thiserror::Error)]
 pub enum ReduceError {
-    /// No lit reading at a point of the plan.
-    #[error("the run holds no lit readings at its points: nothing to reduce")]
-    NothingLit,
-    /// A point of the grid without a usable reading.
+    /// There is nothing to reduce.
+    #[error("the run has no lit readings of the lux meter over γ: there is no distribution in it")]
+    NoLight,
+    /// A point of the grid has no number.
     #[error(
-        "C {c_deg}° γ {gamma_deg}° has no usable reading ({found}); finish the scan, or read the point again in another range"
+        "{missing} of {expected} directions have no reading with a number, the first at C {c_deg}°, γ {gamma_deg}°; \
+         take the scan up again with --resume, or measure them"
     )]
     Missing {
-        /// C of the point.
+        /// Directions without a number.
+        missing: usize,
+        /// Directions of the grid.
+        expected: usize,
+        /// The first of them.
         c_deg: f64,
-        /// γ of the point.
+        /// The first of them.
         gamma_deg: f64,
-        /// What is there instead.
-        found: &'static str,
     },
-    /// The grid has too few angles.
-    #[error("the lit readings cover {c_planes} C planes and {gammas} γ; two γ are the least")]
-    TooFew {
-        /// Half-planes found.
-        c_planes: usize,
-        /// γ found.
-        gammas: usize,
+    /// The lit readings are no grid over C and γ.
+    #[error("the lit blocks do not make one grid: half-plane C {c_deg}° has {found} γ, others have {expected}")]
+    NoGrid {
+        /// The half-plane.
+        c_deg: f64,
+        /// Its γ.
+        found: usize,
+        /// γ of the grid.
+        expected: usize,
     },
-    /// The corrected readings make no valid distribution.
-    #[error("the corrected readings make no distribution: {0}")]
-    Distribution(#[from] isolux_photometry::DistributionError),
-    /// The lamp's flux is not above zero.
-    #[error("the corrected readings integrate to {flux_lm} lm: there is no luminaire in them")]
+    /// An axis was read back far from where it was sent.
+    #[error("row {row}: read back at C {c_deg}°, γ {gamma_deg}°, far from the plan's direction")]
+    Astray {
+        /// Number of the row.
+        row: u64,
+        /// Read-back C.
+        c_deg: f64,
+        /// Read-back γ.
+        gamma_deg: f64,
+    },
+    /// The reference visits give no light to compare with.
+    #[error("the reference readings are {illuminance_lx} lx after the corrections: drift cannot be taken from them")]
+    DarkReference {
+        /// Their mean.
+        illuminance_lx: f64,
+    },
+    /// The spectrum is saturated where light is.
+    #[error("spectrum {index} is saturated at {pixels} pixels, the first at {wavelength_nm} nm")]
+    Saturated {
+        /// Number of the spectrum.
+        index: u64,
+        /// How many pixels.
+        pixels: usize,
+        /// The first.
+        wavelength_nm: f64,
+    },
+    /// A spectrum without a calibrated part.
+    #[error("spectrum {index}: the calibration covers none of the visible wavelengths")]
+    Uncalibrated {
+        /// Number of the spectrum.
+        index: u64,
+    },
+    /// The run has spectra, but run.toml no calibration for them.
+    #[error("run.toml has no [spectral] calibration, but the run has spectra")]
+    NoCalibration,
+    /// The counts give no irradiance.
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
+    /// The intensities are no distribution.
+    #[error(transparent)]
+    Distribution(#[from] DistributionError),
+    /// The spectrum is none.
+    #[error(transparent)]
+    InvalidSpectrum(#[from] isolux_spectrum::SpectrumError),
+    /// The measured light has no flux above zero.
+    #[error("the luminous flux is {flux_lm} lm: there is no light in this run")]
     NoFlux {
-        /// The integral.
+        /// The flux.
         flux_lm: f64,
     },
-    /// A spectrum that cannot be used.
-    #[error("spectrum {index} of the run: {message}")]
-    Spectrum {
-        /// Its number.
-        index: u64,
-        /// What is wrong with it.
-        message: String,
-    },
-    /// A file of results that its format refuses.
+    /// A format cannot hold the result.
     #[error("{file}: {message}")]
-    File {
-        /// The file.
+    Format {
+        /// Name of the result.
         file: &'static str,
-        /// What the writer says.
+        /// Why.
         message: String,
     },
-}
-
-/// A quality in the words of [`ReduceError::Missing`].
-pub(crate) const fn without_number(quality: Option<Quality>) -> &'static str {
-    match quality {
-        None => "never read",
-        Some(Quality::Ok) => "ok, but without a number",
-        Some(Quality::OverRange) => "over range",
-        Some(Quality::UnderRange) => "under range",
-        Some(Quality::Failed) => "the meter failed",
-    }
 }

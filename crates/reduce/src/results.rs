@@ -1,194 +1,304 @@
-//! What a reduction leaves behind: photometric files, and the budget of every headline number.
+//! The files of `results/` that reduction makes. No clock and no path in them: the same run gives the same bytes.
 
-use isolux_formats::eulumdat::{self, Header, LampSet};
-use isolux_formats::ies;
+use isolux_formats::spectral::{self, SpectrumFile};
+use isolux_formats::{Format, eulumdat, ies};
 use isolux_photometry::IntensityDistribution;
+use isolux_record::run::Run;
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 
-use crate::distribution::Reduction;
 use crate::error::ReduceError;
-use crate::spectral::SpectralReduction;
-use crate::uncertainty::Combined;
+use crate::{Reduction, SENSOR_MM};
 
-/// What is known of the luminaire beside its light; goes into the headers of the files.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Description {
-    /// Name of the luminaire or of the run.
-    pub name: String,
-    /// Who measured, and with what program.
-    pub laboratory: String,
-    /// Number of the report.
-    pub report: String,
-    /// Day of the measurement, as the run has it.
-    pub date: String,
-    /// Diameter of the luminous area in mm.
-    pub luminous_diameter_mm: Option<f64>,
-    /// General colour rendering index.
-    pub ra: Option<f64>,
-}
-
-/// One file of results.
+/// One file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ResultFile {
-    /// Its name in `results/`.
+    /// Its name in the folder of results.
     pub name: &'static str,
     /// Its bytes.
     pub bytes: Vec<u8>,
 }
 
-/// The photometric files of a reduction and what they could not hold.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LuminaireFiles {
-    /// `luminaire.ldt` and `luminaire.ies`.
-    pub files: Vec<ResultFile>,
-    /// Directions where noise about zero came out negative; the files hold zero there, the budget's flux does not.
-    pub negative_points: usize,
-    /// What writing them as zero adds to the flux, in lm.
-    pub negative_flux_lm: f64,
-    /// What the formats had no room for.
-    pub remarks: Vec<String>,
-}
-
-/// Writes EULUMDAT and LM-63-2002 in absolute photometry (lamp count −1, line 26c the luminaire's flux, LORL 100 %).
+/// Every file of a reduction. `run_files` are the names and bytes of the run's own files, for their hashes.
 ///
 /// # Errors
-/// [`ReduceError::File`] when a format refuses the distribution.
-pub fn luminaire_files(
+/// [`ReduceError::Format`] when a format cannot hold the result.
+pub fn files(
     reduction: &Reduction,
-    spectral: Option<&SpectralReduction>,
-    description: &Description,
-) -> Result<LuminaireFiles, ReduceError> {
-    let flux_lm = reduction.distribution.flux().value();
-    let floor: Vec<f64> = reduction
-        .distribution
-        .intensity_cd()
-        .iter()
-        .map(|value| value.max(0.0))
-        .collect();
-    let negative_points = reduction
-        .distribution
-        .intensity_cd()
-        .iter()
-        .filter(|value| **value < 0.0)
-        .count();
-    let shown = IntensityDistribution::new(
-        reduction.distribution.c_deg().to_vec(),
-        reduction.distribution.gamma_deg().to_vec(),
+    run: &Run,
+    run_files: &[(String, Vec<u8>)],
+    program: &str,
+) -> Result<Vec<ResultFile>, ReduceError> {
+    let shown = without_negative(reduction)?;
+    let mut files = vec![
+        ResultFile {
+            name: "luminaire.ldt",
+            bytes: ldt(&shown, reduction, run)?,
+        },
+        ResultFile {
+            name: "luminaire.ies",
+            bytes: ies(&shown, reduction, run, program),
+        },
+    ];
+    files.extend(spectral_files(reduction, run, program));
+    let model = model_toml(reduction, run, run_files);
+    files.push(ResultFile {
+        name: "luminaire.model.toml",
+        bytes: model.into_bytes(),
+    });
+    files.push(ResultFile {
+        name: "budget.json",
+        bytes: pretty(&budget(reduction, &shown)),
+    });
+    let provenance = provenance(reduction, run, run_files, program, &files);
+    files.push(ResultFile {
+        name: "provenance.json",
+        bytes: pretty(&provenance),
+    });
+    Ok(files)
+}
+
+fn name(run: &Run) -> String {
+    let station = run.header.station.document();
+    station
+        .name
+        .clone()
+        .or_else(|| run.header.plan.document().name.clone())
+        .unwrap_or_else(|| "measured luminaire".to_owned())
+}
+
+fn diameter_mm(run: &Run) -> Option<f64> {
+    run.header.station.lamp().and_then(|lamp| lamp.diameter_mm)
+}
+
+/// The distribution as files hold it: noise about zero that came out negative is written as zero there. The budget's flux
+/// is that of the readings; what the zeros add to it stands in `budget.json`.
+fn without_negative(reduction: &Reduction) -> Result<IntensityDistribution, ReduceError> {
+    let measured = &reduction.grid.distribution;
+    let floor = measured.intensity_cd().iter().map(|value| value.max(0.0)).collect();
+    Ok(IntensityDistribution::new(
+        measured.c_deg().to_vec(),
+        measured.gamma_deg().to_vec(),
         floor,
-    )?;
-    let cct = spectral
-        .and_then(|spectral| spectral.cct_k.as_ref())
-        .map(|cct| format!("{:.0} K", cct.value));
-    let header = Header {
-        company: description.laboratory.clone(),
-        report: description.report.clone(),
-        name: description.name.clone(),
-        file_name: "luminair".to_owned(),
-        date_user: description.date.clone(),
-        luminous_length_mm: description.luminous_diameter_mm,
-        luminous_width_mm: Some(0.0),
-        luminous_height_mm: [Some(0.0); 4],
-        length_mm: description.luminous_diameter_mm,
+    )?)
+}
+
+fn ldt(shown: &IntensityDistribution, reduction: &Reduction, run: &Run) -> Result<Vec<u8>, ReduceError> {
+    let colour = reduction.spectral.as_ref().and_then(|spectral| spectral.cct.as_ref());
+    let header = eulumdat::Header {
+        company: String::new(),
+        report: format!("isolux {:.0} mm", reduction.distance_mm),
+        name: name(run),
+        length_mm: diameter_mm(run),
         width_mm: Some(0.0),
         height_mm: Some(0.0),
-        conversion_factor: Some(1.0),
-        tilt_deg: Some(0.0),
+        luminous_length_mm: diameter_mm(run),
+        luminous_width_mm: Some(0.0),
+        luminous_height_mm: [Some(0.0); 4],
         lorl_percent: Some(100.0),
-        lamp_sets: vec![LampSet {
+        tilt_deg: Some(0.0),
+        lamp_sets: vec![eulumdat::LampSet {
             count: Some(-1.0),
             lamp: "LED".to_owned(),
-            flux_lm: Some(flux_lm),
-            colour: cct.unwrap_or_default(),
-            rendering: description.ra.map(|ra| format!("{ra:.0}")).unwrap_or_default(),
-            watts: None,
+            flux_lm: Some(reduction.flux.value),
+            colour: colour.map_or_else(String::new, |cct| format!("{:.0} K", cct.value)),
+            ..eulumdat::LampSet::default()
         }],
-        ..Header::default()
+        ..eulumdat::Header::default()
     };
-    let ldt = eulumdat::write(&shown, &header).map_err(|finding| ReduceError::File {
+    let written = eulumdat::write(shown, &header).map_err(|finding| ReduceError::Format {
         file: "luminaire.ldt",
         message: finding.message.into(),
     })?;
-    let radius_m = description
-        .luminous_diameter_mm
-        .map_or(0.0, |diameter| -diameter * 1e-3);
+    Ok(written.bytes)
+}
+
+fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, program: &str) -> Vec<u8> {
+    let metres = diameter_mm(run).unwrap_or(0.0) * 1e-3;
+    let keywords = [
+        ("TEST", format!("goniophotometer, {:.0} mm", reduction.distance_mm)),
+        ("TESTLAB", String::new()),
+        ("ISSUEDATE", run.header.started_utc.chars().take(10).collect()),
+        ("MANUFAC", String::new()),
+        ("LUMCAT", name(run)),
+        (
+            "OTHER",
+            format!(
+                "{program}; flux {:.6} lm, standard uncertainty {:.2} lm",
+                reduction.flux.value, reduction.flux.u
+            ),
+        ),
+    ];
     let facts = ies::Facts {
-        keywords: vec![
-            ("TEST".to_owned(), description.report.clone()),
-            ("TESTLAB".to_owned(), description.laboratory.clone()),
-            ("ISSUEDATE".to_owned(), description.date.clone()),
-            ("MANUFAC".to_owned(), String::new()),
-            ("LUMINAIRE".to_owned(), description.name.clone()),
-            ("LAMP".to_owned(), "LED".to_owned()),
-        ],
+        keywords: keywords
+            .into_iter()
+            .map(|(keyword, text)| (keyword.to_owned(), text))
+            .collect(),
         lamp_flux_lm: None,
         lamp_count: 1.0,
-        // A negative width and length of equal size is the format's code for a circular opening.
-        opening_m: [radius_m, radius_m, 0.0],
+        // LM-63: a circular opening has minus its diameter as width and length.
+        opening_m: [-metres, -metres, 0.0],
         watts: 0.0,
         generation: None,
     };
-    let ies = ies::write(&shown, &facts, ies::Edition::E2002);
-    let remarks = ldt
-        .findings
-        .iter()
-        .chain(&ies.findings)
-        .map(|finding| finding.message.to_string())
-        .collect();
-    Ok(LuminaireFiles {
-        files: vec![
-            ResultFile {
-                name: "luminaire.ldt",
-                bytes: ldt.bytes,
-            },
-            ResultFile {
-                name: "luminaire.ies",
-                bytes: ies.bytes,
-            },
-        ],
-        negative_points,
-        negative_flux_lm: shown.flux().value() - flux_lm,
-        remarks,
-    })
+    ies::write(shown, &facts, ies::Edition::E2002).bytes
 }
 
-/// `budget.json`: each headline number with its standard uncertainty (k = 1) and the parts that make it.
-pub fn budget(reduction: &Reduction, spectral: Option<&SpectralReduction>) -> Value {
-    let level = |level: &crate::level::Level| json!({ "illuminance_lx": level.illuminance_lx, "u_lx": level.u_lx, "digit_lx": level.digit_lx });
-    let mut numbers = json!({
-        "flux_lm": number(&reduction.flux_lm()),
-        "i_max_cd": number(&reduction.i_max_cd()),
-    });
-    if let Some(spectral) = spectral {
-        numbers["irradiance_w_m2"] = number(&spectral.irradiance_w_m2);
-        numbers["illuminance_lx"] = number(&spectral.illuminance_lx);
-        numbers["ler_lm_per_w"] = number(&spectral.ler_lm_per_w);
-        numbers["cct_k"] = spectral.cct_k.as_ref().map_or(Value::Null, number);
+fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<ResultFile> {
+    let Some(spectral) = &reduction.spectral else {
+        return Vec::new();
+    };
+    let mut file = SpectrumFile::new(&spectral.spectrum, Some("irradiance"), Some("W/(m2*nm)"));
+    let text = |value: String| Value::String(value);
+    file.header.insert(
+        "Description".to_owned(),
+        text(format!("{}, on the axis at {} mm", name(run), spectral.distance_mm)),
+    );
+    file.header
+        .insert("DocumentCreator".to_owned(), text(program.to_owned()));
+    let day = run.header.started_utc.chars().take(10).collect();
+    file.header.insert("ReportDate".to_owned(), text(day));
+    [("luminaire.spdx", Format::Spdx), ("luminaire.spd", Format::Spd)]
+        .into_iter()
+        .filter_map(|(name, format)| {
+            Some(ResultFile {
+                name,
+                bytes: spectral::write(&file, format)?.0,
+            })
+        })
+        .collect()
+}
+
+/// The model of the run: its distribution and spectrum with a disc of 1 mm as emitter, and the offset, ambient and stray
+/// light that were taken out of the readings as effects of the bench, so that its predictions are readings again.
+fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8>)]) -> String {
+    let mut text = String::from("format = \"isolux-model/1\"\n\n[luminaire]\ndistribution = \"luminaire.ldt\"\n");
+    if let Some(spectral) = &reduction.spectral {
+        text.push_str("spectrum = \"luminaire.spdx\"\n");
+        let _ = spectral;
     }
+    text.push_str("emitter = { shape = \"disc\", diameter_mm = 1.0 }\n\n");
+    text.push_str("[luminaire.trust]\nshape = \"smooth\"\nc_harmonics = [2]\n\n");
+    // Relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy.
+    text.push_str(&format!(
+        "[luminaire.u]\nintensity_rel = {:.6}\nflux_rel = {:.6}\n",
+        reduction.sensor_illuminance.u_rel(),
+        reduction.flux.u_rel()
+    ));
+    if let Some(spectral) = &reduction.spectral {
+        text.push_str(&format!("ler_rel = {:.6}\n", spectral.ler.u_rel()));
+    }
+    text.push_str("\n[luminaire.provenance]\n");
+    for (file, hash) in hashes(run_files) {
+        if file == "readings.csv" {
+            text.push_str(&format!("readings_sha256 = \"{hash}\"\n"));
+        }
+    }
+    if !reduction.removed_effects.is_empty() {
+        text.push_str(&format!("removed = {:?}\n", reduction.removed_effects));
+    }
+    text.push_str("\n[noise]\nu_scale = \"fit\"\n");
+    for effect in bench_effects(reduction, run) {
+        text.push_str(&format!("\n[[effect]]\n{effect}"));
+    }
+    text
+}
+
+/// Offset and ambient light as the run measured them. A level within its uncertainty of nothing is still what was subtracted.
+fn bench_effects(reduction: &Reduction, _run: &Run) -> Vec<String> {
+    let [offset, ambient, _] = reduction.levels.parts_lx(0.0);
+    let mut effects = Vec::new();
+    if let Some(offset) = offset.filter(|_| reduction.subtract.dark) {
+        effects.push(format!("name = \"dark_offset\"\noffset_lx = {offset:.6}\n"));
+    }
+    if let Some(ambient) = ambient.filter(|_| reduction.subtract.ambient) {
+        effects.push(format!("name = \"ambient_stray\"\nilluminance_lx = {ambient:.6}\n"));
+    }
+    effects
+}
+
+/// budget.json.
+fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
+    let [offset, ambient, stray] = reduction.levels.parts_lx(0.0);
+    let spectral = reduction.spectral.as_ref();
     json!({
-        "format": "isolux-budget/1",
-        "coverage_factor": 1,
-        "numbers": numbers,
-        "distance_mm": reduction.distance_mm,
-        "spectrum_distance_mm": spectral.map(|spectral| spectral.distance_mm),
-        "applied": reduction.applied.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        "not_possible": reduction.not_possible.iter()
-            .map(|(correction, why)| json!({ "correction": correction.to_string(), "why": why })).collect::<Vec<_>>(),
-        "not_stated": reduction.not_stated.iter()
-            .chain(spectral.iter().flat_map(|spectral| &spectral.not_stated)).collect::<Vec<_>>(),
-        "levels": {
-            "capped": reduction.levels.capped.as_ref().map(level),
-            "lamp_off": reduction.levels.lamp_off.as_ref().map(level),
-            "baffled": reduction.levels.baffled.iter()
-                .map(|(gamma, at)| { let mut entry = level(at); entry["gamma_deg"] = json!(gamma); entry }).collect::<Vec<_>>(),
+        "coverage": "standard uncertainties, k = 1",
+        "flux": reduction.flux,
+        "i_max": reduction.i_max,
+        "i_max_c_deg": reduction.i_max_deg.0,
+        "i_max_gamma_deg": reduction.i_max_deg.1,
+        "sensor_mm": SENSOR_MM.0,
+        "sensor_distance_mm": SENSOR_MM.1,
+        "sensor_mean_illuminance": reduction.sensor_illuminance,
+        "sensor_mean_irradiance": reduction.sensor_irradiance,
+        "efficacy": spectral.map(|spectral| &spectral.ler),
+        "cct": spectral.and_then(|spectral| spectral.cct.as_ref()),
+        "on_axis_irradiance": spectral.map(|spectral| &spectral.irradiance),
+        "on_axis_illuminance": spectral.map(|spectral| &spectral.illuminance),
+        "on_axis_distance_mm": spectral.map(|spectral| spectral.distance_mm),
+        "common": reduction.common,
+        "subtracted": {
+            "dark": reduction.subtract.dark, "ambient": reduction.subtract.ambient, "stray": reduction.subtract.stray,
+            "offset_lx": offset, "ambient_lx": ambient, "stray_on_axis_lx": stray,
+            "levels": reduction.levels,
         },
-        "drift": reduction.drift.as_ref().map(|drift| json!({
-            "visits": drift.visits, "change_rel": drift.change_rel(), "residual_rel": drift.residual_rel,
-            "from_s": drift.span_s.0, "to_s": drift.span_s.1,
-        })),
+        "negative_points_written_as_zero": reduction.grid.distribution.intensity_cd().iter().filter(|cd| **cd < 0.0).count(),
+        "flux_added_by_them_lm": shown.flux().value() - reduction.grid.distribution.flux().value(),
+        "drift": reduction.drift,
         "closing_plane": reduction.closing,
+        "pole_spread_cd": reduction.grid.pole_spread_cd,
+        "distance_mm": reduction.distance_mm,
+        "other_distances": reduction.other_distances,
+        "readings_used": reduction.readings.0,
+        "readings": reduction.readings.1,
+        "without": reduction.without,
+        "removed_effects": reduction.removed_effects,
+        "notes": reduction.notes,
     })
 }
 
-fn number(combined: &Combined) -> Value {
-    json!(combined)
+fn provenance(
+    reduction: &Reduction,
+    run: &Run,
+    run_files: &[(String, Vec<u8>)],
+    program: &str,
+    made: &[ResultFile],
+) -> Value {
+    let object = |pairs: Vec<(String, String)>| -> Value {
+        Value::Object(
+            pairs
+                .into_iter()
+                .map(|(name, hash)| (name, Value::String(hash)))
+                .collect(),
+        )
+    };
+    let made = made
+        .iter()
+        .map(|file| (file.name.to_owned(), sha256(&file.bytes)))
+        .collect();
+    json!({
+        "program": program,
+        "run": { "started_utc": run.header.started_utc, "sha256": object(hashes(run_files)) },
+        "devices": run.header.device,
+        "without": reduction.without,
+        "removed_effects": reduction.removed_effects,
+        "results_sha256": object(made),
+    })
+}
+
+fn hashes(files: &[(String, Vec<u8>)]) -> Vec<(String, String)> {
+    files
+        .iter()
+        .map(|(name, bytes)| (name.clone(), sha256(bytes)))
+        .collect()
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes)
+        .iter()
+        .fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
+}
+
+fn pretty(value: &Value) -> Vec<u8> {
+    format!("{value:#}\n").into_bytes()
 }

@@ -1,237 +1,266 @@
-//! Counts of the spectroradiometer → spectral irradiance on the axis, with the numbers that follow and their uncertainty.
+//! Spectrum on the axis: counts → irradiance → efficacy and colour, with uncertainty.
 
 use isolux_record::ReadingKind;
-use isolux_record::run::RunHeader;
-use isolux_record::spectra::{DarkSubtraction, SpectralIrradiance, SpectrumRecord};
+use isolux_record::plan::Instrument;
+use isolux_record::run::Run;
+use isolux_record::spectra::{DarkSubtraction, SpectrumRecord};
 use isolux_spectrum::Spectrum;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
-use serde::Serialize;
+use isolux_spectrum::cie;
 
-use crate::correction::{Correction, Switches};
+use crate::budget::Quantity;
 use crate::error::ReduceError;
-use crate::uncertainty::{Combined, Part};
 
-/// Draws of the pixel noise from which the uncertainty of non-linear results (CCT, efficacy) is taken (GUM Supplement 1).
-const DRAWS: u64 = 200;
-/// Their seed: the same run gives the same bytes.
-const SEED: u64 = 1;
-
-/// Spectral irradiance on the axis and what follows from it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SpectralReduction {
-    /// Spectral irradiance in W/m²/nm at the instrument.
+/// The spectrum of a run on the axis, at 1 nm.
+#[derive(Debug, Clone)]
+pub struct SpectralResult {
+    /// Spectral irradiance in W/m²/nm.
     pub spectrum: Spectrum,
-    /// Standard uncertainty of each point from noise of light and dark, in W/m²/nm.
-    pub u_noise: Vec<f64>,
-    /// Distance of the instrument's reference plane.
+    /// Standard uncertainty of each value from the scatter of light and dark.
+    pub u_w_m2_nm: Vec<f64>,
+    /// Distance at which it was read.
     pub distance_mm: f64,
-    /// Irradiance over 360–830 nm in W/m².
-    pub irradiance_w_m2: Combined,
-    /// Illuminance from the spectrum in lx.
-    pub illuminance_lx: Combined,
-    /// Luminous efficacy of radiation in lm/W.
-    pub ler_lm_per_w: Combined,
-    /// Correlated colour temperature in K; none for light that has none.
-    pub cct_k: Option<Combined>,
-    /// Whether the dark spectrum was subtracted.
-    pub dark_subtracted: bool,
-    /// Uncertainties that the station does not state.
-    pub not_stated: Vec<&'static str>,
-    /// Wavelengths that the instrument does not reach within 360–830 nm, as remarks.
-    pub remarks: Vec<String>,
+    /// Luminous efficacy of radiation.
+    pub ler: Quantity,
+    /// Irradiance 360–830 nm.
+    pub irradiance: Quantity,
+    /// Illuminance 683·Σ E·V.
+    pub illuminance: Quantity,
+    /// Correlated colour temperature, where the light has one.
+    pub cct: Option<Quantity>,
 }
 
-/// What one draw of the noise, or the spectrum itself, gives.
-#[derive(Clone, Copy, Default, Serialize)]
-struct Derived {
-    irradiance: f64,
-    illuminance: f64,
-    ler: f64,
-    cct: f64,
-}
-
-/// Reduces the first lit spectrum of a run. None when there is no lit spectrum.
+/// The mean of the lit spectra on the axis (γ = 0) of the first spectral block; none when the run has no such spectrum.
 ///
 /// # Errors
-/// [`ReduceError::Spectrum`] for saturated pixels within 360–830 nm and for a spectrum without light.
-pub fn reduce_spectrum(
-    header: &RunHeader,
-    spectra: &[SpectrumRecord],
-    switches: &Switches,
-) -> Result<Option<SpectralReduction>, ReduceError> {
-    let (Some(record), Some(calibration)) = (
-        spectra.iter().find(|spectrum| spectrum.kind == ReadingKind::Lit),
-        &header.spectral,
-    ) else {
+/// [`ReduceError`] for saturation where there is light, or no calibration.
+pub fn on_axis(run: &Run, dark: DarkSubtraction) -> Result<Option<SpectralResult>, ReduceError> {
+    let plan_has_block = |name: &str| {
+        run.header
+            .plan
+            .blocks()
+            .iter()
+            .any(|block| block.name == name && block.instrument == Instrument::Spectroradiometer)
+    };
+    let on_axis = |record: &&SpectrumRecord| {
+        record.kind == ReadingKind::Lit && record.gamma_deg.abs() < 0.5 && plan_has_block(&record.block)
+    };
+    let Some(first) = run.spectra.iter().find(on_axis) else {
         return Ok(None);
     };
-    let wrong = |message: String| ReduceError::Spectrum {
-        index: record.index,
-        message,
-    };
-    let dark_subtracted = switches.on(Correction::SpectralDark);
-    let dark = if dark_subtracted {
-        DarkSubtraction::Spectrum
-    } else {
-        DarkSubtraction::Off
-    };
-    let irradiance = record
-        .irradiance(calibration, dark)
-        .map_err(|error| wrong(error.to_string()))?;
-    let (spectrum, u_noise) = points(record, &irradiance, calibration.dark_pixels)?;
-
-    let own = derive(&spectrum).ok_or_else(|| wrong("it holds no light".to_owned()))?;
-    let noise = noise_of(&spectrum, &u_noise);
-    let instrument = header.station.spectroradiometer();
-    let u_calibration = instrument.and_then(|instrument| instrument.u_rel);
-    let u_distance = instrument
-        .and_then(|i| i.u_distance_mm)
-        .map(|u| 2.0 * u / record.distance_mm);
-    let mut not_stated = Vec::new();
-    if u_calibration.is_none() {
-        not_stated.push("calibration (spectroradiometer.u_rel)");
-    }
-    if u_distance.is_none() {
-        not_stated.push("distance (spectroradiometer.u_distance_mm)");
-    }
-    // Calibration and distance move the level, not the shape: they cancel in efficacy and colour.
-    let level = |value: f64, noise: f64| {
-        combined(
-            value,
-            noise,
-            &[
-                ("calibration", value * u_calibration.unwrap_or(0.0)),
-                ("distance", value * u_distance.unwrap_or(0.0)),
-            ],
-        )
-    };
-    Ok(Some(SpectralReduction {
-        irradiance_w_m2: level(own.irradiance, noise.irradiance),
-        illuminance_lx: level(own.illuminance, noise.illuminance),
-        ler_lm_per_w: combined(own.ler, noise.ler, &[]),
-        cct_k: (own.cct > 0.0).then(|| combined(own.cct, noise.cct, &[])),
-        remarks: reach(&spectrum),
-        spectrum,
-        u_noise,
-        distance_mm: record.distance_mm,
-        dark_subtracted,
-        not_stated,
-    }))
-}
-
-/// The pixels that see light and whose wavelength carries into 360–830 nm, as a spectrum.
-fn points(
-    record: &SpectrumRecord,
-    irradiance: &SpectralIrradiance,
-    dark_pixels: [usize; 2],
-) -> Result<(Spectrum, Vec<f64>), ReduceError> {
-    let wrong = |message: String| ReduceError::Spectrum {
-        index: record.index,
-        message,
-    };
-    let (mut wavelengths, mut values, mut u) = (Vec::new(), Vec::new(), Vec::new());
-    for (index, pixel) in record.pixels.iter().enumerate() {
-        // One nanometre beyond the range on either side, so that 360 and 830 nm lie between points.
-        let in_range = (359.0..=831.0).contains(&pixel.wavelength_nm);
-        if !in_range || (dark_pixels[0]..dark_pixels[1]).contains(&index) {
-            continue;
-        }
-        let value = irradiance.irradiance_w_m2_nm[index].ok_or_else(|| {
-            wrong(format!(
-                "pixel {index} at {:.2} nm is saturated; measure with a shorter integration",
-                pixel.wavelength_nm
-            ))
-        })?;
-        wavelengths.push(pixel.wavelength_nm);
-        values.push(value);
-        u.push(irradiance.u_w_m2_nm[index]);
-    }
-    let spectrum = Spectrum::new(wavelengths, values).map_err(|error| wrong(error.to_string()))?;
-    Ok((spectrum, u))
-}
-
-fn derive(spectrum: &Spectrum) -> Option<Derived> {
-    let irradiance = spectrum.integral();
-    let ler = spectrum.ler_lm_per_w()?.value();
-    let cct = spectrum.cct().map_or(0.0, |cct| cct.cct_k);
-    Some(Derived {
-        irradiance,
-        illuminance: spectrum.luminous_integral(),
-        ler,
-        cct,
-    })
-}
-
-/// Standard deviation of what follows over draws of the pixel noise; draw k has its own stream, so that the result does not
-/// depend on an order.
-fn noise_of(spectrum: &Spectrum, u_noise: &[f64]) -> Derived {
-    let mut draws = Vec::new();
-    for draw in 0..DRAWS {
-        let mut random = ChaCha8Rng::seed_from_u64(SEED);
-        random.set_stream(draw);
-        let value = spectrum
-            .value()
-            .iter()
-            .zip(u_noise)
-            .map(|(value, u)| {
-                let z: f64 = StandardNormal.sample(&mut random);
-                value + u * z
-            })
+    let records: Vec<&SpectrumRecord> = run
+        .spectra
+        .iter()
+        .filter(on_axis)
+        .filter(|record| record.distance_mm == first.distance_mm)
+        .collect();
+    let calibration = run.header.spectral.as_ref().ok_or(ReduceError::NoCalibration)?;
+    let mut value = Vec::new();
+    let mut variance = Vec::new();
+    let mut wavelength = Vec::new();
+    for record in &records {
+        let light = record.irradiance(calibration, dark)?;
+        let calibrated: Vec<usize> = (0..record.pixels.len())
+            .filter(|&pixel| record.pixels[pixel].factor_w_m2_nm > 0.0)
             .collect();
-        draws.extend(
-            Spectrum::new(spectrum.wavelength_nm().to_vec(), value)
-                .ok()
-                .as_ref()
-                .and_then(derive),
-        );
-    }
-    let spread = |of: fn(&Derived) -> f64| {
-        let n = draws.len() as f64;
-        let mean = draws.iter().map(of).sum::<f64>() / n;
-        (draws.iter().map(|draw| (of(draw) - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
-    };
-    if draws.len() < 2 {
-        return Derived::default();
-    }
-    Derived {
-        irradiance: spread(|d| d.irradiance),
-        illuminance: spread(|d| d.illuminance),
-        ler: spread(|d| d.ler),
-        cct: spread(|d| d.cct),
-    }
-}
-
-fn combined(value: f64, noise: f64, common: &[(&'static str, f64)]) -> Combined {
-    let mut parts = vec![Part {
-        name: "independent",
-        u: noise,
-    }];
-    parts.extend(
-        common
+        if calibrated.len() < 2 {
+            return Err(ReduceError::Uncalibrated { index: record.index });
+        }
+        let saturated: Vec<usize> = calibrated
             .iter()
-            .filter(|part| part.1 != 0.0)
-            .map(|&(name, u)| Part { name, u: u.abs() }),
-    );
-    let u = parts.iter().map(|part| part.u * part.u).sum::<f64>().sqrt();
-    Combined { value, u, parts }
+            .copied()
+            .filter(|&pixel| light.irradiance_w_m2_nm[pixel].is_none())
+            .collect();
+        if let Some(&pixel) = saturated.first() {
+            let (pixels, wavelength_nm) = (saturated.len(), record.pixels[pixel].wavelength_nm);
+            return Err(ReduceError::Saturated {
+                index: record.index,
+                pixels,
+                wavelength_nm,
+            });
+        }
+        let at: Vec<f64> = calibrated
+            .iter()
+            .map(|&pixel| record.pixels[pixel].wavelength_nm)
+            .collect();
+        let of: Vec<f64> = calibrated
+            .iter()
+            .filter_map(|&pixel| light.irradiance_w_m2_nm[pixel])
+            .collect();
+        let u: Vec<f64> = calibrated.iter().map(|&pixel| light.u_w_m2_nm[pixel]).collect();
+        let (grid, bins) = bins(&at);
+        if grid.len() < 2 {
+            return Err(ReduceError::Uncalibrated { index: record.index });
+        }
+        if wavelength.is_empty() {
+            (wavelength, value, variance) = (grid.clone(), vec![0.0; grid.len()], vec![0.0; grid.len()]);
+        }
+        let n = records.len() as f64;
+        for (place, weights) in bins.iter().enumerate().take(value.len()) {
+            value[place] += weights.iter().map(|&(pixel, weight)| weight * of[pixel]).sum::<f64>() / n;
+            variance[place] += weights
+                .iter()
+                .map(|&(pixel, weight)| (weight * u[pixel]).powi(2))
+                .sum::<f64>()
+                / (n * n);
+        }
+    }
+    let spectrum = Spectrum::new(wavelength, value)?;
+    let u_w_m2_nm: Vec<f64> = variance.iter().map(|variance| variance.sqrt()).collect();
+    let settings = run.header.station.spectroradiometer();
+    let calibration_rel = settings.and_then(|settings| settings.u_rel).unwrap_or(0.0);
+    let distance_rel = settings
+        .and_then(|settings| settings.u_distance_mm.map(|u| 2.0 * u / settings.distance_mm))
+        .unwrap_or(0.0);
+    Ok(Some(result(
+        spectrum,
+        u_w_m2_nm,
+        first.distance_mm,
+        calibration_rel,
+        distance_rel,
+    )))
 }
 
-/// A spectrometer that starts late or stops early misses light in the denominator of K.
-fn reach(spectrum: &Spectrum) -> Vec<String> {
-    let wavelengths = spectrum.wavelength_nm();
-    let (first, last) = (wavelengths[0], wavelengths[wavelengths.len() - 1]);
-    let mut remarks = Vec::new();
-    if first > 360.0 {
-        remarks.push(format!(
-            "the spectrum begins at {first:.1} nm: light below counts as none"
-        ));
+fn result(
+    spectrum: Spectrum,
+    u_w_m2_nm: Vec<f64>,
+    distance_mm: f64,
+    calibration_rel: f64,
+    distance_rel: f64,
+) -> SpectralResult {
+    let v_lambda: Vec<f64> = spectrum.wavelength_nm().iter().map(|&nm| v_at(nm)).collect();
+    let (integral, luminous) = (spectrum.integral(), spectrum.luminous_integral());
+    let ler = luminous / integral;
+    let squares = |slope: &dyn Fn(usize) -> f64| -> f64 {
+        u_w_m2_nm
+            .iter()
+            .enumerate()
+            .map(|(place, u)| (slope(place) * u).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    let common = |value: f64, noise: f64, unit| {
+        let parts = [
+            ("noise", noise),
+            ("calibration", value * calibration_rel),
+            ("distance", value * distance_rel),
+        ];
+        Quantity::new(value, unit, parts)
+    };
+    let cct = spectrum.cct().map(|cct| {
+        // No closed form through the nearest Planckian: one wavelength after the other is moved by its uncertainty.
+        let centre = cct.cct_k;
+        let moved = squares(&|place| {
+            let mut value = spectrum.value().to_vec();
+            let step = u_w_m2_nm[place].max(1e-12 * value[place].abs());
+            value[place] += step;
+            let there = Spectrum::new(spectrum.wavelength_nm().to_vec(), value)
+                .ok()
+                .and_then(|moved| moved.cct());
+            there.map_or(
+                0.0,
+                |there| if step > 0.0 { (there.cct_k - centre) / step } else { 0.0 },
+            )
+        });
+        Quantity::new(centre, "K", [("noise", moved)])
+    });
+    SpectralResult {
+        ler: Quantity::new(
+            ler,
+            "lm/W",
+            [("noise", squares(&|place| (683.0 * v_lambda[place] - ler) / integral))],
+        ),
+        irradiance: common(integral, squares(&|_| 1.0), "W/m²"),
+        illuminance: common(luminous, squares(&|place| 683.0 * v_lambda[place]), "lx"),
+        cct,
+        spectrum,
+        u_w_m2_nm,
+        distance_mm,
     }
-    if last < 830.0 {
-        remarks.push(format!(
-            "the spectrum ends at {last:.1} nm: light above counts as none, and K comes out too high"
-        ));
+}
+
+fn v_at(wavelength_nm: f64) -> f64 {
+    let index = wavelength_nm - 360.0;
+    if index < 0.0 || index.fract() != 0.0 {
+        0.0
+    } else {
+        cie::V_LAMBDA.get(index as usize).copied().unwrap_or(0.0)
     }
-    remarks
+}
+
+/// For every whole nanometre whose ± ½ nm the pixels cover: weights of the pixels in the mean of their linear interpolant
+/// over that nanometre. Sampling it instead would throw away most of the pixels and keep their noise.
+fn bins(at_nm: &[f64]) -> (Vec<f64>, Vec<Vec<(usize, f64)>>) {
+    let (first, last) = (at_nm[0], at_nm[at_nm.len() - 1]);
+    let (from, to) = ((first + 0.5).ceil().max(200.0), (last - 0.5).floor().min(2500.0));
+    let mut grid = Vec::new();
+    let mut all = Vec::new();
+    let mut nm = from;
+    while nm <= to {
+        let (low, high) = (nm - 0.5, nm + 0.5);
+        let begin = at_nm.partition_point(|at| *at <= low).saturating_sub(1);
+        let mut weights: Vec<(usize, f64)> = Vec::new();
+        let mut add = |pixel: usize, weight: f64| match weights.iter_mut().find(|(known, _)| *known == pixel) {
+            Some((_, sum)) => *sum += weight,
+            None => weights.push((pixel, weight)),
+        };
+        for pixel in begin..at_nm.len() - 1 {
+            let (left, right) = (at_nm[pixel], at_nm[pixel + 1]);
+            if left >= high {
+                break;
+            }
+            let (a, b) = (left.max(low), right.min(high));
+            if b <= a {
+                continue;
+            }
+            // ∫ over [a, b] of the line through both pixels, as weights of the two.
+            let share = (0.5 * (a + b) - left) / (right - left);
+            add(pixel, (b - a) * (1.0 - share));
+            add(pixel + 1, (b - a) * share);
+        }
+        grid.push(nm);
+        all.push(weights);
+        nm += 1.0;
+    }
+    (grid, all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_kept_and_noise_averaged() {
+        let at: Vec<f64> = (0..1500).map(|pixel| 350.2 + 0.31 * f64::from(pixel)).collect();
+        let (grid, weights) = bins(&at);
+        assert_eq!(grid[0], 351.0);
+        for (nm, weights) in grid.iter().zip(&weights) {
+            let mean: f64 = weights
+                .iter()
+                .map(|&(pixel, weight)| weight * (3.0 * at[pixel] + 1.0))
+                .sum();
+            assert!((mean - (3.0 * nm + 1.0)).abs() < 1e-9);
+            assert!((weights.iter().map(|(_, weight)| weight).sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn noise_of_every_pixel_reaches_efficacy_and_colour() {
+        let wavelength: Vec<f64> = (380..=780).map(f64::from).collect();
+        let value: Vec<f64> = wavelength
+            .iter()
+            .map(|nm| 0.01 * (-((nm - 560.0) / 80.0).powi(2)).exp() + 0.004)
+            .collect();
+        let u: Vec<f64> = value.iter().map(|value| 0.01 * value).collect();
+        let spectrum = Spectrum::new(wavelength, value.clone()).unwrap();
+        let result = result(spectrum, u, 500.0, 0.02, 0.004);
+        let expected: f64 = value.iter().map(|value| (0.01 * value).powi(2)).sum::<f64>().sqrt();
+        assert!((result.irradiance.parts["noise"] - expected).abs() < 1e-12);
+        assert!((result.irradiance.parts["calibration"] / result.irradiance.value - 0.02).abs() < 1e-12);
+        assert!(
+            result.ler.u_rel() < result.irradiance.u_rel(),
+            "a common factor does not touch the efficacy"
+        );
+        let cct = result.cct.unwrap();
+        assert!(cct.u > 0.5 && cct.u < 50.0, "{cct:?}");
+    }
 }

@@ -5,6 +5,7 @@ mod devices;
 mod inspect;
 mod predict;
 mod reading;
+mod reduce;
 mod simulate;
 mod twins;
 
@@ -20,6 +21,7 @@ pub enum Command {
     Predict(predict::Predict),
     Virtual(twins::Virtual),
     Simulate(simulate::Simulate),
+    Reduce(reduce::Reduce),
 }
 
 /// Runs one command to its end.
@@ -34,6 +36,7 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Virtual(arguments) => twins::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Reduce(arguments) => reduce::run(&arguments),
     }
 }
 

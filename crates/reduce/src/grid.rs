@@ -1,0 +1,163 @@
+//! Samples → one intensity distribution, with one value at the poles.
+
+use isolux_photometry::IntensityDistribution;
+
+use crate::error::ReduceError;
+use crate::samples::Sample;
+
+/// Rounds of moving intensities from where they were read to the nodes of the grid. Displacements are small against the
+/// grid, so that each round gains several digits.
+const ROUNDS: usize = 6;
+
+/// A distribution and the samples that stand at its nodes.
+#[derive(Debug, Clone)]
+pub struct Grid {
+    /// The distribution.
+    pub distribution: IntensityDistribution,
+    /// Sample of each node, `[ic * ng + ig]`; at a pole all half-planes share their mean.
+    pub nodes: Vec<Sample>,
+    /// Largest difference between half-planes at γ = 0 and γ = 180°, before they were made one value.
+    pub pole_spread_cd: [f64; 2],
+}
+
+impl Grid {
+    /// The grid of the samples that are not of the closing half-plane.
+    ///
+    /// # Errors
+    /// [`ReduceError::NoLight`] without two γ, [`ReduceError::NoGrid`] when half-planes have different γ.
+    pub fn new(samples: &[Sample]) -> Result<Self, ReduceError> {
+        let nodes: Vec<Sample> = samples.iter().filter(|sample| !sample.closing).copied().collect();
+        let planes: Vec<&[Sample]> = nodes.chunk_by(|a, b| a.c_deg == b.c_deg).collect();
+        let gamma_deg: Vec<f64> = planes
+            .first()
+            .map_or_else(Vec::new, |plane| plane.iter().map(|s| s.gamma_deg).collect());
+        if gamma_deg.len() < 2 {
+            return Err(ReduceError::NoLight);
+        }
+        for plane in &planes {
+            if plane
+                .iter()
+                .map(|sample| sample.gamma_deg)
+                .ne(gamma_deg.iter().copied())
+            {
+                let (c_deg, found, expected) = (plane[0].c_deg, plane.len(), gamma_deg.len());
+                return Err(ReduceError::NoGrid { c_deg, found, expected });
+            }
+        }
+        let c_deg: Vec<f64> = planes.iter().map(|plane| plane[0].c_deg).collect();
+        // A single half-plane says the lamp is rotational whatever its C.
+        let c_deg = if c_deg.len() == 1 { vec![0.0] } else { c_deg };
+        let read: Vec<f64> = nodes.iter().map(|sample| sample.intensity_cd).collect();
+        let mut distribution = IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), read.clone())?;
+        for _ in 0..ROUNDS {
+            let moved = nodes
+                .iter()
+                .zip(&read)
+                .map(|(sample, read)| {
+                    let there = at_signed(&distribution, sample.true_c_deg, sample.true_gamma_deg);
+                    read - (there - at_signed(&distribution, sample.c_deg, sample.gamma_deg))
+                })
+                .collect();
+            distribution = IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), moved)?;
+        }
+        let pole_spread_cd = distribution.pole_spread_cd();
+        let mut intensity_cd = distribution.intensity_cd().to_vec();
+        for (column, &gamma) in gamma_deg.iter().enumerate() {
+            if gamma == 0.0 || gamma == 180.0 {
+                let column = (0..c_deg.len()).map(|plane| plane * gamma_deg.len() + column);
+                let mean = column.clone().map(|node| intensity_cd[node]).sum::<f64>() / c_deg.len() as f64;
+                column.for_each(|node| intensity_cd[node] = mean);
+            }
+        }
+        let distribution = IntensityDistribution::new(c_deg, gamma_deg, intensity_cd)?;
+        Ok(Self {
+            distribution,
+            nodes,
+            pole_spread_cd,
+        })
+    }
+
+    /// Weight of every node in the luminous flux, in sr: Φ = Σ w·I.
+    pub fn flux_weights_sr(&self) -> Vec<f64> {
+        self.shared_at_poles(self.distribution.flux_weights_sr())
+    }
+
+    /// Weight of every node in the intensity towards one direction.
+    pub fn direction_weights(&self, c_deg: f64, gamma_deg: f64) -> Vec<f64> {
+        let (cs, gammas) = (self.distribution.c_deg(), self.distribution.gamma_deg());
+        let mut weights = vec![0.0; cs.len() * gammas.len()];
+        let above = gammas.partition_point(|at| *at < gamma_deg);
+        let (low, high) = match (above.checked_sub(1), gammas.get(above)) {
+            (_, Some(&at)) if at == gamma_deg => (above, above),
+            (Some(low), Some(_)) => (low, above),
+            _ => return weights,
+        };
+        let v = if low == high {
+            0.0
+        } else {
+            (gamma_deg - gammas[low]) / (gammas[high] - gammas[low])
+        };
+        let next = cs.partition_point(|at| *at <= c_deg) % cs.len();
+        let previous = (next + cs.len() - 1) % cs.len();
+        let gap = (cs[next] - cs[previous]).rem_euclid(360.0);
+        let u = if gap == 0.0 {
+            0.0
+        } else {
+            (c_deg - cs[previous]).rem_euclid(360.0) / gap
+        };
+        for (plane, share_c) in [(previous, 1.0 - u), (next, u)] {
+            weights[plane * gammas.len() + low] += share_c * (1.0 - v);
+            weights[plane * gammas.len() + high] += share_c * v;
+        }
+        self.shared_at_poles(weights)
+    }
+
+    /// Weight of every node in the mean of E = I·cos α/R² over a square sensor on the axis, in 1/m²: the same quadrature
+    /// for all nodes, 12 × 12 points.
+    pub fn sensor_weights_per_m2(&self, side_mm: f64, distance_mm: f64) -> Vec<f64> {
+        const POINTS: usize = 12;
+        let mut weights = vec![0.0; self.nodes.len()];
+        for ix in 0..POINTS {
+            for iy in 0..POINTS {
+                let place = |i: usize| ((i as f64 + 0.5) / POINTS as f64 - 0.5) * side_mm;
+                let (x, y) = (place(ix), place(iy));
+                let r2 = x * x + y * y + distance_mm * distance_mm;
+                let gamma = x.hypot(y).atan2(distance_mm).to_degrees();
+                let c = y.atan2(x).to_degrees().rem_euclid(360.0);
+                let factor = distance_mm / r2.sqrt() / (r2 * 1e-6) / (POINTS * POINTS) as f64;
+                for (sum, weight) in weights.iter_mut().zip(self.direction_weights(c, gamma)) {
+                    *sum += weight * factor;
+                }
+            }
+        }
+        weights
+    }
+
+    /// Weights on intensities become weights on samples: at a pole each half-plane's sample has an equal share.
+    fn shared_at_poles(&self, mut weights: Vec<f64>) -> Vec<f64> {
+        let gammas = self.distribution.gamma_deg();
+        let planes = self.distribution.c_deg().len();
+        for (column, &gamma) in gammas.iter().enumerate() {
+            if gamma == 0.0 || gamma == 180.0 {
+                let sum: f64 = (0..planes).map(|plane| weights[plane * gammas.len() + column]).sum();
+                (0..planes).for_each(|plane| weights[plane * gammas.len() + column] = sum / planes as f64);
+            }
+        }
+        weights
+    }
+}
+
+/// The interpolant beyond the poles: (C, −γ) is (C + 180°, γ), (C, 180° + x) is (C + 180°, 180° − x); clamped to the grid's
+/// γ elsewhere, because the distribution is zero outside it and a displaced sample is not.
+fn at_signed(distribution: &IntensityDistribution, c_deg: f64, gamma_deg: f64) -> f64 {
+    let gammas = distribution.gamma_deg();
+    let (first, last) = (gammas[0], gammas[gammas.len() - 1]);
+    let (c, gamma) = if gamma_deg < 0.0 && first == 0.0 {
+        (c_deg + 180.0, -gamma_deg)
+    } else if gamma_deg > 180.0 && last == 180.0 {
+        (c_deg + 180.0, 360.0 - gamma_deg)
+    } else {
+        (c_deg, gamma_deg.clamp(first, last))
+    };
+    distribution.intensity_cd_at(c, gamma)
+}

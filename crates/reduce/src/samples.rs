@@ -1,0 +1,171 @@
+//! Lit readings → intensities in directions, with the independent part of their uncertainty.
+
+use isolux_record::{Quality, Reading, ReadingKind, Role};
+
+use crate::error::ReduceError;
+use crate::levels::{noise_of_one, rounding};
+
+/// How far a read-back may lie from the plan's direction before the row is taken for a fault of the axes.
+const ASTRAY_DEG: f64 = 1.0;
+
+/// The mean of all readings of one direction of the plan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Half-plane of the plan, in [0, 360).
+    pub c_deg: f64,
+    /// γ of the plan, not negative.
+    pub gamma_deg: f64,
+    /// Whether it belongs to the closing half-plane at C 360°, a check of C 0°.
+    pub closing: bool,
+    /// Half-plane that the intensity truly belongs to: read back, or as a model of the bench has it.
+    pub true_c_deg: f64,
+    /// γ that it truly belongs to.
+    pub true_gamma_deg: f64,
+    /// Intensity.
+    pub intensity_cd: f64,
+    /// Its standard uncertainty from the scatter of the readings.
+    pub u_noise_cd: f64,
+    /// Its standard uncertainty from the rounding of the display.
+    pub u_digit_cd: f64,
+    /// What the display showed, in digits: equal displays are rounded alike. None where the scatter dithers the rounding.
+    pub display: Option<i64>,
+}
+
+/// One lit reading made into an intensity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corrected {
+    /// Intensity in candela.
+    pub intensity_cd: f64,
+    /// Candela of one lux at this reading's distance.
+    pub cd_per_lx: f64,
+    /// True half-plane.
+    pub c_deg: f64,
+    /// True γ, signed or not.
+    pub gamma_deg: f64,
+}
+
+/// The lit point readings that make the distribution: those at the distance with the most of them.
+pub fn lit_points(readings: &[Reading]) -> Vec<&Reading> {
+    let lit = || {
+        readings
+            .iter()
+            .filter(|row| row.kind == ReadingKind::Lit && row.role == Role::Point)
+    };
+    let mut distances: Vec<f64> = lit().map(|row| row.distance_mm).collect();
+    distances.sort_by(f64::total_cmp);
+    let main = distances.chunk_by(|a, b| a == b).max_by(|a, b| {
+        // Of equally many, the farther: the inverse square law holds better there.
+        a.len().cmp(&b.len()).then(a[0].total_cmp(&b[0]))
+    });
+    match main {
+        Some(group) => lit().filter(|row| row.distance_mm == group[0]).collect(),
+        None => Vec::new(),
+    }
+}
+
+/// The mean of every direction of the plan, sorted by half-plane (the closing one last) and γ.
+///
+/// # Errors
+/// [`ReduceError::Missing`] when a direction has no reading with a number, [`ReduceError::Astray`] when an axis was read
+/// back far from where it was sent.
+pub fn samples(
+    rows: &[&Reading],
+    mut correct: impl FnMut(&Reading, f64) -> Corrected,
+) -> Result<Vec<Sample>, ReduceError> {
+    let full_circle = rows.iter().any(|row| row.c_target_deg == 0.0);
+    let mut keyed: Vec<((bool, f64, f64), &Reading)> = Vec::with_capacity(rows.len());
+    for &row in rows {
+        let off_c = (row.c_deg - row.c_target_deg).abs();
+        if off_c > ASTRAY_DEG || (row.gamma_deg - row.gamma_target_deg).abs() > ASTRAY_DEG {
+            return Err(ReduceError::Astray {
+                row: row.index,
+                c_deg: row.c_deg,
+                gamma_deg: row.gamma_deg,
+            });
+        }
+        let (c, gamma) = unsigned(row.c_target_deg, row.gamma_target_deg);
+        let closing = full_circle && row.c_target_deg == 360.0 && row.gamma_target_deg >= 0.0;
+        keyed.push(((closing, c, gamma), row));
+    }
+    keyed.sort_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2)));
+    let mut samples = Vec::new();
+    let (mut missing, mut expected, mut first) = (0, 0, None);
+    for group in keyed.chunk_by(|a, b| a.0 == b.0) {
+        let (closing, c_deg, gamma_deg) = group[0].0;
+        expected += 1;
+        let usable: Vec<(&Reading, f64)> = group
+            .iter()
+            .filter(|(_, row)| row.quality == Quality::Ok)
+            .filter_map(|(_, row)| row.illuminance_lx.map(|lux| (*row, lux)))
+            .collect();
+        if usable.is_empty() {
+            missing += 1;
+            first.get_or_insert((c_deg, gamma_deg));
+            continue;
+        }
+        samples.push(mean(closing, c_deg, gamma_deg, &usable, &mut correct));
+    }
+    match first {
+        Some((c_deg, gamma_deg)) => Err(ReduceError::Missing {
+            missing,
+            expected,
+            c_deg,
+            gamma_deg,
+        }),
+        None => Ok(samples),
+    }
+}
+
+fn mean(
+    closing: bool,
+    c_deg: f64,
+    gamma_deg: f64,
+    usable: &[(&Reading, f64)],
+    correct: &mut impl FnMut(&Reading, f64) -> Corrected,
+) -> Sample {
+    let n = usable.len() as f64;
+    let (mut intensity, mut per_lx, mut d_c, mut d_gamma, mut noise2, mut digit) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0_f64);
+    let mut raw = 0.0;
+    for &(row, lux) in usable {
+        let corrected = correct(row, lux);
+        intensity += corrected.intensity_cd / n;
+        per_lx += corrected.cd_per_lx / n;
+        let (true_c, true_gamma) = unsigned(corrected.c_deg, corrected.gamma_deg);
+        // Near the pole an unsigned γ may lie just across it; the difference along the meridian keeps its sign.
+        let across = angle_between(true_c, c_deg).abs() > 90.0;
+        d_c += if across { 0.0 } else { angle_between(true_c, c_deg) / n };
+        d_gamma += (if across { -true_gamma } else { true_gamma } - gamma_deg) / n;
+        let row_digit = row.digit_lx.unwrap_or(0.0);
+        noise2 += noise_of_one(row.u_lx.unwrap_or(0.0), row_digit).powi(2) / n;
+        digit = digit.max(row_digit);
+        raw += lux / n;
+    }
+    let scatter = noise2.sqrt();
+    let quiet = scatter <= 0.5 * digit && digit > 0.0;
+    Sample {
+        c_deg,
+        gamma_deg,
+        closing,
+        true_c_deg: c_deg + d_c,
+        true_gamma_deg: gamma_deg + d_gamma,
+        intensity_cd: intensity,
+        u_noise_cd: scatter / n.sqrt() * per_lx,
+        u_digit_cd: rounding(digit, scatter, usable.len()) * per_lx,
+        display: quiet.then(|| (raw / digit).round() as i64),
+    }
+}
+
+/// The direction with γ ≥ 0 and C in [0, 360): (C, −γ) is (C + 180°, γ).
+pub fn unsigned(c_deg: f64, gamma_deg: f64) -> (f64, f64) {
+    let (c, gamma) = if gamma_deg < 0.0 {
+        (c_deg + 180.0, -gamma_deg)
+    } else {
+        (c_deg, gamma_deg + 0.0)
+    };
+    let c = c.rem_euclid(360.0);
+    (if c >= 360.0 { 0.0 } else { c + 0.0 }, gamma)
+}
+
+fn angle_between(a_deg: f64, b_deg: f64) -> f64 {
+    (a_deg - b_deg + 180.0).rem_euclid(360.0) - 180.0
+}

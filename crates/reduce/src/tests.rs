@@ -1,0 +1,279 @@
+//! Runs made from closed forms, reduced.
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_record::readings::Readings;
+use isolux_record::run::{FORMAT, Run, RunHeader};
+use isolux_record::{Plan, Quality, Reading, ReadingKind, Role, Station};
+
+use crate::testing::reading;
+use crate::{Correction, Drift, Options, ReduceError, Reduction, reduce};
+
+const STATION: &str = r#"format = "isolux-station/1"
+[bench]
+type = "turning_luminaire"
+distance_mm = 10000.0
+u_distance_mm = 5.0
+[axis.c]
+open = "fake:c"
+counts_per_deg = "1000/1"
+zero_deg = 0.0
+sense = 1
+limit_deg = [-5.0, 365.0]
+speed_deg_s = 20.0
+accel_deg_s2 = 40.0
+[axis.gamma]
+open = "fake:gamma"
+counts_per_deg = "1000/1"
+zero_deg = 0.0
+sense = 1
+limit_deg = [-185.0, 185.0]
+speed_deg_s = 20.0
+accel_deg_s2 = 40.0
+[luxmeter]
+open = "fake:lux"
+calibration_factor = 1.0
+u_rel = 0.008
+"#;
+
+const PLAN: &str = "format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_deg = 0\ngamma_deg = 0\n";
+
+fn run(mut rows: Vec<Reading>) -> Run {
+    rows.iter_mut()
+        .enumerate()
+        .for_each(|(index, row)| row.index = index as u64);
+    Run {
+        path: Utf8PathBuf::from("run"),
+        header: RunHeader {
+            format: FORMAT.to_owned(),
+            program: "test".to_owned(),
+            started_utc: "2026-01-01T00:00:00Z".to_owned(),
+            lamp_on_utc: None,
+            stopped: None,
+            device: Vec::new(),
+            spectral: None,
+            station: Station::parse(Utf8Path::new("s.toml"), STATION).unwrap(),
+            plan: Plan::parse(Utf8Path::new("p.toml"), PLAN).unwrap(),
+        },
+        readings: Readings {
+            rows,
+            torn_tail: None,
+            whole_bytes: 0,
+        },
+        spectra: Vec::new(),
+    }
+}
+
+/// I = 337·cos γ·(1 + 0.02·cos 2C·sin²γ) cd in front, nothing behind: flux 337·π lm.
+fn lamp(c_deg: f64, gamma_deg: f64) -> f64 {
+    let (gamma, c) = (gamma_deg.to_radians(), c_deg.to_radians());
+    337.0 * gamma.cos().max(0.0) * (1.0 + 0.02 * (2.0 * c).cos() * gamma.sin().powi(2))
+}
+
+fn rounded(lux: f64) -> f64 {
+    (lux * 100.0).round() / 100.0
+}
+
+/// A grid as the day has it, with offset 0.05, ambient 0.02, stray 0.03·(1 − γ/360°) lx, and 1 %/h of drift.
+fn day(display: impl Fn(f64) -> f64, drift_per_h: f64) -> Vec<Reading> {
+    let mut rows = Vec::new();
+    let stray = |gamma: f64| 0.03 * (1.0 - gamma / 360.0);
+    let mut time = 1800.0;
+    for plane in 0..=24 {
+        let c = 15.0 * f64::from(plane);
+        let level = |time: f64| 1.0 + drift_per_h * (time - 1800.0) / 3600.0;
+        let lit = |gamma: f64, time: f64| display(0.05 + 0.02 + (stray(gamma) + lamp(c, gamma) / 100.0) * level(time));
+        rows.push(Reading {
+            role: Role::Reference,
+            time_s: Some(time),
+            c_deg: 0.0,
+            c_target_deg: 0.0,
+            ..reading(0.0, 0.0, lit(0.0, time))
+        });
+        for step in 0..=90 {
+            time += 4.0;
+            let gamma = 2.0 * f64::from(step);
+            rows.push(Reading {
+                time_s: Some(time),
+                ..reading(c, gamma, lit(gamma, time))
+            });
+        }
+    }
+    for repeat in 0..20 {
+        let of = |kind, lux| Reading {
+            kind,
+            repeat,
+            time_s: Some(time),
+            ..reading(0.0, 0.0, display(lux))
+        };
+        rows.push(of(ReadingKind::Capped, 0.05));
+        rows.push(of(ReadingKind::LampOff, 0.07));
+    }
+    for step in 0..=18 {
+        let gamma = 10.0 * f64::from(step);
+        rows.push(Reading {
+            kind: ReadingKind::Baffled,
+            time_s: Some(time),
+            ..reading(0.0, gamma, display(0.07 + stray(gamma)))
+        });
+    }
+    rows
+}
+
+fn reduced(rows: Vec<Reading>, without: &[Correction]) -> Reduction {
+    reduce(
+        &run(rows),
+        &Options {
+            without: without.iter().copied().collect(),
+        },
+        None,
+    )
+    .unwrap()
+}
+
+#[test]
+fn every_correction_brings_the_flux_home() {
+    let exact = std::f64::consts::PI * 337.0;
+    let full = reduced(day(|lux| lux, 0.0), &[]);
+    assert!((full.flux.value / exact - 1.0).abs() < 3e-4, "{}", full.flux.value);
+    assert_eq!(full.grid.distribution.c_deg().len(), 24);
+    let sphere_lm_per_lx = 4.0 * std::f64::consts::PI * 100.0;
+    let without = |correction| reduced(day(|lux| lux, 0.0), &[correction]).flux.value - full.flux.value;
+    assert!((without(Correction::Dark) - 0.05 * sphere_lm_per_lx).abs() < 1e-6);
+    assert!((without(Correction::Ambient) - 0.02 * sphere_lm_per_lx).abs() < 1e-6);
+    assert!((without(Correction::Stray) / (0.0225 * sphere_lm_per_lx) - 1.0).abs() < 1e-9);
+    let drifting = reduced(day(|lux| lux, -0.02), &[]);
+    assert!(
+        // 2 % of the first level are 2.05 % of the middle one, and the baffled readings did not see the drift of the stray.
+        matches!(drifting.drift, Drift::Linear { rate_per_h, .. } if (rate_per_h + 0.0207).abs() < 1e-4),
+        "{:?}",
+        drifting.drift
+    );
+    // The middle of the scan is the level that the result belongs to.
+    let middle = 1.0 - 0.02 * 2275.0 * 4.0 / 2.0 / 3600.0;
+    assert!((drifting.flux.value / (exact * middle) - 1.0).abs() < 1e-3);
+    let closing = drifting.closing.unwrap();
+    assert!(closing.rms_cd < 0.2, "{closing:?}");
+    let uncorrected = reduced(day(|lux| lux, -0.02), &[Correction::Drift]).closing.unwrap();
+    assert!(
+        uncorrected.max_cd < -15.0 && uncorrected.max_gamma_deg == 0.0,
+        "{uncorrected:?}"
+    );
+}
+
+#[test]
+fn the_digit_of_the_dark_stands_in_the_budget_of_the_flux() {
+    let dark_digit_lm = 0.01 / 12.0_f64.sqrt() * 100.0 * 4.0 * std::f64::consts::PI;
+    let result = reduced(day(rounded, 0.0), &[]);
+    // 20 repeats of the dark and 19 of the baffled reading do not reduce it: 3.6 lm.
+    assert!(
+        (result.flux.parts["dark_digit"] / dark_digit_lm - 1.0).abs() < 1e-6,
+        "{:?}",
+        result.flux.parts
+    );
+    assert!(result.flux.u >= result.flux.parts["dark_digit"]);
+    // On one point the same digit is 0.29 cd, on the flux it is common to all of them.
+    assert!((result.i_max.parts["dark_digit"] / (0.01 / 12.0_f64.sqrt() * 100.0) - 1.0).abs() < 1e-9);
+    // Behind the lamp every display is the same, so half the sphere is rounded alike.
+    assert!(result.flux.parts["digit"] > 0.45 * dark_digit_lm);
+    assert!((result.flux.parts["calibration"] / result.flux.value - 0.008).abs() < 1e-12);
+    assert!((result.flux.parts["distance"] / result.flux.value - 0.001).abs() < 1e-12);
+    let off = std::f64::consts::PI * 337.0 - result.flux.value;
+    assert!(off.abs() < 3.0 * result.flux.u, "{off} lm, u = {} lm", result.flux.u);
+}
+
+#[test]
+fn the_stated_uncertainty_covers_the_scatter_of_many_days() {
+    // Offset and ambient light take any value between two digits. The dark and the back of the lamp are rounded alike, so
+    // that their errors partly cancel; the budget adds them as if they did not, and may not state too little.
+    let mut worst = 0.0_f64;
+    let mut squares = 0.0;
+    let count = 60;
+    for trial in 0..count {
+        let shift = 0.01 * ((f64::from(trial) * 0.618_033_988_75) % 1.0) - 0.005;
+        let result = reduced(day(|lux| rounded(lux + shift), 0.0), &[]);
+        let u = result.flux.parts["dark_digit"].hypot(result.flux.parts["digit"]);
+        let z = (result.flux.value - std::f64::consts::PI * 337.0) / u;
+        worst = worst.max(z.abs());
+        squares += z * z / f64::from(count);
+    }
+    assert!(worst < 2.0 && squares < 1.0, "worst {worst}, mean square {squares}");
+    assert!(
+        squares > 1e-3,
+        "an error that is a thousandth of its uncertainty is no test: {squares}"
+    );
+}
+
+#[test]
+fn poles_have_one_value_and_displaced_readings_go_home() {
+    let mut rows = day(|lux| lux, 0.0);
+    for row in &mut rows {
+        // The axes stand 0.2° beside the plan, and what was read is light of where they stand.
+        if row.kind == ReadingKind::Lit && row.role == Role::Point {
+            row.gamma_deg = row.gamma_target_deg + 0.2;
+            row.illuminance_lx =
+                Some(0.07 + 0.03 * (1.0 - row.gamma_deg / 360.0) + lamp(row.c_deg, row.gamma_deg) / 100.0);
+        }
+    }
+    let result = reduced(rows, &[]);
+    let distribution = &result.grid.distribution;
+    for plane in 0..24 {
+        assert_eq!(distribution.row(plane)[0], distribution.row(0)[0]);
+    }
+    for gamma in [10.0, 30.0, 60.0, 80.0] {
+        let difference = distribution.intensity_cd_at(30.0, gamma) - lamp(30.0, gamma);
+        assert!(difference.abs() < 0.02, "{difference} cd at {gamma}°");
+    }
+}
+
+#[test]
+fn a_run_with_a_hole_gives_no_file_that_looks_whole() {
+    let mut rows = day(|lux| lux, 0.0);
+    rows[500].quality = Quality::OverRange;
+    rows[500].illuminance_lx = None;
+    let error = reduce(&run(rows), &Options::default(), None).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            ReduceError::Missing {
+                missing: 1,
+                expected: 2275,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    let mut cut = day(|lux| lux, 0.0);
+    cut.truncate(700);
+    assert!(matches!(
+        reduce(&run(cut), &Options::default(), None).unwrap_err(),
+        ReduceError::NoGrid { .. }
+    ));
+    assert!(matches!(
+        reduce(&run(Vec::new()), &Options::default(), None).unwrap_err(),
+        ReduceError::NoLight
+    ));
+}
+
+#[test]
+fn the_same_run_gives_the_same_bytes_and_the_file_the_same_flux() {
+    let run = run(day(rounded, 0.0));
+    let make = || {
+        let result = reduce(&run, &Options::default(), None).unwrap();
+        let files = crate::files(
+            &result,
+            &run,
+            &[("readings.csv".to_owned(), vec![1, 2, 3])],
+            "isolux test",
+        )
+        .unwrap();
+        (result, files)
+    };
+    let (result, first) = make();
+    assert_eq!(first, make().1);
+    let ldt = first.iter().find(|file| file.name == "luminaire.ldt").unwrap();
+    let (read, findings) = isolux_formats::Distribution::load(&ldt.bytes, "luminaire.ldt").unwrap();
+    assert!(
+        (read.intensity.flux().value() / result.flux.value - 1.0).abs() < 1e-6,
+        "{findings:?}"
+    );
+}
