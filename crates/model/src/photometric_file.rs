@@ -68,9 +68,6 @@ pub fn read_spectrum(path: &Utf8Path) -> Result<Spectrum, PhotometricFileError> 
         ));
     }
     let only = parsed.remove(0);
-    if only.document.is_none() && path.extension() == Some("csv") {
-        return two_columns(path, &bytes);
-    }
     if only.findings.iter().any(is_error) {
         return Err(first(path, &only.findings));
     }
