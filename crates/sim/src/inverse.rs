@@ -1,16 +1,22 @@
 //! Inverse simulation: the irradiance of every pixel by quadrature over pixel and emitter, with a bound on its own error.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::local::{self, Local, Rule};
 use crate::patch::{self, Light, Patch, Scratch};
 use crate::rules::Estimate;
 use crate::sensor::Sensor;
-use crate::source::{Part, Shape, Source};
+use crate::source::{Shape, Source};
 use crate::tiles;
 
 /// Relative error that the reference path aims at in every pixel.
-pub const RELATIVE_TOLERANCE: f64 = 2e-7;
+pub(crate) const RELATIVE_TOLERANCE: f64 = 2e-7;
+
+/// Relative error that the quick rules may have; most have far less.
+const QUICK_TOLERANCE: f64 = 1e-6;
 
 /// A map of illuminance without noise.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,20 +27,23 @@ pub struct Map {
     pub error_lx: f64,
 }
 
-/// The map by the reference path in f64. Independent of the number of threads.
+/// The map: quick rules where their bound meets the tolerance, cuts at every kink elsewhere, polynomials over tiles where
+/// the light is smooth. Independent of the number of threads.
 pub fn solve(source: &Source, sensor: &Sensor) -> Map {
-    tiles::fill(sensor, |x, y, scratch| pixel(source, sensor, x, y, scratch))
+    let prepared = Prepared::new(source, sensor, true);
+    tiles::fill(sensor, |x, y, scratch| prepared.pixel(x, y, scratch))
 }
 
-/// The map pixel by pixel, no interpolation between pixels: what [`solve`] is tested against.
+/// The reference: every pixel by itself with cuts at every kink, no quick rules, no interpolation between pixels.
 pub fn solve_each(source: &Source, sensor: &Sensor) -> Map {
+    let prepared = Prepared::new(source, sensor, false);
     let rows: Vec<(Vec<f64>, f64)> = (0..sensor.ny)
         .into_par_iter()
         .map_init(Scratch::default, |scratch, iy| {
             let mut error = 0.0;
             let row = (0..sensor.nx)
                 .map(|ix| {
-                    let found = pixel(source, sensor, ix as f64 + 0.5, iy as f64 + 0.5, scratch);
+                    let found = prepared.pixel(ix as f64 + 0.5, iy as f64 + 0.5, scratch);
                     error += found.error;
                     found.value
                 })
@@ -49,104 +58,168 @@ pub fn solve_each(source: &Source, sensor: &Sensor) -> Map {
     }
 }
 
-/// Mean illuminance in lx over the pixel-sized parallelogram centred at (x, y) in pixels, from the whole emitter.
-pub(crate) fn pixel(source: &Source, sensor: &Sensor, x: f64, y: f64, scratch: &mut Scratch) -> Estimate {
-    let mut total = Estimate::default();
-    let corner = sensor.point(x - 0.5, y - 0.5);
-    for part in source.parts() {
-        let found = from_part(part, source.extinction_per_mm(), corner, sensor, scratch);
-        total.value += part.share * found.value;
-        total.error += part.share.abs() * found.error;
-    }
-    total
+/// A source before a sensor, with everything that does not depend on the pixel.
+struct Prepared<'a> {
+    items: Vec<Item<'a>>,
 }
 
-fn from_part(part: &Part, extinction_per_mm: f64, corner: DVec3, sensor: &Sensor, scratch: &mut Scratch) -> Estimate {
-    // In the part's own frame the table stands upright.
-    let own = |v: DVec3| part.aim.map_or(v, |aim| aim.transpose() * v);
-    let light = Light {
-        table: &part.table,
-        toward: own(sensor.toward),
-        extinction_per_mm,
-    };
-    let pixel = Patch::Parallelogram {
-        corner: own(corner),
-        first: own(sensor.step_x),
-        second: own(sensor.step_y),
-    };
-    let centre = own(part.shape.centre());
-    if matches!(part.shape, Shape::Point(_)) {
-        return over_pixel(light, &pixel.shifted(-centre), scratch);
-    }
-    let mut total = Estimate::default();
-    for (emitter, share) in part.shape.patches() {
-        let emitter = match emitter {
-            Patch::Disc { centre, first, second } => Patch::Disc {
-                centre: own(centre),
-                first: own(first),
-                second: own(second),
-            },
-            Patch::Parallelogram { corner, first, second } => Patch::Parallelogram {
-                corner: own(corner),
-                first: own(first),
-                second: own(second),
-            },
-        };
-        let found = over_both(light, &pixel, &emitter, scratch);
-        total.value += share * found.value;
-        total.error += share.abs() * found.error;
-    }
-    total
+/// One part and one patch of its area, in the part's own frame, in which its table stands upright.
+struct Item<'a> {
+    light: Light<'a>,
+    share: f64,
+    /// The pixel-sized window whose corner is the sensor's corner, seen from the part's middle.
+    window: Patch,
+    step_x: DVec3,
+    step_y: DVec3,
+    /// Lines of sight of the emitter, its middle included; `None` for a point.
+    emitter: Option<Patch>,
+    rules: Arc<Vec<Rule>>,
 }
 
-fn over_both(light: Light<'_>, pixel: &Patch, emitter: &Patch, scratch: &mut Scratch) -> Estimate {
-    let sight = pixel.centre() + emitter.centre();
-    let reach = pixel.radius() + emitter.radius();
-    let nearest = singular_distance(sight).min(sensor_distance(light, sight, emitter));
-    if !patch::may_bend(light.table, sight, reach) && reach < 0.4 * nearest {
-        // Analytic over pixel and emitter together: one product rule of each, its order from the size.
-        return smooth(light, sight, pixel, Some(emitter), reach / nearest);
-    }
-    if reach < 0.05 * nearest {
-        // A kink too weak to matter: its slope over the reach of the patch bounds what a product rule can miss.
-        let value = product(light, sight, pixel, Some(emitter), [2, 2]);
-        let [bend_c, bend_gamma] = light.table.bend();
-        let height = 1e6 * light.toward.dot(sight) / sight.length().powi(3);
-        let strength = height * reach * (bend_c / nearest + bend_gamma / sight.length());
-        if strength <= 3e-4 * value.abs() {
-            let fine = product(light, sight, pixel, Some(emitter), [3, 3]);
-            let step = (value - fine).abs();
-            if strength <= 1e-5 * fine.abs() || step <= 0.3 * RELATIVE_TOLERANCE * fine.abs() {
-                return Estimate {
-                    value: fine,
-                    error: step.max(1e-3 * strength),
+impl<'a> Prepared<'a> {
+    fn new(source: &'a Source, sensor: &Sensor, quick: bool) -> Self {
+        let mut items = Vec::new();
+        // Parallel LEDs share their rules.
+        let mut of_points: Option<Arc<Vec<Rule>>> = None;
+        for part in source.parts() {
+            let own = |v: DVec3| part.aim.map_or(v, |aim| aim.transpose() * v);
+            let light = Light {
+                table: &part.table,
+                toward: own(sensor.toward),
+                extinction_per_mm: source.extinction_per_mm(),
+            };
+            let (step_x, step_y) = (own(sensor.step_x), own(sensor.step_y));
+            let window = Patch::Parallelogram {
+                corner: own(sensor.corner),
+                first: step_x,
+                second: step_y,
+            };
+            let make = |emitter: Option<&Patch>| {
+                Arc::new(if quick {
+                    local::rules(&window, emitter)
+                } else {
+                    Vec::new()
+                })
+            };
+            if let Shape::Point(centre) = part.shape {
+                let rules = match (&of_points, part.aim) {
+                    (Some(rules), None) => Arc::clone(rules),
+                    (_, None) => Arc::clone(of_points.insert(make(None))),
+                    _ => make(None),
                 };
+                let window = window.shifted(-own(centre));
+                items.push(Item {
+                    light,
+                    share: part.share,
+                    window,
+                    step_x,
+                    step_y,
+                    emitter: None,
+                    rules,
+                });
+                continue;
+            }
+            for (emitter, share) in part.shape.patches() {
+                let emitter = emitter.mapped(own);
+                let rules = make(Some(&emitter));
+                let share = part.share * share;
+                items.push(Item {
+                    light,
+                    share,
+                    window,
+                    step_x,
+                    step_y,
+                    emitter: Some(emitter),
+                    rules,
+                });
             }
         }
+        Self { items }
     }
-    // Kinks are met exactly over the larger of the two; over the smaller one what is left is smooth enough for a rule
-    // that is refined until it settles.
-    let (inner, outer) = if pixel.radius() >= emitter.radius() {
-        (pixel, emitter)
-    } else {
-        (emitter, pixel)
-    };
-    let shift = inner.shifted(outer.centre());
-    settle(
-        outer,
-        |offset, scratch| patch::mean(light, &shift.shifted(offset), RELATIVE_TOLERANCE, scratch),
-        scratch,
-    )
+
+    /// Mean illuminance in lx over the pixel-sized window centred at (x, y) in pixels, from the whole emitter.
+    fn pixel(&self, x: f64, y: f64, scratch: &mut Scratch) -> Estimate {
+        let mut total = Estimate::default();
+        for item in &self.items {
+            let found = item.over((x - 0.5) * item.step_x + (y - 0.5) * item.step_y, scratch);
+            total.value += item.share * found.value;
+            total.error += item.share.abs() * found.error;
+        }
+        total
+    }
 }
 
-fn over_pixel(light: Light<'_>, pixel: &Patch, scratch: &mut Scratch) -> Estimate {
-    let sight = pixel.centre();
-    let reach = pixel.radius();
-    let nearest = singular_distance(sight);
-    if !patch::may_bend(light.table, sight, reach) && reach < 0.4 * nearest {
-        return smooth(light, sight, pixel, None, reach / nearest);
+impl Item<'_> {
+    fn over(&self, shift: DVec3, scratch: &mut Scratch) -> Estimate {
+        let pixel = self.window.shifted(shift);
+        let middle = self.emitter.as_ref().map_or(DVec3::ZERO, Patch::centre);
+        let sight = pixel.centre() + middle;
+        let reach = pixel.radius() + self.emitter.as_ref().map_or(0.0, Patch::radius);
+        if let Some(found) = self.quick(sight, reach) {
+            return found;
+        }
+        let light = self.light;
+        let mut nearest = singular_distance(sight);
+        if let Some(emitter) = &self.emitter {
+            nearest = nearest.min(sensor_distance(light, sight, emitter));
+        }
+        if !patch::may_bend(light.table, sight, reach) && reach < 0.4 * nearest {
+            // Analytic over pixel and emitter together: one product rule of each, its order from the size.
+            return smooth(light, sight, &pixel, self.emitter.as_ref(), reach / nearest);
+        }
+        let Some(emitter) = &self.emitter else {
+            return patch::mean(light, &pixel, RELATIVE_TOLERANCE, scratch);
+        };
+        // Kinks are met exactly over the larger of the two; over the smaller one what is left is smooth enough for a rule
+        // that is refined until it settles.
+        let (inner, outer) = if pixel.radius() >= emitter.radius() {
+            (&pixel, emitter)
+        } else {
+            (emitter, &pixel)
+        };
+        let inner = inner.shifted(outer.centre());
+        settle(
+            outer,
+            |offset, scratch| patch::mean(light, &inner.shifted(offset), RELATIVE_TOLERANCE, scratch),
+            scratch,
+        )
     }
-    patch::mean(light, pixel, RELATIVE_TOLERANCE, scratch)
+
+    /// A product rule in the vector units, where the bound of its error meets the tolerance.
+    fn quick(&self, sight: DVec3, reach: f64) -> Option<Estimate> {
+        let height = self.light.toward.dot(sight);
+        if self.rules.is_empty() || height <= reach {
+            return None;
+        }
+        let table = self.light.table;
+        let local = Local::new(table, sight, reach)?;
+        let distance = sight.length();
+        // How far the angles turn over the patch, and what a ramp of one candela makes at the sensor.
+        let axis = if table.is_rotational() {
+            distance
+        } else {
+            sight.x.hypot(sight.y)
+        };
+        let (turn_gamma, turn_c) = (reach / distance, reach / axis);
+        let per_cd = 1e6 * height / (distance * distance * distance);
+        let [bend_gamma, bend_c] = local.bend;
+        let bend = per_cd * (bend_gamma * turn_gamma + bend_c * turn_c);
+        let ratio = turn_c.max(turn_gamma);
+        let tolerance = QUICK_TOLERANCE * per_cd * local.middle_cd().abs();
+        let smooth = |order: i32| {
+            if order == 1 {
+                ratio * ratio
+            } else {
+                (0.7 * ratio).powi(2 * order)
+            }
+        };
+        let bound = |rule: &Rule| bend * rule.ramp + per_cd * local.middle_cd().abs() * smooth(rule.order);
+        let rule = self.rules.iter().find(|rule| bound(rule) <= tolerance)?;
+        Some(Estimate {
+            value: local.mean(self.light, sight, rule),
+            error: bound(rule),
+        })
+    }
 }
 
 /// Distance from the end of a line of sight to the nearest singularity of the integrand: the pole axis.

@@ -7,6 +7,7 @@ pub mod blur;
 pub mod direct;
 pub mod emission;
 pub mod inverse;
+mod local;
 pub mod noise;
 mod patch;
 pub mod random;

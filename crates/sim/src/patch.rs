@@ -82,6 +82,22 @@ impl Patch {
         }
     }
 
+    /// The patch with every vector mapped (a rotation).
+    pub fn mapped(&self, by: impl Fn(DVec3) -> DVec3) -> Self {
+        match *self {
+            Self::Parallelogram { corner, first, second } => Self::Parallelogram {
+                corner: by(corner),
+                first: by(first),
+                second: by(second),
+            },
+            Self::Disc { centre, first, second } => Self::Disc {
+                centre: by(centre),
+                first: by(first),
+                second: by(second),
+            },
+        }
+    }
+
     /// Nodes (offset from the centre) and weights, sum 1, of a product rule of `n` points a side (disc: n radii, 2n + 2
     /// azimuths), exact for polynomials up to degree 2n − 1 at least.
     pub fn nodes(&self, n: usize, out: &mut Vec<(DVec3, f64)>) {

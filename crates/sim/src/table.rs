@@ -18,8 +18,6 @@ pub struct Table {
     c_kinks: Vec<f64>,
     /// Polar angles at which the slope in γ changes or the distribution ends.
     gamma_kinks: Vec<f64>,
-    /// Largest change of slope at a kink in C and in γ, cd/rad.
-    bend: [f64; 2],
     c_search: Search,
     gamma_search: Search,
 }
@@ -104,7 +102,6 @@ impl Table {
         let c_search = Search::over(&c_rad);
         let gamma_search = Search::over(&gamma_rad);
         let mut table = Self {
-            bend: [0.0; 2],
             c_rad,
             gamma_rad,
             intensity_cd,
@@ -178,11 +175,6 @@ impl Table {
         &self.gamma_kinks
     }
 
-    /// Largest change of slope over the kinks in C and in γ, cd/rad; infinite where the range ends in a jump.
-    pub(crate) fn bend(&self) -> [f64; 2] {
-        self.bend
-    }
-
     /// A grid line at which the slope does not change is no kink; the ends of the range are unless they are the poles.
     fn find_kinks(&mut self) {
         let (nc, ng) = (self.c_rad.len(), self.gamma_rad.len());
@@ -191,32 +183,20 @@ impl Table {
             .iter()
             .fold(0.0_f64, |peak, value| peak.max(value.abs()));
         let at = |ic: usize, ig: usize| self.intensity_cd[ic * ng + ig];
-        let change = |x: [f64; 3], y: [f64; 3]| ((y[2] - y[1]) / (x[2] - x[1]) - (y[1] - y[0]) / (x[1] - x[0])).abs();
-        let bends = |x: [f64; 3], y: [f64; 3], most: &mut f64| {
+        let bends = |x: [f64; 3], y: [f64; 3]| {
             let straight = y[0] + (y[2] - y[0]) * (x[1] - x[0]) / (x[2] - x[0]);
-            let bent = (y[1] - straight).abs() > 1e-13 * peak;
-            if bent {
-                *most = most.max(change(x, y));
-            }
-            bent
+            (y[1] - straight).abs() > 1e-13 * peak
         };
-        let (mut bend_c, mut bend_gamma) = (0.0_f64, 0.0_f64);
         let mut gamma_kinks = Vec::new();
         for ig in 0..ng {
             let gamma = self.gamma_rad[ig];
             let pole = !(1e-9..=PI - 1e-9).contains(&gamma);
             let end = ig == 0 || ig + 1 == ng;
             let kink = if end {
-                if !pole && (0..nc).any(|ic| at(ic, ig) != 0.0) {
-                    bend_gamma = f64::INFINITY;
-                }
                 !pole
             } else {
                 let x = [self.gamma_rad[ig - 1], gamma, self.gamma_rad[ig + 1]];
-                (0..nc)
-                    .filter(|&ic| bends(x, [at(ic, ig - 1), at(ic, ig), at(ic, ig + 1)], &mut bend_gamma))
-                    .count()
-                    > 0
+                (0..nc).any(|ic| bends(x, [at(ic, ig - 1), at(ic, ig), at(ic, ig + 1)]))
             };
             if kink {
                 gamma_kinks.push(gamma);
@@ -232,16 +212,12 @@ impl Table {
                     (ic - 1, self.c_rad[ic - 1])
                 };
                 let x = [x0, self.c_rad[ic], self.c_rad[ic + 1]];
-                let bent = (0..ng)
-                    .filter(|&ig| bends(x, [at(before, ig), at(ic, ig), at(ic + 1, ig)], &mut bend_c))
-                    .count();
-                if bent > 0 {
+                if (0..ng).any(|ig| bends(x, [at(before, ig), at(ic, ig), at(ic + 1, ig)])) {
                     c_kinks.push(self.c_rad[ic].rem_euclid(TAU));
                 }
             }
             c_kinks.sort_by(f64::total_cmp);
         }
-        self.bend = [bend_c, bend_gamma];
         self.c_kinks = c_kinks;
         self.gamma_kinks = gamma_kinks;
     }

@@ -202,7 +202,7 @@ fn tiles_change_nothing() {
     let source = disc(&distribution, 0.5);
     let (tiled, each) = (inverse::solve(&source, &sensor), inverse::solve_each(&source, &sensor));
     for (a, b) in tiled.illuminance_lx.iter().zip(&each.illuminance_lx) {
-        assert!((a / b - 1.0).abs() < 2e-6, "{a} {b}");
+        assert!((a / b - 1.0).abs() < 3e-6, "{a} {b}");
     }
 }
 
