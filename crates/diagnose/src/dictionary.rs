@@ -1,0 +1,152 @@
+//! Every effect of the catalogue on its grid of shapes, and every rival without a name, as columns over the readings.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::forward::{Forward, Hypothesis};
+use crate::rivals::Rival;
+use crate::scan::{Candidate, Who};
+use crate::table::Coordinate;
+
+/// Prior probability, given that there is something, that the catalogue has no name for it.
+const OUTSIDE_CATALOGUE: f64 = 0.2;
+/// A rival whose pattern is this close (R²) to a named effect's adds nothing: the name stands for it.
+const SAME_PATTERN: f64 = 0.9;
+/// An effect with more shapes than this is a search through frequencies, not a smooth pattern.
+const MANY_SHAPES: usize = 60;
+
+/// The columns, and who makes them.
+#[derive(Debug)]
+pub struct Dictionary {
+    /// Change of each reading for a unit amplitude, readings × columns.
+    pub columns: DMatrix<f64>,
+    /// The candidates.
+    pub candidates: Vec<Candidate>,
+}
+
+impl Dictionary {
+    /// Named tangents around the baseline `prediction`, then the rivals.
+    pub fn new<F: Forward + ?Sized>(
+        forward: &F,
+        nuisance: &[f64],
+        prediction: &DVector<f64>,
+        rivals: &[Rival],
+        row_scale: &DVector<f64>,
+    ) -> Self {
+        let effects = forward.effects();
+        let tangents: Vec<(Who, Vec<DVector<f64>>)> = effects
+            .iter()
+            .enumerate()
+            .flat_map(|(effect, searchable)| (0..searchable.shapes.len()).map(move |shape| (effect, shape)))
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .filter_map(|(effect, shape)| {
+                let columns = tangent(forward, nuisance, prediction, effect, &effects[effect].shapes[shape])?;
+                Some((Who::Named { effect, shape }, columns))
+            })
+            .collect();
+        let share = (1.0 - OUTSIDE_CATALOGUE) / effects.len().max(1) as f64;
+        let mut all: Vec<DVector<f64>> = Vec::new();
+        let mut candidates = Vec::new();
+        for (who, columns) in tangents {
+            let Who::Named { effect, .. } = who else { continue };
+            let searchable = &effects[effect];
+            let start = all.len();
+            all.extend(columns);
+            candidates.push(Candidate {
+                who,
+                columns: start..all.len(),
+                ln_prior: (share / searchable.shapes.len() as f64).ln(),
+                one_sided: searchable.one_sided,
+            });
+        }
+        let names = candidates.clone();
+        let many = |who: Who| matches!(who, Who::Named { effect, .. } if effects[effect].shapes.len() > MANY_SHAPES);
+        let named: Vec<DVector<f64>> = names
+            .iter()
+            .filter(|candidate| candidate.columns.len() == 1 && !many(candidate.who))
+            .map(|candidate| all[candidate.columns.start].component_mul(row_scale).normalize())
+            .collect();
+        let distinct: Vec<bool> = rivals
+            .par_iter()
+            .map(|rival| {
+                rival.columns.len() != 1 || {
+                    let pattern = rival.columns[0].component_mul(row_scale).normalize();
+                    named.iter().all(|name| name.dot(&pattern).powi(2) < SAME_PATTERN)
+                }
+            })
+            .collect();
+        let mut families: Vec<(Coordinate, &str, usize)> = Vec::new();
+        for (rival, _) in rivals.iter().zip(&distinct).filter(|(_, distinct)| **distinct) {
+            match families.iter_mut().find(|(c, f, _)| (*c, *f) == (rival.coordinate, rival.family)) {
+                Some((_, _, count)) => *count += 1,
+                None => families.push((rival.coordinate, rival.family, 1)),
+            }
+        }
+        let mut coordinates: Vec<Coordinate> = families.iter().map(|(coordinate, ..)| *coordinate).collect();
+        coordinates.dedup();
+        coordinates.sort();
+        coordinates.dedup();
+        for (number, rival) in rivals.iter().enumerate() {
+            if !distinct[number] {
+                continue;
+            }
+            let own = families.iter().filter(|(coordinate, ..)| *coordinate == rival.coordinate).count();
+            let count = families
+                .iter()
+                .find(|(coordinate, family, _)| (*coordinate, *family) == (rival.coordinate, rival.family))
+                .map_or(1, |(.., count)| *count);
+            let start = all.len();
+            all.extend(rival.columns.iter().cloned());
+            let prior = OUTSIDE_CATALOGUE / (coordinates.len() * own * count) as f64;
+            candidates.push(Candidate {
+                who: Who::Unnamed { rival: number },
+                columns: start..all.len(),
+                ln_prior: prior.ln(),
+                one_sided: false,
+            });
+        }
+        let columns = match all.is_empty() {
+            true => DMatrix::zeros(prediction.len(), 0),
+            false => DMatrix::from_columns(&all),
+        };
+        Self { columns, candidates }
+    }
+
+    /// Numbers of the columns that describe what is smooth: all named effects but searches through frequencies, then the
+    /// broad rivals. What is left after them is noise.
+    pub fn smooth(&self, effects: &[crate::forward::Searchable], rivals: &[Rival]) -> Vec<usize> {
+        let broad = ["smooth", "memory", "harmonic", "plane", "one_map", "odd", "even", "slope", "jump", "quadrant"];
+        let mut columns = Vec::new();
+        for candidate in &self.candidates {
+            let take = match candidate.who {
+                Who::Named { effect, .. } => effects[effect].shapes.len() <= MANY_SHAPES,
+                Who::Unnamed { rival } => broad.contains(&rivals[rival].family),
+            };
+            if take {
+                columns.extend(candidate.columns.clone());
+            }
+        }
+        columns
+    }
+}
+
+/// Change of every row for a unit of each linear amplitude, from a difference of predictions at the effect's own step.
+fn tangent<F: Forward + ?Sized>(
+    forward: &F,
+    nuisance: &[f64],
+    prediction: &DVector<f64>,
+    effect: usize,
+    shape: &[f64],
+) -> Option<Vec<DVector<f64>>> {
+    let searchable = &forward.effects()[effect];
+    (0..searchable.step.len())
+        .map(|k| {
+            let mut linear = vec![0.0; searchable.step.len()];
+            linear[k] = searchable.step[k];
+            let changed = forward.predict(nuisance, &[Hypothesis { effect, linear, shape: shape.to_vec() }])?;
+            let column = (changed - prediction) / searchable.step[k];
+            column.iter().all(|value| value.is_finite()).then_some(column)
+        })
+        .collect()
+}

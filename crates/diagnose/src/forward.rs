@@ -1,0 +1,45 @@
+//! What the statistics ask of a model: a prediction for any nuisance and any effects. Nothing else of it reaches them.
+
+use nalgebra::DVector;
+
+/// One effect with values: its linear amplitudes and its shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hypothesis {
+    /// Number of the effect in [`Forward::effects`].
+    pub effect: usize,
+    /// Amplitudes in which the prediction is linear to first order: one, or two for an effect with a direction or phase.
+    pub linear: Vec<f64>,
+    /// Parameters that change the shape (time constant, width, period, …).
+    pub shape: Vec<f64>,
+}
+
+/// How an effect can be searched for.
+#[derive(Debug, Clone)]
+pub struct Searchable {
+    /// Its id.
+    pub name: &'static str,
+    /// A size of each linear amplitude at which a difference of predictions is measurable and nearly linear.
+    pub step: Vec<f64>,
+    /// Largest plausible size of each linear amplitude.
+    pub plausible: Vec<f64>,
+    /// The one linear amplitude is never below zero (an albedo, a squared radius); false where it has either sign.
+    pub one_sided: bool,
+    /// A negative amplitude cannot even be written down (a squared radius).
+    pub never_negative: bool,
+    /// Shapes worth trying; one empty shape where the effect has none.
+    pub shapes: Vec<Vec<f64>>,
+    /// Lowest and highest value of each shape parameter in a fit.
+    pub bounds: Vec<(f64, f64)>,
+    /// Shape parameters that the data cannot change smoothly (a range's number): kept at their grid value.
+    pub fixed: Vec<bool>,
+}
+
+/// A model of all rows, as the statistics see it.
+pub trait Forward: Sync {
+    /// Number of nuisance parameters; all zero is the model as it came.
+    fn nuisances(&self) -> usize;
+    /// The effects that could be missing, those already in the model left out.
+    fn effects(&self) -> &[Searchable];
+    /// The expected value of every row; none where these effects cannot act together.
+    fn predict(&self, nuisance: &[f64], hypotheses: &[Hypothesis]) -> Option<DVector<f64>>;
+}

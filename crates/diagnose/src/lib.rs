@@ -1,0 +1,14 @@
+//! Where simulation and measurement disagree, which physical effect is missing, how sure that is, and what to measure
+//! next.
+
+pub mod basis;
+pub mod dictionary;
+pub mod evidence;
+pub mod fit;
+pub mod forward;
+pub mod rivals;
+mod rivals_maps;
+pub mod scan;
+pub mod search;
+pub mod table;
+pub mod whitening;

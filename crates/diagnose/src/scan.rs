@@ -1,0 +1,208 @@
+//! The scan: every candidate against the residual, and the same scan on thousands of simulated noise-only repeats.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt as _, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{ChiSquared, Distribution as _, StandardNormal};
+use rayon::prelude::*;
+
+use crate::basis::Basis;
+use crate::evidence::{EvidenceTable, ln_bayes_factor, ln_sum_exp};
+
+/// Who makes a pattern.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Who {
+    /// An effect of the catalogue, with one shape of its grid.
+    Named {
+        /// Number of the effect.
+        effect: usize,
+        /// Number of the shape.
+        shape: usize,
+    },
+    /// A generic pattern.
+    Unnamed {
+        /// Number of the rival.
+        rival: usize,
+    },
+}
+
+/// A candidate pattern: its columns in the dictionary and what is believed of it before any data.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Who makes it.
+    pub who: Who,
+    /// Its columns in the dictionary.
+    pub columns: Range<usize>,
+    /// ln of its prior probability, given that there is something.
+    pub ln_prior: f64,
+    /// Its one amplitude has a natural sign: +.
+    pub one_sided: bool,
+}
+
+/// A wrong sign costs this factor: possible (an over-corrected reading), but hardly.
+const WRONG_SIGN: f64 = 0.02;
+/// Less than this share of a pattern left by the nuisance: the data cannot see it.
+const BLIND: f64 = 2e-3;
+
+/// The dictionary, whitened, with nuisance and all known effects projected out, one orthonormal block a candidate.
+#[derive(Debug)]
+pub struct Scan {
+    /// Orthonormal directions, readings × directions.
+    directions: DMatrix<f64>,
+    /// The candidates that the data can see, with their columns of `directions`.
+    pub seen: Vec<Seen>,
+    /// Readings less everything that was projected out when the noise was estimated.
+    freedom: f64,
+}
+
+/// A candidate that the data can see.
+#[derive(Debug, Clone)]
+pub struct Seen {
+    /// Its number in the list of candidates.
+    pub candidate: usize,
+    /// Who it is.
+    pub who: Who,
+    columns: Range<usize>,
+    ln_prior: f64,
+    one_sided: bool,
+}
+
+/// What the scan found for one candidate.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// Who.
+    pub who: Who,
+    /// Number in the list of candidates.
+    pub candidate: usize,
+    /// Explained squared length, in units of the noise.
+    pub explained: f64,
+    /// ln(prior · Bayes factor).
+    pub ln_evidence: f64,
+}
+
+impl Scan {
+    /// Projects `out` out of the whitened `dictionary` and orthonormalises each candidate.
+    pub fn new(dictionary: &DMatrix<f64>, candidates: &[Candidate], out: &Basis, freedom: f64) -> Self {
+        let before: Vec<f64> = dictionary.column_iter().map(|column| column.norm_squared()).collect();
+        let mut projected = dictionary.clone();
+        out.project_out(&mut projected);
+        let mut directions = DMatrix::zeros(dictionary.nrows(), dictionary.ncols());
+        let mut seen = Vec::with_capacity(candidates.len());
+        let mut rank = 0;
+        for (number, candidate) in candidates.iter().enumerate() {
+            let start = rank;
+            for k in candidate.columns.clone() {
+                let mut column: DVector<f64> = projected.column(k).into_owned();
+                for done in start..rank {
+                    let part = directions.column(done).dot(&column);
+                    column.axpy(-part, &directions.column(done), 1.0);
+                }
+                let left = column.norm_squared();
+                if before[k].is_normal() && left > BLIND * BLIND * before[k] {
+                    directions.set_column(rank, &(column / left.sqrt()));
+                    rank += 1;
+                }
+            }
+            if rank > start {
+                seen.push(Seen {
+                    candidate: number,
+                    who: candidate.who,
+                    columns: start..rank,
+                    ln_prior: candidate.ln_prior,
+                    one_sided: candidate.one_sided && rank - start == 1,
+                });
+            }
+        }
+        directions = directions.resize_horizontally(rank, 0.0);
+        Self { directions, seen, freedom }
+    }
+
+    /// Every candidate against a whitened residual in units of its own noise.
+    pub fn look(&self, residual: &DVector<f64>) -> Vec<Found> {
+        let z = self.directions.tr_mul(residual);
+        self.seen
+            .iter()
+            .map(|seen| {
+                let explained: f64 = seen.columns.clone().map(|k| z[k] * z[k]).sum();
+                let factor = ln_bayes_factor(explained, seen.columns.len());
+                let ln_evidence = seen.ln_prior + factor + seen.sign(z[seen.columns.start]);
+                Found { who: seen.who, candidate: seen.candidate, explained, ln_evidence }
+            })
+            .collect()
+    }
+
+    /// The statistic of the whole scan, ln Σ prior·Bayes factor, for `count` simulated noise-only repeats, rising.
+    ///
+    /// White unit noise is drawn, because the whitened residual is that; every repeat is divided by a noise scale as
+    /// uncertain as the fitted one. Repeat `k` depends on `seed` and `k` alone.
+    pub fn nulls(&self, count: usize, seed: u64) -> Vec<f64> {
+        const BATCH: usize = 50;
+        let directions = self.directions.map(|value| value as f32);
+        let width = self.seen.iter().map(|seen| seen.columns.len()).max().unwrap_or(1);
+        let table = EvidenceTable::new(width);
+        let scale = ChiSquared::new(self.freedom.max(1.0)).ok();
+        let rows = directions.nrows();
+        let mut statistics: Vec<f64> = (0..count.div_ceil(BATCH))
+            .into_par_iter()
+            .flat_map_iter(|batch| {
+                let size = BATCH.min(count - batch * BATCH);
+                let mut noise = DMatrix::<f32>::zeros(rows, size);
+                let mut scales = vec![1.0_f64; size];
+                for k in 0..size {
+                    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                    rng.set_stream((batch * BATCH + k) as u64 + 1);
+                    for value in noise.column_mut(k).iter_mut() {
+                        *value = rng.sample(StandardNormal);
+                    }
+                    if let Some(law) = &scale {
+                        scales[k] = law.sample(&mut rng) / self.freedom;
+                    }
+                }
+                let z = directions.tr_mul(&noise);
+                let table = &table;
+                let seen = &self.seen;
+                (0..size)
+                    .map(move |k| {
+                        let column = z.column(k);
+                        let mut terms = Vec::with_capacity(seen.len());
+                        for candidate in seen {
+                            let explained: f64 =
+                                candidate.columns.clone().map(|i| f64::from(column[i]).powi(2)).sum::<f64>() / scales[k];
+                            let factor = table.at(explained, candidate.columns.len());
+                            let sign = candidate.sign(f64::from(column[candidate.columns.start]));
+                            terms.push(candidate.ln_prior + factor + sign);
+                        }
+                        ln_sum_exp(&terms)
+                    })
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        statistics.sort_by(f64::total_cmp);
+        statistics
+    }
+
+    /// Orthonormal directions of a seen candidate.
+    pub fn block(&self, seen: &Seen) -> nalgebra::DMatrixView<'_, f64> {
+        self.directions.columns(seen.columns.start, seen.columns.len())
+    }
+}
+
+impl Seen {
+    fn sign(&self, z: f64) -> f64 {
+        if !self.one_sided {
+            0.0
+        } else if z >= 0.0 {
+            (2.0 * (1.0 - WRONG_SIGN)).ln()
+        } else {
+            (2.0 * WRONG_SIGN).ln()
+        }
+    }
+}
+
+/// p = (k + 1)/(n + 1) of an observed statistic among simulated ones (rising).
+pub fn p_value(observed: f64, nulls: &[f64]) -> f64 {
+    let above = nulls.len() - nulls.partition_point(|null| *null < observed);
+    (above + 1) as f64 / (nulls.len() + 1) as f64
+}

@@ -1,0 +1,171 @@
+//! The readings, bins and samples of all observations in one table: what was measured, how well, and where.
+
+use serde::Serialize;
+
+/// What reached the detector, as the record says it (`predict` follows it).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Light {
+    /// Lamp on, path free.
+    Lit,
+    /// Lamp on, direct path blocked.
+    Baffled,
+    /// Lamp off: ambient and offset.
+    LampOff,
+    /// Detector capped: offset only.
+    Capped,
+}
+
+/// The coordinates in which a disagreement can live.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coordinate {
+    /// Seconds since the lamp was switched on.
+    TimeS,
+    /// Signed γ of the axis.
+    GammaDeg,
+    /// C of the axis.
+    CDeg,
+    /// Distance from the intersection of the axes, or of the sensor.
+    DistanceMm,
+    /// Sign of the last γ motion.
+    Travel,
+    /// The meter's range.
+    Range,
+    /// Room temperature.
+    AmbientC,
+    /// The signal that the model expects (never the noisy reading itself).
+    Level,
+    /// Sensor x.
+    XMm,
+    /// Sensor y.
+    YMm,
+    /// Distance from the sensor's centre.
+    RadiusMm,
+    /// Angle of incidence on the sensor.
+    IncidenceDeg,
+    /// Relative exposure of a map.
+    Exposure,
+    /// Wavelength of a spectrum's sample.
+    WavelengthNm,
+}
+
+impl Coordinate {
+    /// The name in files: `time_s`, `gamma_deg`, …
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::TimeS => "time_s",
+            Self::GammaDeg => "gamma_deg",
+            Self::CDeg => "c_deg",
+            Self::DistanceMm => "distance_mm",
+            Self::Travel => "travel",
+            Self::Range => "range",
+            Self::AmbientC => "ambient_c",
+            Self::Level => "level",
+            Self::XMm => "x_mm",
+            Self::YMm => "y_mm",
+            Self::RadiusMm => "radius_mm",
+            Self::IncidenceDeg => "incidence_deg",
+            Self::Exposure => "exposure",
+            Self::WavelengthNm => "wavelength_nm",
+        }
+    }
+}
+
+/// What kind of observation a row comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// One reading of the lux meter.
+    Reading,
+    /// One bin of a sensor map.
+    Bin,
+    /// One sample of a spectrum.
+    Sample,
+}
+
+/// One row: a reading, a bin or a spectral sample. A coordinate that has no meaning for the source is NaN.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// What it is.
+    pub source: Source,
+    /// Number of the observation file that it comes from.
+    pub file: usize,
+    /// Number of the map (bins), of the block (readings) or of the spectrum (samples) inside that file.
+    pub group: usize,
+    /// Measured value, in the file's unit.
+    pub measured: f64,
+    /// Stated standard uncertainty, same unit.
+    pub u: f64,
+    /// What reached the detector.
+    pub light: Light,
+    /// Seconds since the lamp was switched on.
+    pub time_s: f64,
+    /// Axis C.
+    pub c_deg: f64,
+    /// Axis γ, signed.
+    pub gamma_deg: f64,
+    /// Distance.
+    pub distance_mm: f64,
+    /// −1, 0, 1.
+    pub travel: f64,
+    /// The meter's range.
+    pub range: f64,
+    /// Room temperature.
+    pub ambient_c: f64,
+    /// Sensor x.
+    pub x_mm: f64,
+    /// Sensor y.
+    pub y_mm: f64,
+    /// Angle of incidence on the sensor.
+    pub incidence_deg: f64,
+    /// Relative exposure.
+    pub exposure: f64,
+    /// Wavelength.
+    pub wavelength_nm: f64,
+}
+
+impl Row {
+    /// A row of which nothing but the value is known.
+    pub const fn bare(source: Source, measured: f64, u: f64) -> Self {
+        const NONE: f64 = f64::NAN;
+        Self {
+            source,
+            file: 0,
+            group: 0,
+            measured,
+            u,
+            light: Light::Lit,
+            time_s: NONE,
+            c_deg: NONE,
+            gamma_deg: NONE,
+            distance_mm: NONE,
+            travel: NONE,
+            range: NONE,
+            ambient_c: NONE,
+            x_mm: NONE,
+            y_mm: NONE,
+            incidence_deg: NONE,
+            exposure: NONE,
+            wavelength_nm: NONE,
+        }
+    }
+
+    /// The row's value of a coordinate; `level` is the model's expectation for it. NaN where it has no meaning.
+    pub fn coordinate(&self, coordinate: Coordinate, level: f64) -> f64 {
+        match coordinate {
+            Coordinate::TimeS => self.time_s,
+            Coordinate::GammaDeg => self.gamma_deg,
+            Coordinate::CDeg => self.c_deg,
+            Coordinate::DistanceMm => self.distance_mm,
+            Coordinate::Travel => self.travel,
+            Coordinate::Range => self.range,
+            Coordinate::AmbientC => self.ambient_c,
+            Coordinate::Level => level,
+            Coordinate::XMm => self.x_mm,
+            Coordinate::YMm => self.y_mm,
+            Coordinate::RadiusMm => self.x_mm.hypot(self.y_mm),
+            Coordinate::IncidenceDeg => self.incidence_deg,
+            Coordinate::Exposure => self.exposure,
+            Coordinate::WavelengthNm => self.wavelength_nm,
+        }
+    }
+}
