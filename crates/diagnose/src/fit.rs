@@ -179,10 +179,10 @@ fn derivative<F: Forward + ?Sized>(
                     step
                 }
                 Slot::Shape(i, j) => {
-                    let (low, high) = forward.effects()[tried.1[i].effect].bounds[j];
+                    let searchable = &forward.effects()[tried.1[i].effect];
                     let value = &mut tried.1[i].shape[j];
-                    let reach = if low > 0.0 { *value } else { high - low };
-                    let step = if *value + 1e-3 * reach > high { -1e-3 * reach } else { 1e-3 * reach };
+                    let forward_step = searchable.shape_step[j];
+                    let step = if *value + forward_step > searchable.bounds[j].1 { -forward_step } else { forward_step };
                     *value += step;
                     step
                 }

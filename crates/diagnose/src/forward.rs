@@ -30,6 +30,8 @@ pub struct Searchable {
     pub shapes: Vec<Vec<f64>>,
     /// Lowest and highest value of each shape parameter in a fit.
     pub bounds: Vec<(f64, f64)>,
+    /// Difference at which the derivative to each shape parameter is taken.
+    pub shape_step: Vec<f64>,
     /// Shape parameters that the data cannot change smoothly (a range's number): kept at their grid value.
     pub fixed: Vec<bool>,
 }

@@ -2,12 +2,14 @@
 //! next.
 
 pub mod basis;
+pub mod believed;
 pub mod dictionary;
 pub mod evidence;
 pub mod fit;
 pub mod forward;
 pub mod rivals;
 mod rivals_maps;
+pub mod observe;
 pub mod scan;
 pub mod search;
 pub mod table;

@@ -1,0 +1,413 @@
+//! A model file and the coordinates of observations, as the statistics see them.
+
+use std::ops::Range;
+
+use isolux_model::{BelongsTo, Effect, EffectSpec, Model, Refined, Role, ShapeTrust, Stage, catalogue};
+use isolux_record::observation::{MapSet, MapUnit, ReadingCoordinates, SpectraSet};
+use nalgebra::DVector;
+
+use crate::forward::{Forward, Hypothesis, Searchable};
+
+/// Where the rows of one observation file come from.
+#[derive(Debug, Clone)]
+pub enum Part {
+    /// Goniometer readings.
+    Readings(Vec<ReadingCoordinates>),
+    /// Bins of sensor maps.
+    Maps(MapSet),
+    /// Samples of spectra, and which rows of the file they are.
+    Spectra(SpectraSet, Vec<usize>),
+}
+
+/// A model with everything that may be refitted or added.
+#[derive(Debug)]
+pub struct Believed {
+    model: Model,
+    parts: Vec<Part>,
+    nuisance: Vec<Nuisance>,
+    recipes: Vec<Recipe>,
+    searchable: Vec<Searchable>,
+    refined: Refined,
+}
+
+/// What one nuisance parameter changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Nuisance {
+    LnShape(usize),
+    Harmonic(usize),
+    MapGain,
+    Tan2,
+    Tan4,
+    SpectralGain,
+}
+
+/// How the linear amplitudes and shapes of a hypothesis become the values of an effect.
+#[derive(Debug, Clone)]
+struct Recipe {
+    spec: &'static EffectSpec,
+    /// Amplitude keys that act on these data.
+    amplitudes: Vec<usize>,
+    /// The key of direction or phase with its period, if the effect has one.
+    phase: Option<(usize, f64)>,
+    /// Keys of shape.
+    shapes: Vec<usize>,
+    /// Shapes that are searched as 1/value.
+    inverse: Vec<bool>,
+    power: f64,
+}
+
+/// Even Chebyshev terms of ln I that an analyst refits.
+const LN_SHAPE_TERMS: usize = 9;
+
+impl Believed {
+    /// Joins a model with coordinates. `gamma_max_deg` is the largest |γ| that any of the readings to be fitted has.
+    pub fn new(model: Model, parts: Vec<Part>) -> Self {
+        let stages: Vec<Stage> = parts
+            .iter()
+            .map(|part| match part {
+                Part::Readings(_) => Stage::Readings,
+                Part::Maps(_) => Stage::Maps,
+                Part::Spectra(..) => Stage::Spectra,
+            })
+            .collect();
+        let mut refined = model.refined().clone();
+        let mut nuisance = Vec::new();
+        let has = |stage: Stage| stages.contains(&stage);
+        let smooth = model.trust().shape == ShapeTrust::Smooth;
+        let relative = parts.iter().any(|part| matches!(part, Part::Maps(maps) if maps.unit() == MapUnit::Relative));
+        let absolute = parts.iter().any(|part| matches!(part, Part::Maps(maps) if maps.unit() != MapUnit::Relative));
+        if smooth && has(Stage::Readings) {
+            if refined.ln_shape.is_empty() {
+                refined.gamma_max_deg = reach(&parts);
+            }
+            refined.ln_shape.resize(refined.ln_shape.len().max(LN_SHAPE_TERMS), 0.0);
+            nuisance.extend((0..LN_SHAPE_TERMS).map(Nuisance::LnShape));
+        } else if smooth && absolute {
+            refined.ln_shape.resize(refined.ln_shape.len().max(1), 0.0);
+            nuisance.push(Nuisance::LnShape(0));
+        }
+        for &m in &model.trust().c_harmonics {
+            if has(Stage::Readings) || has(Stage::Maps) && !smooth {
+                let place = refined.c_harmonics.iter().position(|harmonic| harmonic.m == m).unwrap_or_else(|| {
+                    refined.c_harmonics.push(isolux_model::Harmonic { m, amplitude_rel: 0.0 });
+                    refined.c_harmonics.len() - 1
+                });
+                if has(Stage::Readings) {
+                    nuisance.push(Nuisance::Harmonic(place));
+                }
+            }
+        }
+        if relative {
+            nuisance.push(Nuisance::MapGain);
+        }
+        if smooth && has(Stage::Maps) && !has(Stage::Readings) {
+            nuisance.extend([Nuisance::Tan2, Nuisance::Tan4]);
+        }
+        if has(Stage::Spectra) && !nuisance.contains(&Nuisance::LnShape(0)) {
+            refined.ln_shape.resize(refined.ln_shape.len().max(1), 0.0);
+            nuisance.push(Nuisance::SpectralGain);
+        }
+        let mut believed =
+            Self { model, parts, nuisance, recipes: Vec::new(), searchable: Vec::new(), refined };
+        believed.start_gain();
+        believed.list_effects(&stages);
+        believed
+    }
+
+    /// The catalogue entry of effect `number`.
+    pub fn spec(&self, number: usize) -> &'static EffectSpec {
+        self.recipes[number].spec
+    }
+
+    /// The parts, in row order.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// The model with nuisance and effects written into it.
+    pub fn model(&self, nuisance: &[f64], hypotheses: &[Hypothesis]) -> Option<Model> {
+        let mut effects = self.model.effects().to_vec();
+        for hypothesis in hypotheses {
+            effects.push(self.effect(hypothesis)?);
+        }
+        Some(self.model.with_refined(self.refined(nuisance)).with_effects(effects))
+    }
+
+    /// The effect that a hypothesis stands for.
+    pub fn effect(&self, hypothesis: &Hypothesis) -> Option<Effect> {
+        Effect::new(self.recipes[hypothesis.effect].spec, &self.values(hypothesis)).ok()
+    }
+
+    /// The effect's values, in the order of its keys.
+    pub fn values(&self, hypothesis: &Hypothesis) -> Vec<f64> {
+        let recipe = &self.recipes[hypothesis.effect];
+        let mut values: Vec<f64> = recipe.spec.parameters.iter().map(|parameter| parameter.null).collect();
+        if let Some((key, period)) = recipe.phase {
+            let (p, q) = (hypothesis.linear[0], hypothesis.linear[1]);
+            values[recipe.amplitudes[0]] += p.hypot(q).powf(1.0 / recipe.power);
+            values[key] = (q.atan2(p) / std::f64::consts::TAU * period).rem_euclid(period);
+        } else {
+            for (&key, amount) in recipe.amplitudes.iter().zip(&hypothesis.linear) {
+                values[key] += if recipe.power == 1.0 { *amount } else { amount.max(0.0).powf(1.0 / recipe.power) };
+            }
+        }
+        for ((&key, &inverse), &shape) in recipe.shapes.iter().zip(&recipe.inverse).zip(&hypothesis.shape) {
+            let value = if inverse { 1.0 / shape } else { shape };
+            values[key] = if recipe.spec.parameters[key].key == "azimuth_deg" { value.rem_euclid(360.0) } else { value };
+        }
+        values
+    }
+
+    /// Keys (their number in the effect) that a fit moves, in the order linear, then free shapes; for the propagation of
+    /// uncertainty.
+    pub fn moved_keys(&self, effect: usize) -> Vec<usize> {
+        let recipe = &self.recipes[effect];
+        let mut keys = recipe.amplitudes.clone();
+        keys.extend(recipe.phase.map(|(key, _)| key));
+        keys.extend(&recipe.shapes);
+        keys
+    }
+
+    fn refined(&self, nuisance: &[f64]) -> Refined {
+        let mut refined = self.refined.clone();
+        for (kind, &value) in self.nuisance.iter().zip(nuisance) {
+            match *kind {
+                Nuisance::LnShape(k) => refined.ln_shape[k] += value,
+                Nuisance::Harmonic(k) => refined.c_harmonics[k].amplitude_rel += value,
+                Nuisance::MapGain => refined.map_gain *= value.exp(),
+                Nuisance::Tan2 => refined.tan2 += value,
+                Nuisance::Tan4 => refined.tan4 += value,
+                Nuisance::SpectralGain => refined.ln_shape[0] += value,
+            }
+        }
+        refined
+    }
+
+    /// Brings the gain of relative maps near its value, so that the fit starts where it is linear.
+    fn start_gain(&mut self) {
+        let model = self.model.with_refined(self.refined.clone());
+        let (mut predicted, mut measured) = (0.0, 0.0);
+        for part in &self.parts {
+            if let Part::Maps(maps) = part
+                && maps.unit() == MapUnit::Relative
+                && let Some((signal, _)) = maps.values()
+            {
+                predicted += model.predict_maps(maps).iter().sum::<f64>();
+                measured += signal.iter().sum::<f64>();
+            }
+        }
+        if predicted > 0.0 && measured > 0.0 {
+            self.refined.map_gain *= measured / predicted;
+        }
+    }
+
+    fn list_effects(&mut self, stages: &[Stage]) {
+        let known: Vec<&str> = self.model.effects().iter().map(Effect::name).collect();
+        for &spec in catalogue() {
+            if known.contains(&spec.name) || !spec.stages.iter().any(|stage| stages.contains(stage)) {
+                continue;
+            }
+            let active = |k: usize| spec.parameters[k].stages.iter().any(|stage| stages.contains(stage));
+            let keys = 0..spec.parameters.len();
+            let amplitudes: Vec<usize> =
+                keys.clone().filter(|&k| spec.parameters[k].role == Role::Amplitude && active(k)).collect();
+            if amplitudes.is_empty() {
+                continue;
+            }
+            let phase = keys.clone().find_map(|k| match spec.parameters[k].role {
+                Role::Phase { period } if active(k) => Some((k, period)),
+                _ => None,
+            });
+            let shapes: Vec<usize> = keys
+                .filter(|&k| {
+                    active(k) && matches!(spec.parameters[k].role, Role::Shape { .. } | Role::Period | Role::RangeId)
+                })
+                .collect();
+            let mut grids: Vec<Vec<f64>> = Vec::new();
+            let mut bounds = Vec::new();
+            let mut steps = Vec::new();
+            for &k in &shapes {
+                let parameter = &spec.parameters[k];
+                let (low, high) = parameter.plausible;
+                match parameter.role {
+                    Role::Period => {
+                        let frequencies = self.frequencies(parameter.key);
+                        let spacing = if frequencies.len() > 1 { frequencies[1] - frequencies[0] } else { 1e-3 };
+                        bounds.push((0.5 * spacing, frequencies.last().map_or(1.0, |f| f + spacing)));
+                        steps.push(0.02 * spacing);
+                        grids.push(frequencies);
+                    }
+                    Role::RangeId => {
+                        grids.push(self.ranges());
+                        bounds.push((f64::NEG_INFINITY, f64::INFINITY));
+                        steps.push(0.0);
+                    }
+                    Role::Shape { grid } if parameter.key == "azimuth_deg" => {
+                        grids.push(grid.to_vec());
+                        bounds.push((low - 360.0, high + 360.0));
+                        steps.push(0.5);
+                    }
+                    Role::Shape { grid } => {
+                        grids.push(grid.to_vec());
+                        bounds.push(if low > 0.0 { (0.5 * low, 2.0 * high) } else { (low, high) });
+                        steps.push(1e-3 * (high - low));
+                    }
+                    _ => {}
+                }
+            }
+            if grids.iter().any(Vec::is_empty) {
+                continue;
+            }
+            let power = f64::from(spec.amplitude_power);
+            let of = |value: f64| value.abs().powf(power);
+            let mut step: Vec<f64> = amplitudes.iter().map(|&k| of(spec.parameters[k].step)).collect();
+            let largest = |k: usize| {
+                let parameter = &spec.parameters[k];
+                (parameter.plausible.0 - parameter.null).abs().max((parameter.plausible.1 - parameter.null).abs())
+            };
+            let mut plausible: Vec<f64> = amplitudes.iter().map(|&k| of(largest(k))).collect();
+            if phase.is_some() {
+                step = vec![step[0]; 2];
+                plausible = vec![plausible[0]; 2];
+            }
+            let first = &spec.parameters[amplitudes[0]];
+            let positive = first.plausible.0 >= first.null;
+            self.searchable.push(Searchable {
+                name: spec.name,
+                one_sided: positive && step.len() == 1,
+                never_negative: power != 1.0,
+                step,
+                plausible,
+                shapes: product(&grids),
+                bounds,
+                shape_step: steps,
+                fixed: shapes.iter().map(|&k| spec.parameters[k].role == Role::RangeId).collect(),
+            });
+            let inverse = shapes.iter().map(|&k| spec.parameters[k].role == Role::Period).collect();
+            self.recipes.push(Recipe { spec, amplitudes, phase, shapes, inverse, power });
+        }
+    }
+
+    /// Frequencies worth trying for a period in time or along the sensor: from one over the span to half the sampling.
+    fn frequencies(&self, key: &str) -> Vec<f64> {
+        let (span, step) = if key == "period_mm" {
+            let Some((height, bins)) = self.parts.iter().find_map(|part| match part {
+                Part::Maps(maps) => Some((maps.sensor_mm()[1], maps.bins()[1])),
+                _ => None,
+            }) else {
+                return Vec::new();
+            };
+            (height, height / bins as f64)
+        } else {
+            let mut times: Vec<f64> = self
+                .parts
+                .iter()
+                .flat_map(|part| match part {
+                    Part::Readings(readings) => readings.iter().filter_map(|at| at.time_s).collect(),
+                    _ => Vec::new(),
+                })
+                .collect();
+            times.sort_by(f64::total_cmp);
+            let mut gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > 0.0).collect();
+            gaps.sort_by(f64::total_cmp);
+            let (Some(&step), Some(&first), Some(&last)) = (gaps.get(gaps.len() / 2), times.first(), times.last()) else {
+                return Vec::new();
+            };
+            (last - first, step)
+        };
+        let spacing = 1.0 / (1.6 * span);
+        let count = (0.5 / step / spacing).floor().min(2000.0) as usize;
+        (2..=count).map(|k| k as f64 * spacing).collect()
+    }
+
+    fn ranges(&self) -> Vec<f64> {
+        let mut ranges: Vec<f64> = self
+            .parts
+            .iter()
+            .flat_map(|part| match part {
+                Part::Readings(readings) => readings.iter().filter_map(|at| at.range.map(f64::from)).collect(),
+                _ => Vec::new(),
+            })
+            .collect();
+        ranges.sort_by(f64::total_cmp);
+        ranges.dedup();
+        ranges
+    }
+
+    /// Whether an effect belongs to the bench that measured: then the run can be reduced again without it.
+    pub fn belongs_to_bench(&self, effect: usize) -> bool {
+        self.recipes[effect].spec.belongs_to(BelongsTo::Bench)
+    }
+}
+
+impl Forward for Believed {
+    fn nuisances(&self) -> usize {
+        self.nuisance.len()
+    }
+
+    fn effects(&self) -> &[Searchable] {
+        &self.searchable
+    }
+
+    fn predict(&self, nuisance: &[f64], hypotheses: &[Hypothesis]) -> Option<DVector<f64>> {
+        let model = self.model(nuisance, hypotheses)?;
+        let mut values = Vec::new();
+        for part in &self.parts {
+            match part {
+                Part::Readings(readings) => values.extend(model.predict_readings(readings)),
+                Part::Maps(maps) => values.extend(model.predict_maps(maps)),
+                Part::Spectra(spectra, rows) => {
+                    let all = model.predict_spectra(spectra).ok()?;
+                    values.extend(rows.iter().map(|&row| all[row]));
+                }
+            }
+        }
+        values.iter().all(|value| value.is_finite()).then(|| DVector::from_vec(values))
+    }
+}
+
+/// The largest |γ| of the readings, at least 1°.
+fn reach(parts: &[Part]) -> f64 {
+    let mut largest: f64 = 1.0;
+    for part in parts {
+        if let Part::Readings(readings) = part {
+            largest = readings.iter().fold(largest, |most, at| most.max(at.gamma_deg.abs()));
+        }
+    }
+    largest.min(180.0)
+}
+
+/// Every combination of one value from each grid; one empty combination for no grids.
+fn product(grids: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut all: Vec<Vec<f64>> = vec![Vec::new()];
+    for grid in grids {
+        all = all
+            .iter()
+            .flat_map(|head| {
+                grid.iter().map(move |&value| {
+                    let mut one = head.clone();
+                    one.push(value);
+                    one
+                })
+            })
+            .collect();
+    }
+    all
+}
+
+/// The range of rows of each part.
+pub fn row_ranges(parts: &[Part]) -> Vec<Range<usize>> {
+    let mut start = 0;
+    parts
+        .iter()
+        .map(|part| {
+            let length = match part {
+                Part::Readings(readings) => readings.len(),
+                Part::Maps(maps) => maps.cells().len(),
+                Part::Spectra(_, rows) => rows.len(),
+            };
+            start += length;
+            start - length..start
+        })
+        .collect()
+}

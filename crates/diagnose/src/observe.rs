@@ -1,0 +1,193 @@
+//! From observation files to rows: what can be fitted, what was kept back, what had to be left out.
+
+use std::collections::BTreeMap;
+
+use isolux_model::SensorPose;
+use isolux_record::ReadingKind;
+use isolux_record::observation::{Cell, MapPose, MapSet, Observations, Readings, SpectraSet};
+
+use crate::believed::Part;
+use crate::table::{Light, Row, Source};
+
+/// One observation file, ready to be fitted.
+#[derive(Debug, Clone)]
+pub struct Observed {
+    /// Coordinates, for the model.
+    pub part: Part,
+    /// One row each, with its value.
+    pub rows: Vec<Row>,
+    /// What was left out, in words.
+    pub notes: Vec<String>,
+}
+
+/// Maps with more bins than this along a side are averaged before the fit, with their uncertainty.
+const MOST_BINS: usize = 32;
+
+/// The rows of a file that are to be fitted, and those that the file itself holds out (maps with `held_out = true`).
+///
+/// `file` is the number of the file among all observations.
+pub fn observed(observations: &Observations, file: usize) -> (Observed, Option<Observed>) {
+    match observations {
+        Observations::Readings(set) => (readings(set, file), None),
+        Observations::Maps(set) => maps(set, file),
+        Observations::Spectra(set) => (spectra(set, file), None),
+    }
+}
+
+fn light(kind: ReadingKind) -> Light {
+    match kind {
+        ReadingKind::Lit => Light::Lit,
+        ReadingKind::Baffled => Light::Baffled,
+        ReadingKind::LampOff => Light::LampOff,
+        ReadingKind::Capped => Light::Capped,
+    }
+}
+
+fn readings(set: &Readings, file: usize) -> Observed {
+    let mut blocks: Vec<&str> = Vec::new();
+    let (mut coordinates, mut rows) = (Vec::new(), Vec::new());
+    let mut left_out = 0;
+    for reading in set.rows() {
+        let group = blocks.iter().position(|block| *block == reading.block).unwrap_or_else(|| {
+            blocks.push(&reading.block);
+            blocks.len() - 1
+        });
+        let (Some(measured), Some(u)) = (reading.illuminance_lx, reading.u_lx) else {
+            left_out += 1;
+            continue;
+        };
+        let at = reading.at;
+        coordinates.push(at);
+        rows.push(Row {
+            file,
+            group,
+            light: light(at.kind),
+            time_s: at.time_s.unwrap_or(f64::NAN),
+            c_deg: at.c_deg,
+            gamma_deg: at.gamma_deg,
+            distance_mm: at.distance_mm,
+            travel: f64::from(at.travel),
+            range: at.range.map_or(f64::NAN, f64::from),
+            ambient_c: at.ambient_c.unwrap_or(f64::NAN),
+            ..Row::bare(Source::Reading, measured, u)
+        });
+    }
+    let notes = match left_out {
+        0 => Vec::new(),
+        n => vec![format!("{n} readings without a value (over range, under range or failed) were left out")],
+    };
+    Observed { part: Part::Readings(coordinates), rows, notes }
+}
+
+fn maps(set: &MapSet, file: usize) -> (Observed, Option<Observed>) {
+    let mut notes = Vec::new();
+    let (set, dropped) = binned(set);
+    if let Some(note) = dropped {
+        notes.push(note);
+    }
+    let held = |cell: &Cell| set.maps()[cell.map as usize].held_out;
+    let fitted = chosen(&set, file, |cell| !held(cell), notes);
+    let any_held = set.cells().iter().any(held) && set.values().is_some();
+    let kept_back = any_held.then(|| chosen(&set, file, held, Vec::new()));
+    (fitted, kept_back)
+}
+
+/// The rows of the cells that `wanted` chooses.
+fn chosen(set: &MapSet, file: usize, wanted: impl Fn(&Cell) -> bool, notes: Vec<String>) -> Observed {
+    let Some((signal, u)) = set.values() else {
+        return Observed { part: Part::Maps(set.clone()), rows: Vec::new(), notes };
+    };
+    let pick: Vec<usize> = (0..set.cells().len()).filter(|&i| wanted(&set.cells()[i])).collect();
+    let cells: Vec<Cell> = pick.iter().map(|&i| set.cells()[i]).collect();
+    let values = (pick.iter().map(|&i| signal[i]).collect(), pick.iter().map(|&i| u[i]).collect());
+    let rows = pick.iter().map(|&i| row(set, file, &set.cells()[i], signal[i], u[i])).collect();
+    // The parts come from a valid set, so the subset is one too.
+    let subset = MapSet::new(set, set.bins(), cells, Some(values)).unwrap_or_else(|_| set.clone());
+    Observed { part: Part::Maps(subset), rows, notes }
+}
+
+fn row(set: &MapSet, file: usize, cell: &Cell, signal: f64, u: f64) -> Row {
+    let pose = &set.maps()[cell.map as usize];
+    let ([width, height], [nx, ny]) = (set.sensor_mm(), set.bins());
+    let x_mm = (f64::from(cell.ix) + 0.5) * width / nx as f64 - 0.5 * width;
+    let y_mm = (f64::from(cell.iy) + 0.5) * height / ny as f64 - 0.5 * height;
+    let light = match (pose.capped, pose.lamp) {
+        (true, _) => Light::Capped,
+        (false, true) => Light::Lit,
+        (false, false) => Light::LampOff,
+    };
+    Row {
+        file,
+        group: cell.map as usize,
+        light,
+        time_s: pose.time_s.unwrap_or(f64::NAN),
+        distance_mm: pose.distance_mm,
+        ambient_c: pose.ambient_c.unwrap_or(f64::NAN),
+        x_mm,
+        y_mm,
+        incidence_deg: incidence_deg(pose, x_mm, y_mm),
+        exposure: pose.exposure,
+        ..Row::bare(Source::Bin, signal, u)
+    }
+}
+
+fn incidence_deg(pose: &MapPose, x_mm: f64, y_mm: f64) -> f64 {
+    let mut sensor = SensorPose::facing(pose.distance_mm);
+    (sensor.tilt_x_deg, sensor.tilt_y_deg, sensor.rot_z_deg) = (pose.tilt_x_deg, pose.tilt_y_deg, pose.rot_z_deg);
+    sensor.offset_mm.x = pose.offset_mm[0];
+    sensor.offset_mm.y = pose.offset_mm[1];
+    let mut place = sensor.offset_mm;
+    (place.x, place.y) = (x_mm, y_mm);
+    let at = sensor.lamp_from_sensor(place);
+    let cosine = -at.dot(sensor.normal()) / at.length();
+    cosine.clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+/// The set with at most [`MOST_BINS`] bins a side: means over blocks of bins, uncertainties propagated as independent.
+fn binned(set: &MapSet) -> (MapSet, Option<String>) {
+    let [nx, ny] = set.bins();
+    let divisor = |n: usize| (1..=n).find(|f| n % f == 0 && n / f <= MOST_BINS).unwrap_or(1);
+    let (fx, fy) = (divisor(nx), divisor(ny));
+    let Some((signal, u)) = set.values() else { return (set.clone(), None) };
+    if fx * fy == 1 {
+        return (set.clone(), None);
+    }
+    let mut sums: BTreeMap<(u32, u32, u32), (f64, f64, usize)> = BTreeMap::new();
+    for (cell, (signal, u)) in set.cells().iter().zip(signal.iter().zip(u)) {
+        let entry = sums.entry((cell.map, cell.iy / fy as u32, cell.ix / fx as u32)).or_default();
+        entry.0 += signal;
+        entry.1 += u * u;
+        entry.2 += 1;
+    }
+    let whole = fx * fy;
+    let partial = sums.values().filter(|(.., count)| *count < whole).count();
+    sums.retain(|_, (.., count)| *count == whole);
+    let cells = sums.keys().map(|&(map, iy, ix)| Cell { map, iy, ix }).collect();
+    let scale = 1.0 / whole as f64;
+    let values = (
+        sums.values().map(|(sum, ..)| sum * scale).collect(),
+        sums.values().map(|(_, squares, _)| squares.sqrt() * scale).collect(),
+    );
+    let note = (partial > 0).then(|| format!("{partial} blocks of {fx} × {fy} bins with missing bins were left out"));
+    match MapSet::new(set, [nx / fx, ny / fy], cells, Some(values)) {
+        Ok(coarse) => (coarse, note),
+        Err(_) => (set.clone(), None),
+    }
+}
+
+fn spectra(set: &SpectraSet, file: usize) -> Observed {
+    let (mut numbers, mut rows) = (Vec::new(), Vec::new());
+    for (number, sample) in set.rows().iter().enumerate() {
+        let (Some(measured), Some(u)) = (sample.value, sample.u) else { continue };
+        numbers.push(number);
+        rows.push(Row {
+            file,
+            group: usize::try_from(sample.index).unwrap_or(0),
+            light: light(sample.kind),
+            wavelength_nm: sample.wavelength_nm,
+            distance_mm: set.distance_mm,
+            ..Row::bare(Source::Sample, measured, u)
+        });
+    }
+    Observed { part: Part::Spectra(set.clone(), numbers), rows, notes: Vec::new() }
+}
