@@ -8,6 +8,7 @@ pub mod capture;
 pub mod catalogue;
 pub mod convert;
 pub mod devices;
+pub mod diagnose;
 pub mod failure;
 pub mod files;
 pub mod inspect;

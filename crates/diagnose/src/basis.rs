@@ -11,7 +11,9 @@ pub struct Basis {
 impl Basis {
     /// The basis of nothing, for `rows` readings.
     pub fn empty(rows: usize) -> Self {
-        Self { q: DMatrix::zeros(rows, 0) }
+        Self {
+            q: DMatrix::zeros(rows, 0),
+        }
     }
 
     /// Spans `columns`; a column of which less than `tolerance` (relative to its own length) is new adds no direction.

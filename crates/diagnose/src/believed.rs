@@ -74,8 +74,12 @@ impl Believed {
         let mut nuisance = Vec::new();
         let has = |stage: Stage| stages.contains(&stage);
         let smooth = model.trust().shape == ShapeTrust::Smooth;
-        let relative = parts.iter().any(|part| matches!(part, Part::Maps(maps) if maps.unit() == MapUnit::Relative));
-        let absolute = parts.iter().any(|part| matches!(part, Part::Maps(maps) if maps.unit() != MapUnit::Relative));
+        let relative = parts
+            .iter()
+            .any(|part| matches!(part, Part::Maps(maps) if maps.unit() == MapUnit::Relative));
+        let absolute = parts
+            .iter()
+            .any(|part| matches!(part, Part::Maps(maps) if maps.unit() != MapUnit::Relative));
         if smooth && has(Stage::Readings) {
             if refined.ln_shape.is_empty() {
                 refined.gamma_max_deg = reach(&parts);
@@ -88,10 +92,16 @@ impl Believed {
         }
         for &m in &model.trust().c_harmonics {
             if has(Stage::Readings) || has(Stage::Maps) && !smooth {
-                let place = refined.c_harmonics.iter().position(|harmonic| harmonic.m == m).unwrap_or_else(|| {
-                    refined.c_harmonics.push(isolux_model::Harmonic { m, amplitude_rel: 0.0 });
-                    refined.c_harmonics.len() - 1
-                });
+                let place = refined
+                    .c_harmonics
+                    .iter()
+                    .position(|harmonic| harmonic.m == m)
+                    .unwrap_or_else(|| {
+                        refined
+                            .c_harmonics
+                            .push(isolux_model::Harmonic { m, amplitude_rel: 0.0 });
+                        refined.c_harmonics.len() - 1
+                    });
                 if has(Stage::Readings) {
                     nuisance.push(Nuisance::Harmonic(place));
                 }
@@ -107,8 +117,14 @@ impl Believed {
             refined.ln_shape.resize(refined.ln_shape.len().max(1), 0.0);
             nuisance.push(Nuisance::SpectralGain);
         }
-        let mut believed =
-            Self { model, parts, nuisance, recipes: Vec::new(), searchable: Vec::new(), refined };
+        let mut believed = Self {
+            model,
+            parts,
+            nuisance,
+            recipes: Vec::new(),
+            searchable: Vec::new(),
+            refined,
+        };
         believed.start_gain();
         believed.list_effects(&stages);
         believed
@@ -148,12 +164,20 @@ impl Believed {
             values[key] = (q.atan2(p) / std::f64::consts::TAU * period).rem_euclid(period);
         } else {
             for (&key, amount) in recipe.amplitudes.iter().zip(&hypothesis.linear) {
-                values[key] += if recipe.power == 1.0 { *amount } else { amount.max(0.0).powf(1.0 / recipe.power) };
+                values[key] += if recipe.power == 1.0 {
+                    *amount
+                } else {
+                    amount.max(0.0).powf(1.0 / recipe.power)
+                };
             }
         }
         for ((&key, &inverse), &shape) in recipe.shapes.iter().zip(&recipe.inverse).zip(&hypothesis.shape) {
             let value = if inverse { 1.0 / shape } else { shape };
-            values[key] = if recipe.spec.parameters[key].key == "azimuth_deg" { value.rem_euclid(360.0) } else { value };
+            values[key] = if recipe.spec.parameters[key].key == "azimuth_deg" {
+                value.rem_euclid(360.0)
+            } else {
+                value
+            };
         }
         values
     }
@@ -209,8 +233,10 @@ impl Believed {
             }
             let active = |k: usize| spec.parameters[k].stages.iter().any(|stage| stages.contains(stage));
             let keys = 0..spec.parameters.len();
-            let amplitudes: Vec<usize> =
-                keys.clone().filter(|&k| spec.parameters[k].role == Role::Amplitude && active(k)).collect();
+            let amplitudes: Vec<usize> = keys
+                .clone()
+                .filter(|&k| spec.parameters[k].role == Role::Amplitude && active(k))
+                .collect();
             if amplitudes.is_empty() {
                 continue;
             }
@@ -220,7 +246,11 @@ impl Believed {
             });
             let shapes: Vec<usize> = keys
                 .filter(|&k| {
-                    active(k) && matches!(spec.parameters[k].role, Role::Shape { .. } | Role::Period | Role::RangeId)
+                    active(k)
+                        && matches!(
+                            spec.parameters[k].role,
+                            Role::Shape { .. } | Role::Period | Role::RangeId
+                        )
                 })
                 .collect();
             let mut grids: Vec<Vec<f64>> = Vec::new();
@@ -232,7 +262,11 @@ impl Believed {
                 match parameter.role {
                     Role::Period => {
                         let frequencies = self.frequencies(parameter.key);
-                        let spacing = if frequencies.len() > 1 { frequencies[1] - frequencies[0] } else { 1e-3 };
+                        let spacing = if frequencies.len() > 1 {
+                            frequencies[1] - frequencies[0]
+                        } else {
+                            1e-3
+                        };
                         bounds.push((0.5 * spacing, frequencies.last().map_or(1.0, |f| f + spacing)));
                         steps.push(0.02 * spacing);
                         grids.push(frequencies);
@@ -249,7 +283,11 @@ impl Believed {
                     }
                     Role::Shape { grid } => {
                         grids.push(grid.to_vec());
-                        bounds.push(if low > 0.0 { (0.5 * low, 2.0 * high) } else { (low, high) });
+                        bounds.push(if low > 0.0 {
+                            (0.5 * low, 2.0 * high)
+                        } else {
+                            (low, high)
+                        });
                         steps.push(1e-3 * (high - low));
                     }
                     _ => {}
@@ -263,7 +301,9 @@ impl Believed {
             let mut step: Vec<f64> = amplitudes.iter().map(|&k| of(spec.parameters[k].step)).collect();
             let largest = |k: usize| {
                 let parameter = &spec.parameters[k];
-                (parameter.plausible.0 - parameter.null).abs().max((parameter.plausible.1 - parameter.null).abs())
+                (parameter.plausible.0 - parameter.null)
+                    .abs()
+                    .max((parameter.plausible.1 - parameter.null).abs())
             };
             let mut plausible: Vec<f64> = amplitudes.iter().map(|&k| of(largest(k))).collect();
             if phase.is_some() {
@@ -281,10 +321,23 @@ impl Believed {
                 shapes: product(&grids),
                 bounds,
                 shape_step: steps,
-                fixed: shapes.iter().map(|&k| spec.parameters[k].role == Role::RangeId).collect(),
+                fixed: shapes
+                    .iter()
+                    .map(|&k| spec.parameters[k].role == Role::RangeId)
+                    .collect(),
             });
-            let inverse = shapes.iter().map(|&k| spec.parameters[k].role == Role::Period).collect();
-            self.recipes.push(Recipe { spec, amplitudes, phase, shapes, inverse, power });
+            let inverse = shapes
+                .iter()
+                .map(|&k| spec.parameters[k].role == Role::Period)
+                .collect();
+            self.recipes.push(Recipe {
+                spec,
+                amplitudes,
+                phase,
+                shapes,
+                inverse,
+                power,
+            });
         }
     }
 
@@ -308,9 +361,14 @@ impl Believed {
                 })
                 .collect();
             times.sort_by(f64::total_cmp);
-            let mut gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > 0.0).collect();
+            let mut gaps: Vec<f64> = times
+                .windows(2)
+                .map(|pair| pair[1] - pair[0])
+                .filter(|gap| *gap > 0.0)
+                .collect();
             gaps.sort_by(f64::total_cmp);
-            let (Some(&step), Some(&first), Some(&last)) = (gaps.get(gaps.len() / 2), times.first(), times.last()) else {
+            let (Some(&step), Some(&first), Some(&last)) = (gaps.get(gaps.len() / 2), times.first(), times.last())
+            else {
                 return Vec::new();
             };
             (last - first, step)
@@ -362,7 +420,10 @@ impl Forward for Believed {
                 }
             }
         }
-        values.iter().all(|value| value.is_finite()).then(|| DVector::from_vec(values))
+        values
+            .iter()
+            .all(|value| value.is_finite())
+            .then(|| DVector::from_vec(values))
     }
 }
 

@@ -78,7 +78,10 @@ impl Dictionary {
             .collect();
         let mut families: Vec<(Coordinate, &str, usize)> = Vec::new();
         for (rival, _) in rivals.iter().zip(&distinct).filter(|(_, distinct)| **distinct) {
-            match families.iter_mut().find(|(c, f, _)| (*c, *f) == (rival.coordinate, rival.family)) {
+            match families
+                .iter_mut()
+                .find(|(c, f, _)| (*c, *f) == (rival.coordinate, rival.family))
+            {
                 Some((_, _, count)) => *count += 1,
                 None => families.push((rival.coordinate, rival.family, 1)),
             }
@@ -91,7 +94,10 @@ impl Dictionary {
             if !distinct[number] {
                 continue;
             }
-            let own = families.iter().filter(|(coordinate, ..)| *coordinate == rival.coordinate).count();
+            let own = families
+                .iter()
+                .filter(|(coordinate, ..)| *coordinate == rival.coordinate)
+                .count();
             let count = families
                 .iter()
                 .find(|(coordinate, family, _)| (*coordinate, *family) == (rival.coordinate, rival.family))
@@ -116,7 +122,9 @@ impl Dictionary {
     /// Numbers of the columns that describe what is smooth: all named effects but searches through frequencies, then the
     /// broad rivals. What is left after them is noise.
     pub fn smooth(&self, effects: &[crate::forward::Searchable], rivals: &[Rival]) -> Vec<usize> {
-        let broad = ["smooth", "memory", "harmonic", "plane", "one_map", "odd", "even", "slope", "jump", "quadrant"];
+        let broad = [
+            "smooth", "memory", "harmonic", "plane", "one_map", "odd", "even", "slope", "jump", "quadrant",
+        ];
         let mut columns = Vec::new();
         for candidate in &self.candidates {
             let take = match candidate.who {
@@ -144,7 +152,14 @@ fn tangent<F: Forward + ?Sized>(
         .map(|k| {
             let mut linear = vec![0.0; searchable.step.len()];
             linear[k] = searchable.step[k];
-            let changed = forward.predict(nuisance, &[Hypothesis { effect, linear, shape: shape.to_vec() }])?;
+            let changed = forward.predict(
+                nuisance,
+                &[Hypothesis {
+                    effect,
+                    linear,
+                    shape: shape.to_vec(),
+                }],
+            )?;
             let column = (changed - prediction) / searchable.step[k];
             column.iter().all(|value| value.is_finite()).then_some(column)
         })

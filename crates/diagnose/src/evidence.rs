@@ -39,8 +39,9 @@ impl EvidenceTable {
     /// For up to `directions` directions.
     pub fn new(directions: usize) -> Self {
         let points = (Self::TOP / Self::STEP) as usize + 2;
-        let rows =
-            (0..=directions).map(|k| (0..points).map(|i| ln_bayes_factor(i as f64 * Self::STEP, k)).collect()).collect();
+        let rows = (0..=directions)
+            .map(|k| (0..points).map(|i| ln_bayes_factor(i as f64 * Self::STEP, k)).collect())
+            .collect();
         Self { rows }
     }
 

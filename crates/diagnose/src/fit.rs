@@ -58,12 +58,34 @@ enum Slot {
     Shape(usize, usize),
 }
 
+/// Derivative of every row to each nuisance parameter, unwhitened.
+pub fn nuisance_tangents<F: Forward + ?Sized>(forward: &F, nuisance: &[f64]) -> Option<DMatrix<f64>> {
+    const STEP: f64 = 1e-4;
+    let base = forward.predict(nuisance, &[])?;
+    let columns = (0..nuisance.len())
+        .map(|k| {
+            let mut tried = nuisance.to_vec();
+            tried[k] += STEP;
+            Some((forward.predict(&tried, &[])? - &base) / STEP)
+        })
+        .collect::<Option<Vec<_>>>()?;
+    Some(if columns.is_empty() {
+        DMatrix::zeros(base.len(), 0)
+    } else {
+        DMatrix::from_columns(&columns)
+    })
+}
+
 /// Fits nuisance and `hypotheses` from their given values. None where the model refuses the combination.
+///
+/// `tangents` are the [`nuisance_tangents`] near `nuisance`: the nuisance is nearly linear and effects change its
+/// derivative by per cents, so they serve every step of every fit.
 pub fn fit<F: Forward + ?Sized>(
     forward: &F,
     measured: &DVector<f64>,
     whitener: &Whitener<'_>,
     nuisance: &[f64],
+    tangents: &DMatrix<f64>,
     hypotheses: &[Hypothesis],
 ) -> Option<Fit> {
     let slots = slots(forward, nuisance.len(), hypotheses);
@@ -71,12 +93,13 @@ pub fn fit<F: Forward + ?Sized>(
     let mut prediction = forward.predict(&state.0, &state.1)?;
     let mut residual = whitener.vector(&(measured - &prediction));
     let mut objective = residual.norm_squared() + shape_penalty(forward, &state.1);
+    let mut known = tangents.clone();
+    whitener.apply(&mut known);
     let mut jacobian = DMatrix::zeros(measured.len(), slots.len());
+    jacobian.columns_mut(0, nuisance.len()).copy_from(&known);
     let mut damping = 0.0;
     for round in 0..14 {
-        // The nuisance is nearly linear: its derivative is taken twice, the effects' at every step.
-        let all = round < 2;
-        derivative(forward, whitener, &state, &prediction, &slots, all, &mut jacobian)?;
+        derivative(forward, whitener, &state, &prediction, &slots, &mut jacobian)?;
         let mut normal = jacobian.tr_mul(&jacobian);
         let mut gradient = jacobian.tr_mul(&residual);
         for (k, &slot) in slots.iter().enumerate() {
@@ -91,14 +114,16 @@ pub fn fit<F: Forward + ?Sized>(
         for _ in 0..6 {
             let step = solve_damped(&normal, &gradient, damping);
             let tried = moved(forward, &state, &slots, &step);
-            let Some(candidate) = forward.predict(&tried.0, &tried.1) else { return None };
+            let Some(candidate) = forward.predict(&tried.0, &tried.1) else {
+                return None;
+            };
             let left = whitener.vector(&(measured - &candidate));
             let value = left.norm_squared() + shape_penalty(forward, &tried.1);
             if value.is_finite() && value <= objective + 1e-9 {
                 let gain = objective - value;
                 (state, prediction, residual, objective) = (tried, candidate, left, value);
                 damping *= 0.2;
-                improved = gain > 1e-4 * (1.0 + 1e-4 * objective);
+                improved = gain > 1e-3;
                 break;
             }
             damping = if damping == 0.0 { 1e-3 } else { damping * 10.0 };
@@ -107,9 +132,15 @@ pub fn fit<F: Forward + ?Sized>(
             break;
         }
     }
-    derivative(forward, whitener, &state, &prediction, &slots, false, &mut jacobian)?;
     let chi2 = residual.norm_squared();
-    Some(Fit { nuisance: state.0, hypotheses: state.1, prediction, residual, chi2, jacobian })
+    Some(Fit {
+        nuisance: state.0,
+        hypotheses: state.1,
+        prediction,
+        residual,
+        chi2,
+        jacobian,
+    })
 }
 
 impl Fit {
@@ -130,7 +161,11 @@ fn slots<F: Forward + ?Sized>(forward: &F, nuisances: usize, hypotheses: &[Hypot
     for (i, hypothesis) in hypotheses.iter().enumerate() {
         slots.extend((0..hypothesis.linear.len()).map(|j| Slot::Linear(i, j)));
         let fixed = &forward.effects()[hypothesis.effect].fixed;
-        slots.extend((0..hypothesis.shape.len()).filter(|&j| !fixed[j]).map(|j| Slot::Shape(i, j)));
+        slots.extend(
+            (0..hypothesis.shape.len())
+                .filter(|&j| !fixed[j])
+                .map(|j| Slot::Shape(i, j)),
+        );
     }
     slots
 }
@@ -157,21 +192,18 @@ fn derivative<F: Forward + ?Sized>(
     state: &State,
     prediction: &DVector<f64>,
     slots: &[Slot],
-    all: bool,
     jacobian: &mut DMatrix<f64>,
 ) -> Option<()> {
     use rayon::prelude::*;
-    let wanted: Vec<usize> =
-        (0..slots.len()).filter(|&k| all || !matches!(slots[k], Slot::Nuisance(_))).collect();
+    let wanted: Vec<usize> = (0..slots.len())
+        .filter(|&k| !matches!(slots[k], Slot::Nuisance(_)))
+        .collect();
     let columns: Vec<Option<DVector<f64>>> = wanted
         .par_iter()
         .map(|&k| {
             let mut tried = state.clone();
             let step = match slots[k] {
-                Slot::Nuisance(i) => {
-                    tried.0[i] += 1e-4;
-                    1e-4
-                }
+                Slot::Nuisance(_) => return None,
                 Slot::Linear(i, j) => {
                     let searchable = &forward.effects()[tried.1[i].effect];
                     let step = 0.1 * searchable.step[j];
@@ -182,7 +214,11 @@ fn derivative<F: Forward + ?Sized>(
                     let searchable = &forward.effects()[tried.1[i].effect];
                     let value = &mut tried.1[i].shape[j];
                     let forward_step = searchable.shape_step[j];
-                    let step = if *value + forward_step > searchable.bounds[j].1 { -forward_step } else { forward_step };
+                    let step = if *value + forward_step > searchable.bounds[j].1 {
+                        -forward_step
+                    } else {
+                        forward_step
+                    };
                     *value += step;
                     step
                 }
@@ -209,7 +245,9 @@ fn solve_damped(normal: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) ->
     let target = gradient.component_div(&size);
     let solved = match scaled.clone().cholesky() {
         Some(cholesky) => cholesky.solve(&target),
-        None => scaled.pseudo_inverse(1e-9).map_or_else(|_| DVector::zeros(n), |inverse| inverse * target),
+        None => scaled
+            .pseudo_inverse(1e-9)
+            .map_or_else(|_| DVector::zeros(n), |inverse| inverse * target),
     };
     solved.component_div(&size)
 }

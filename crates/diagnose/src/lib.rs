@@ -3,13 +3,17 @@
 
 pub mod basis;
 pub mod believed;
+pub mod diagnosis;
 pub mod dictionary;
+pub mod document;
 pub mod evidence;
 pub mod fit;
 pub mod forward;
+pub mod held_out;
+pub mod next;
+pub mod observe;
 pub mod rivals;
 mod rivals_maps;
-pub mod observe;
 pub mod scan;
 pub mod search;
 pub mod table;

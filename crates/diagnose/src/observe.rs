@@ -48,10 +48,13 @@ fn readings(set: &Readings, file: usize) -> Observed {
     let (mut coordinates, mut rows) = (Vec::new(), Vec::new());
     let mut left_out = 0;
     for reading in set.rows() {
-        let group = blocks.iter().position(|block| *block == reading.block).unwrap_or_else(|| {
-            blocks.push(&reading.block);
-            blocks.len() - 1
-        });
+        let group = blocks
+            .iter()
+            .position(|block| *block == reading.block)
+            .unwrap_or_else(|| {
+                blocks.push(&reading.block);
+                blocks.len() - 1
+            });
         let (Some(measured), Some(u)) = (reading.illuminance_lx, reading.u_lx) else {
             left_out += 1;
             continue;
@@ -74,9 +77,15 @@ fn readings(set: &Readings, file: usize) -> Observed {
     }
     let notes = match left_out {
         0 => Vec::new(),
-        n => vec![format!("{n} readings without a value (over range, under range or failed) were left out")],
+        n => vec![format!(
+            "{n} readings without a value (over range, under range or failed) were left out"
+        )],
     };
-    Observed { part: Part::Readings(coordinates), rows, notes }
+    Observed {
+        part: Part::Readings(coordinates),
+        rows,
+        notes,
+    }
 }
 
 fn maps(set: &MapSet, file: usize) -> (Observed, Option<Observed>) {
@@ -95,15 +104,29 @@ fn maps(set: &MapSet, file: usize) -> (Observed, Option<Observed>) {
 /// The rows of the cells that `wanted` chooses.
 fn chosen(set: &MapSet, file: usize, wanted: impl Fn(&Cell) -> bool, notes: Vec<String>) -> Observed {
     let Some((signal, u)) = set.values() else {
-        return Observed { part: Part::Maps(set.clone()), rows: Vec::new(), notes };
+        return Observed {
+            part: Part::Maps(set.clone()),
+            rows: Vec::new(),
+            notes,
+        };
     };
     let pick: Vec<usize> = (0..set.cells().len()).filter(|&i| wanted(&set.cells()[i])).collect();
     let cells: Vec<Cell> = pick.iter().map(|&i| set.cells()[i]).collect();
-    let values = (pick.iter().map(|&i| signal[i]).collect(), pick.iter().map(|&i| u[i]).collect());
-    let rows = pick.iter().map(|&i| row(set, file, &set.cells()[i], signal[i], u[i])).collect();
+    let values = (
+        pick.iter().map(|&i| signal[i]).collect(),
+        pick.iter().map(|&i| u[i]).collect(),
+    );
+    let rows = pick
+        .iter()
+        .map(|&i| row(set, file, &set.cells()[i], signal[i], u[i]))
+        .collect();
     // The parts come from a valid set, so the subset is one too.
     let subset = MapSet::new(set, set.bins(), cells, Some(values)).unwrap_or_else(|_| set.clone());
-    Observed { part: Part::Maps(subset), rows, notes }
+    Observed {
+        part: Part::Maps(subset),
+        rows,
+        notes,
+    }
 }
 
 fn row(set: &MapSet, file: usize, cell: &Cell, signal: f64, u: f64) -> Row {
@@ -148,13 +171,17 @@ fn binned(set: &MapSet) -> (MapSet, Option<String>) {
     let [nx, ny] = set.bins();
     let divisor = |n: usize| (1..=n).find(|f| n % f == 0 && n / f <= MOST_BINS).unwrap_or(1);
     let (fx, fy) = (divisor(nx), divisor(ny));
-    let Some((signal, u)) = set.values() else { return (set.clone(), None) };
+    let Some((signal, u)) = set.values() else {
+        return (set.clone(), None);
+    };
     if fx * fy == 1 {
         return (set.clone(), None);
     }
     let mut sums: BTreeMap<(u32, u32, u32), (f64, f64, usize)> = BTreeMap::new();
     for (cell, (signal, u)) in set.cells().iter().zip(signal.iter().zip(u)) {
-        let entry = sums.entry((cell.map, cell.iy / fy as u32, cell.ix / fx as u32)).or_default();
+        let entry = sums
+            .entry((cell.map, cell.iy / fy as u32, cell.ix / fx as u32))
+            .or_default();
         entry.0 += signal;
         entry.1 += u * u;
         entry.2 += 1;
@@ -178,7 +205,9 @@ fn binned(set: &MapSet) -> (MapSet, Option<String>) {
 fn spectra(set: &SpectraSet, file: usize) -> Observed {
     let (mut numbers, mut rows) = (Vec::new(), Vec::new());
     for (number, sample) in set.rows().iter().enumerate() {
-        let (Some(measured), Some(u)) = (sample.value, sample.u) else { continue };
+        let (Some(measured), Some(u)) = (sample.value, sample.u) else {
+            continue;
+        };
         numbers.push(number);
         rows.push(Row {
             file,
@@ -189,5 +218,9 @@ fn spectra(set: &SpectraSet, file: usize) -> Observed {
             ..Row::bare(Source::Sample, measured, u)
         });
     }
-    Observed { part: Part::Spectra(set.clone(), numbers), rows, notes: Vec::new() }
+    Observed {
+        part: Part::Spectra(set.clone(), numbers),
+        rows,
+        notes: Vec::new(),
+    }
 }

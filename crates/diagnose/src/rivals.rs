@@ -24,7 +24,11 @@ pub struct Rival {
 
 /// All rivals that these rows allow. `level` is the model's expectation, `order` the rows in time order.
 pub fn rivals(rows: &[Row], level: &[f64], order: &[usize]) -> Vec<Rival> {
-    let mut build = Builder { rows, level, found: Vec::new() };
+    let mut build = Builder {
+        rows,
+        level,
+        found: Vec::new(),
+    };
     if rows.iter().any(|row| row.source == Source::Reading) {
         time(&mut build, order);
         memory(&mut build, order);
@@ -96,7 +100,13 @@ impl Builder<'_> {
         if columns.iter().all(|column| column.amax() == 0.0) {
             return;
         }
-        self.found.push(Rival { coordinate, family, range, note: note.into(), columns });
+        self.found.push(Rival {
+            coordinate,
+            family,
+            range,
+            note: note.into(),
+            columns,
+        });
     }
 
     /// Distinct finite values of a coordinate over rows of `source` that carry signal, rising.
@@ -129,7 +139,9 @@ fn time(build: &mut Builder<'_>, order: &[usize]) {
         .filter(|row| row.source == Source::Reading && row.time_s.is_finite())
         .map(|row| row.time_s)
         .collect();
-    let (Some(&first), Some(&last)) = (times.first(), times.last()) else { return };
+    let (Some(&first), Some(&last)) = (times.first(), times.last()) else {
+        return;
+    };
     if last <= first {
         return;
     }
@@ -148,15 +160,28 @@ fn time(build: &mut Builder<'_>, order: &[usize]) {
         for step in 1..40 {
             let from = at(step as f64 / 40.0);
             let column = build.column(Source::Reading, acts, |_, row| f64::from(row.time_s > from));
-            build.add(Coordinate::TimeS, "jump", [from, last], format!("{} from then on", word(acts)), vec![column]);
+            build.add(
+                Coordinate::TimeS,
+                "jump",
+                [from, last],
+                format!("{} from then on", word(acts)),
+                vec![column],
+            );
         }
         for parts in [8_usize, 16, 32] {
             for half in 0..2 * parts - 1 {
                 let from = at(half as f64 / (2 * parts) as f64);
                 let to = at((half + 2) as f64 / (2 * parts) as f64);
-                let column =
-                    build.column(Source::Reading, acts, |_, row| f64::from(row.time_s >= from && row.time_s <= to));
-                build.add(Coordinate::TimeS, "window", [from, to], format!("{} for a while", word(acts)), vec![column]);
+                let column = build.column(Source::Reading, acts, |_, row| {
+                    f64::from(row.time_s >= from && row.time_s <= to)
+                });
+                build.add(
+                    Coordinate::TimeS,
+                    "window",
+                    [from, to],
+                    format!("{} for a while", word(acts)),
+                    vec![column],
+                );
                 if acts != Acts::Everywhere {
                     let (centre, width) = (0.5 * (from + to), 0.35 * (to - from).max(1e-9));
                     let column = build.column(Source::Reading, acts, |_, row| {
@@ -176,24 +201,39 @@ fn time(build: &mut Builder<'_>, order: &[usize]) {
                 build.column(Source::Reading, acts, |_, row| (turn * place(row)).cos()),
                 build.column(Source::Reading, acts, |_, row| (turn * place(row)).sin()),
             ];
-            build.add(Coordinate::TimeS, "periodic", [first, last], "an added signal that oscillates", columns);
+            build.add(
+                Coordinate::TimeS,
+                "periodic",
+                [first, last],
+                "an added signal that oscillates",
+                columns,
+            );
         }
     }
 }
 
 /// Patterns that depend on the readings before: lag of the reading, fatigue, transients after a pause.
 fn memory(build: &mut Builder<'_>, order: &[usize]) {
-    let mut in_time: Vec<usize> =
-        order.iter().copied().filter(|&i| build.rows[i].source == Source::Reading && build.rows[i].time_s.is_finite()).collect();
+    let mut in_time: Vec<usize> = order
+        .iter()
+        .copied()
+        .filter(|&i| build.rows[i].source == Source::Reading && build.rows[i].time_s.is_finite())
+        .collect();
     in_time.dedup();
     if in_time.len() < 8 {
         return;
     }
     let time = |i: usize| build.rows[i].time_s;
     let span = [time(in_time[0]), time(in_time[in_time.len() - 1])];
-    let mut gaps: Vec<f64> = in_time.windows(2).map(|pair| time(pair[1]) - time(pair[0])).filter(|gap| *gap > 0.0).collect();
+    let mut gaps: Vec<f64> = in_time
+        .windows(2)
+        .map(|pair| time(pair[1]) - time(pair[0]))
+        .filter(|gap| *gap > 0.0)
+        .collect();
     gaps.sort_by(f64::total_cmp);
-    let Some(&typical) = gaps.get(gaps.len() / 2) else { return };
+    let Some(&typical) = gaps.get(gaps.len() / 2) else {
+        return;
+    };
     let top = build.level.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let mut found = Vec::new();
     for steps in [0.4, 1.0, 3.0, 10.0, 40.0] {
@@ -216,7 +256,11 @@ fn memory(build: &mut Builder<'_>, order: &[usize]) {
     let mut previous = vec![0.0; build.rows.len()];
     for pair in in_time.windows(2) {
         let near = time(pair[1]) - time(pair[0]) < 2.5 * typical;
-        previous[pair[1]] = if near { build.level[pair[0]] - build.level[pair[1]] } else { 0.0 };
+        previous[pair[1]] = if near {
+            build.level[pair[0]] - build.level[pair[1]]
+        } else {
+            0.0
+        };
     }
     let unsettled = build.column(Source::Reading, Acts::Everywhere, |i, _| previous[i]);
     found.push(("a reading that keeps a part of the one before", unsettled));
@@ -230,7 +274,9 @@ fn memory(build: &mut Builder<'_>, order: &[usize]) {
     }
     since[in_time[0]] = 0.0;
     for steps in [2.0, 6.0, 20.0] {
-        let column = build.column(Source::Reading, Acts::Relative, |i, _| (-since[i] / (steps * typical)).exp());
+        let column = build.column(Source::Reading, Acts::Relative, |i, _| {
+            (-since[i] / (steps * typical)).exp()
+        });
         found.push(("a transient after every pause", column));
     }
     for (note, column) in found {
@@ -240,7 +286,9 @@ fn memory(build: &mut Builder<'_>, order: &[usize]) {
 
 fn gamma(build: &mut Builder<'_>) {
     let angles = build.distinct(Source::Reading, Coordinate::GammaDeg);
-    let (Some(&low), Some(&high)) = (angles.first(), angles.last()) else { return };
+    let (Some(&low), Some(&high)) = (angles.first(), angles.last()) else {
+        return;
+    };
     if high <= low {
         return;
     }
@@ -266,16 +314,40 @@ fn gamma(build: &mut Builder<'_>) {
         }
     }
     for &edge in angles.iter().step_by((angles.len() / 16).max(1)) {
-        let column = build.column(Source::Reading, Acts::Relative, |_, row| f64::from(row.gamma_deg > edge));
-        build.add(Coordinate::GammaDeg, "jump", [edge, high], "a relative change beyond one γ", vec![column]);
+        let column = build.column(Source::Reading, Acts::Relative, |_, row| {
+            f64::from(row.gamma_deg > edge)
+        });
+        build.add(
+            Coordinate::GammaDeg,
+            "jump",
+            [edge, high],
+            "a relative change beyond one γ",
+            vec![column],
+        );
     }
     let reach = low.abs().max(high.abs());
     let odd: Vec<_> = [1, 3, 5]
         .iter()
-        .map(|&power| build.column(Source::Reading, Acts::Relative, |_, row| (row.gamma_deg / reach).powi(power)))
+        .map(|&power| {
+            build.column(Source::Reading, Acts::Relative, |_, row| {
+                (row.gamma_deg / reach).powi(power)
+            })
+        })
         .collect();
-    build.add(Coordinate::GammaDeg, "smooth", [low, high], "an odd change over signed γ", odd[..1].to_vec());
-    build.add(Coordinate::GammaDeg, "smooth", [low, high], "an odd change over signed γ", odd);
+    build.add(
+        Coordinate::GammaDeg,
+        "smooth",
+        [low, high],
+        "an odd change over signed γ",
+        odd[..1].to_vec(),
+    );
+    build.add(
+        Coordinate::GammaDeg,
+        "smooth",
+        [low, high],
+        "an odd change over signed γ",
+        odd,
+    );
     for period in [6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 24.0, 30.0, 45.0, 60.0, 90.0] {
         if period < 2.2 * step {
             continue;
@@ -292,7 +364,9 @@ fn gamma(build: &mut Builder<'_>) {
 
 fn azimuth(build: &mut Builder<'_>) {
     let planes = build.distinct(Source::Reading, Coordinate::CDeg);
-    let (Some(&low), Some(&high)) = (planes.first(), planes.last()) else { return };
+    let (Some(&low), Some(&high)) = (planes.first(), planes.last()) else {
+        return;
+    };
     if planes.len() < 3 {
         return;
     }
@@ -303,15 +377,23 @@ fn azimuth(build: &mut Builder<'_>) {
             // Azimuth in the luminaire: (C, −γ) is (C + 180°, γ).
             let azimuth = |row: &Row| (row.c_deg + if row.gamma_deg < 0.0 { 180.0 } else { 0.0 }).to_radians();
             let columns = vec![
-                build.column(Source::Reading, Acts::Relative, |_, row| (order * azimuth(row)).cos() * shape(row)),
-                build.column(Source::Reading, Acts::Relative, |_, row| (order * azimuth(row)).sin() * shape(row)),
+                build.column(Source::Reading, Acts::Relative, |_, row| {
+                    (order * azimuth(row)).cos() * shape(row)
+                }),
+                build.column(Source::Reading, Acts::Relative, |_, row| {
+                    (order * azimuth(row)).sin() * shape(row)
+                }),
             ];
             let note = format!("a relative change with {harmonic} periods around C");
             build.add(Coordinate::CDeg, "harmonic", [0.0, 360.0], note, columns);
             if harmonic % 2 == 1 && power == 0 {
                 let columns = vec![
-                    build.column(Source::Reading, Acts::Relative, |_, row| (order * row.c_deg.to_radians()).cos()),
-                    build.column(Source::Reading, Acts::Relative, |_, row| (order * row.c_deg.to_radians()).sin()),
+                    build.column(Source::Reading, Acts::Relative, |_, row| {
+                        (order * row.c_deg.to_radians()).cos()
+                    }),
+                    build.column(Source::Reading, Acts::Relative, |_, row| {
+                        (order * row.c_deg.to_radians()).sin()
+                    }),
                 ];
                 let note = format!("a relative change with {harmonic} periods of the C axis");
                 build.add(Coordinate::CDeg, "harmonic", [0.0, 360.0], note, columns);
@@ -324,24 +406,49 @@ fn azimuth(build: &mut Builder<'_>) {
             if width == planes.len() {
                 continue;
             }
-            let column =
-                build.column(Source::Reading, Acts::Relative, |_, row| f64::from(row.c_deg >= from && row.c_deg <= to));
-            build.add(Coordinate::CDeg, "window", [from, to], "a relative change of whole C planes", vec![column]);
+            let column = build.column(Source::Reading, Acts::Relative, |_, row| {
+                f64::from(row.c_deg >= from && row.c_deg <= to)
+            });
+            build.add(
+                Coordinate::CDeg,
+                "window",
+                [from, to],
+                "a relative change of whole C planes",
+                vec![column],
+            );
             for side in [-1.0, 1.0] {
                 let column = build.column(Source::Reading, Acts::Relative, |_, row| {
                     f64::from(row.c_deg >= from && row.c_deg <= to && row.gamma_deg * side > 0.0)
                 });
-                build.add(Coordinate::CDeg, "half_plane", [from, to], "a relative change of C half-planes", vec![column]);
+                build.add(
+                    Coordinate::CDeg,
+                    "half_plane",
+                    [from, to],
+                    "a relative change of C half-planes",
+                    vec![column],
+                );
             }
         }
     }
     for edge in planes.iter().take(planes.len() - 1) {
         let column = build.column(Source::Reading, Acts::Relative, |_, row| f64::from(row.c_deg > *edge));
-        build.add(Coordinate::CDeg, "jump", [*edge, high], "a relative change beyond one C", vec![column]);
+        build.add(
+            Coordinate::CDeg,
+            "jump",
+            [*edge, high],
+            "a relative change beyond one C",
+            vec![column],
+        );
     }
     let span = (high - low).max(1.0);
     let column = build.column(Source::Reading, Acts::Relative, |_, row| (row.c_deg - low) / span);
-    build.add(Coordinate::CDeg, "smooth", [low, high], "a relative change along the C axis", vec![column]);
+    build.add(
+        Coordinate::CDeg,
+        "smooth",
+        [low, high],
+        "a relative change along the C axis",
+        vec![column],
+    );
 }
 
 fn distance(build: &mut Builder<'_>, source: Source) {
@@ -352,24 +459,66 @@ fn distance(build: &mut Builder<'_>, source: Source) {
     for &here in &distances {
         let at = |row: &Row| f64::from(row.distance_mm == here);
         let column = build.column(source, Acts::Relative, |_, row| at(row));
-        build.add(Coordinate::DistanceMm, "jump", [here, here], "a relative change at one distance", vec![column]);
-        let column = build.column(source, Acts::Light, |_, row| at(row) * f64::from(row.light == Light::Lit));
-        build.add(Coordinate::DistanceMm, "jump", [here, here], "an added signal at one distance", vec![column]);
+        build.add(
+            Coordinate::DistanceMm,
+            "jump",
+            [here, here],
+            "a relative change at one distance",
+            vec![column],
+        );
+        let column = build.column(source, Acts::Light, |_, row| {
+            at(row) * f64::from(row.light == Light::Lit)
+        });
+        build.add(
+            Coordinate::DistanceMm,
+            "jump",
+            [here, here],
+            "an added signal at one distance",
+            vec![column],
+        );
         if source == Source::Reading {
-            let column = build.column(source, Acts::Relative, |_, row| at(row) * row.gamma_deg.to_radians().sin());
-            build.add(Coordinate::DistanceMm, "odd", [here, here], "an odd change over γ at one distance", vec![column]);
-            let column = build.column(source, Acts::Relative, |_, row| at(row) * row.gamma_deg.to_radians().sin().powi(2));
-            build.add(Coordinate::DistanceMm, "even", [here, here], "an even change over γ at one distance", vec![column]);
+            let column = build.column(source, Acts::Relative, |_, row| {
+                at(row) * row.gamma_deg.to_radians().sin()
+            });
+            build.add(
+                Coordinate::DistanceMm,
+                "odd",
+                [here, here],
+                "an odd change over γ at one distance",
+                vec![column],
+            );
+            let column = build.column(source, Acts::Relative, |_, row| {
+                at(row) * row.gamma_deg.to_radians().sin().powi(2)
+            });
+            build.add(
+                Coordinate::DistanceMm,
+                "even",
+                [here, here],
+                "an even change over γ at one distance",
+                vec![column],
+            );
         }
     }
     let reach = [distances[0], distances[distances.len() - 1]];
     let logarithm = |row: &Row| (row.distance_mm / reach[0]).ln();
     let column = build.column(source, Acts::Relative, |_, row| logarithm(row));
-    build.add(Coordinate::DistanceMm, "smooth", reach, "another power of the distance", vec![column]);
+    build.add(
+        Coordinate::DistanceMm,
+        "smooth",
+        reach,
+        "another power of the distance",
+        vec![column],
+    );
     let column = build.column(source, Acts::Light, |_, row| {
         f64::from(row.light == Light::Lit) * (reach[0] / row.distance_mm)
     });
-    build.add(Coordinate::DistanceMm, "smooth", reach, "an added signal that falls with distance", vec![column]);
+    build.add(
+        Coordinate::DistanceMm,
+        "smooth",
+        reach,
+        "an added signal that falls with distance",
+        vec![column],
+    );
 }
 
 fn travel(build: &mut Builder<'_>) {
@@ -379,14 +528,39 @@ fn travel(build: &mut Builder<'_>) {
     }
     let reach = [ways[0], ways[ways.len() - 1]];
     let column = build.column(Source::Reading, Acts::Relative, |_, row| row.travel);
-    build.add(Coordinate::Travel, "jump", reach, "a relative change with the direction of travel", vec![column]);
+    build.add(
+        Coordinate::Travel,
+        "jump",
+        reach,
+        "a relative change with the direction of travel",
+        vec![column],
+    );
     let column = build.column(Source::Reading, Acts::Light, |_, row| row.travel);
-    build.add(Coordinate::Travel, "jump", reach, "an added signal with the direction of travel", vec![column]);
-    let column =
-        build.column(Source::Reading, Acts::Relative, |_, row| row.travel * row.gamma_deg.to_radians().sin().powi(2));
-    build.add(Coordinate::Travel, "even", reach, "a change with travel that grows with γ", vec![column]);
+    build.add(
+        Coordinate::Travel,
+        "jump",
+        reach,
+        "an added signal with the direction of travel",
+        vec![column],
+    );
+    let column = build.column(Source::Reading, Acts::Relative, |_, row| {
+        row.travel * row.gamma_deg.to_radians().sin().powi(2)
+    });
+    build.add(
+        Coordinate::Travel,
+        "even",
+        reach,
+        "a change with travel that grows with γ",
+        vec![column],
+    );
     let column = build.column(Source::Reading, Acts::Relative, |_, row| f64::from(row.travel == 0.0));
-    build.add(Coordinate::Travel, "jump", [0.0, 0.0], "a relative change of readings at rest", vec![column]);
+    build.add(
+        Coordinate::Travel,
+        "jump",
+        [0.0, 0.0],
+        "a relative change of readings at rest",
+        vec![column],
+    );
 }
 
 fn range(build: &mut Builder<'_>) {
@@ -398,35 +572,69 @@ fn range(build: &mut Builder<'_>) {
         let at = |row: &Row| f64::from(row.range == here);
         for acts in [Acts::Relative, Acts::Everywhere] {
             let column = build.column(Source::Reading, acts, |_, row| at(row));
-            build.add(Coordinate::Range, "jump", [here, here], format!("{} in one range", word(acts)), vec![column]);
+            build.add(
+                Coordinate::Range,
+                "jump",
+                [here, here],
+                format!("{} in one range", word(acts)),
+                vec![column],
+            );
         }
         let inside = |i: usize, row: &Row| at(row) * build.level[i];
-        let top = (0..build.rows.len()).map(|i| inside(i, &build.rows[i])).fold(0.0, f64::max);
+        let top = (0..build.rows.len())
+            .map(|i| inside(i, &build.rows[i]))
+            .fold(0.0, f64::max);
         if top > 0.0 {
             let column = build.column(Source::Reading, Acts::Relative, |i, row| inside(i, row) / top);
-            build.add(Coordinate::Range, "slope", [here, here], "a non-linearity inside one range", vec![column]);
+            build.add(
+                Coordinate::Range,
+                "slope",
+                [here, here],
+                "a non-linearity inside one range",
+                vec![column],
+            );
         }
     }
 }
 
 fn ambient(build: &mut Builder<'_>, order: &[usize]) {
     let temperatures = build.distinct(Source::Reading, Coordinate::AmbientC);
-    let (Some(&low), Some(&high)) = (temperatures.first(), temperatures.last()) else { return };
+    let (Some(&low), Some(&high)) = (temperatures.first(), temperatures.last()) else {
+        return;
+    };
     if high - low < 1e-6 {
         return;
     }
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
     let place = |row: &Row| (row.ambient_c - middle) / half;
     let column = build.column(Source::Reading, Acts::Relative, |_, row| place(row).powi(2));
-    build.add(Coordinate::AmbientC, "smooth", [low, high], "a curved change with temperature", vec![column]);
+    build.add(
+        Coordinate::AmbientC,
+        "smooth",
+        [low, high],
+        "a curved change with temperature",
+        vec![column],
+    );
     for acts in [Acts::Light, Acts::Everywhere] {
         let column = build.column(Source::Reading, acts, |_, row| place(row));
-        build.add(Coordinate::AmbientC, "smooth", [low, high], "an added signal with temperature", vec![column]);
+        build.add(
+            Coordinate::AmbientC,
+            "smooth",
+            [low, high],
+            "an added signal with temperature",
+            vec![column],
+        );
     }
     for edge in [-0.5, 0.0, 0.5] {
         let column = build.column(Source::Reading, Acts::Relative, |_, row| f64::from(place(row) > edge));
         let from = middle + edge * half;
-        build.add(Coordinate::AmbientC, "jump", [from, high], "a relative change above one temperature", vec![column]);
+        build.add(
+            Coordinate::AmbientC,
+            "jump",
+            [from, high],
+            "a relative change above one temperature",
+            vec![column],
+        );
     }
     let in_time: Vec<usize> = order
         .iter()
@@ -437,13 +645,23 @@ fn ambient(build: &mut Builder<'_>, order: &[usize]) {
         let mut lagged = vec![0.0; build.rows.len()];
         let mut average = in_time.first().map_or(0.0, |&i| build.rows[i].ambient_c);
         for (k, &i) in in_time.iter().enumerate() {
-            let gap = if k == 0 { 0.0 } else { build.rows[i].time_s - build.rows[in_time[k - 1]].time_s };
+            let gap = if k == 0 {
+                0.0
+            } else {
+                build.rows[i].time_s - build.rows[in_time[k - 1]].time_s
+            };
             let keep = (-gap.max(0.0) / lag_s).exp();
             average = keep * average + (1.0 - keep) * build.rows[i].ambient_c;
             lagged[i] = (build.rows[i].ambient_c - average) / half;
         }
         let column = build.column(Source::Reading, Acts::Relative, |i, _| lagged[i]);
-        build.add(Coordinate::AmbientC, "lag", [low, high], "a change with the rate of temperature", vec![column]);
+        build.add(
+            Coordinate::AmbientC,
+            "lag",
+            [low, high],
+            "a change with the rate of temperature",
+            vec![column],
+        );
     }
 }
 
@@ -462,25 +680,57 @@ fn signal_level(build: &mut Builder<'_>, source: Source) {
     let level = build.level;
     for power in [0.5, 2.0, 4.0] {
         let column = build.column(source, Acts::Relative, |i, _| share(level[i]).powf(power));
-        build.add(Coordinate::Level, "smooth", [0.0, top], format!("a relative change ∝ signal^{power}"), vec![column]);
+        build.add(
+            Coordinate::Level,
+            "smooth",
+            [0.0, top],
+            format!("a relative change ∝ signal^{power}"),
+            vec![column],
+        );
     }
     let column = build.column(source, Acts::Relative, |i, _| share(level[i]).ln());
-    build.add(Coordinate::Level, "smooth", [0.0, top], "a relative change with the logarithm of the signal", vec![column]);
+    build.add(
+        Coordinate::Level,
+        "smooth",
+        [0.0, top],
+        "a relative change with the logarithm of the signal",
+        vec![column],
+    );
     for edge in [0.03, 0.1, 0.3, 0.5, 0.7, 0.85, 0.95] {
         let column = build.column(source, Acts::Relative, |i, _| (share(level[i]) - edge).max(0.0));
-        build.add(Coordinate::Level, "knee", [edge * top, top], "a signal that bends above one level", vec![column]);
+        build.add(
+            Coordinate::Level,
+            "knee",
+            [edge * top, top],
+            "a signal that bends above one level",
+            vec![column],
+        );
         let column = build.column(source, Acts::Relative, |i, _| f64::from(share(level[i]) > edge));
-        build.add(Coordinate::Level, "jump", [edge * top, top], "a relative change above one level", vec![column]);
+        build.add(
+            Coordinate::Level,
+            "jump",
+            [edge * top, top],
+            "a relative change above one level",
+            vec![column],
+        );
         if edge <= 0.3 {
             let column = build.column(source, Acts::Relative, |i, _| (-share(level[i]) / edge).exp());
-            build.add(Coordinate::Level, "knee", [0.0, edge * top], "a signal that bends at low level", vec![column]);
+            build.add(
+                Coordinate::Level,
+                "knee",
+                [0.0, edge * top],
+                "a signal that bends at low level",
+                vec![column],
+            );
         }
     }
 }
 
 fn wavelength(build: &mut Builder<'_>) {
     let samples = build.distinct(Source::Sample, Coordinate::WavelengthNm);
-    let (Some(&low), Some(&high)) = (samples.first(), samples.last()) else { return };
+    let (Some(&low), Some(&high)) = (samples.first(), samples.last()) else {
+        return;
+    };
     if high <= low {
         return;
     }
@@ -490,12 +740,19 @@ fn wavelength(build: &mut Builder<'_>) {
             let count = (0.7 / width) as usize;
             for k in 0..=count {
                 let centre = k as f64 / count as f64;
-                let column =
-                    build.column(Source::Sample, acts, |_, row| (-0.5 * ((place(row) - centre) / width).powi(2)).exp());
+                let column = build.column(Source::Sample, acts, |_, row| {
+                    (-0.5 * ((place(row) - centre) / width).powi(2)).exp()
+                });
                 let middle = low + centre * (high - low);
                 let reach = 1.5 * width * (high - low);
                 let note = format!("{} near one wavelength", word(acts));
-                build.add(Coordinate::WavelengthNm, "bump", [middle - reach, middle + reach], note, vec![column]);
+                build.add(
+                    Coordinate::WavelengthNm,
+                    "bump",
+                    [middle - reach, middle + reach],
+                    note,
+                    vec![column],
+                );
             }
         }
         let columns: Vec<_> = (1..=4)
@@ -511,6 +768,12 @@ fn wavelength(build: &mut Builder<'_>) {
         let edge = f64::from(step) / 12.0;
         let column = build.column(Source::Sample, Acts::Relative, |_, row| f64::from(place(row) > edge));
         let from = low + edge * (high - low);
-        build.add(Coordinate::WavelengthNm, "jump", [from, high], "a relative change beyond one wavelength", vec![column]);
+        build.add(
+            Coordinate::WavelengthNm,
+            "jump",
+            [from, high],
+            "a relative change beyond one wavelength",
+            vec![column],
+        );
     }
 }

@@ -7,7 +7,10 @@ use crate::table::{Coordinate, Light, Row, Source};
 
 /// Adds the patterns of sensor maps.
 pub(crate) fn maps(build: &mut Builder<'_>) {
-    let (xs, ys) = (build.distinct(Source::Bin, Coordinate::XMm), build.distinct(Source::Bin, Coordinate::YMm));
+    let (xs, ys) = (
+        build.distinct(Source::Bin, Coordinate::XMm),
+        build.distinct(Source::Bin, Coordinate::YMm),
+    );
     if xs.len() < 4 || ys.len() < 4 {
         return;
     }
@@ -19,7 +22,11 @@ pub(crate) fn maps(build: &mut Builder<'_>) {
 }
 
 fn position(coordinate: Coordinate, row: &Row) -> f64 {
-    if coordinate == Coordinate::XMm { row.x_mm } else { row.y_mm }
+    if coordinate == Coordinate::XMm {
+        row.x_mm
+    } else {
+        row.y_mm
+    }
 }
 
 /// Columns or rows of the sensor: taps, bands, periodic patterns.
@@ -28,11 +35,21 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
     let pitch = (high - low) / (places.len() - 1) as f64;
     let stride = (places.len() / 24).max(1);
     for acts in [Acts::Relative, Acts::Everywhere] {
-        let what = if acts == Acts::Relative { "a relative change" } else { "an added signal" };
+        let what = if acts == Acts::Relative {
+            "a relative change"
+        } else {
+            "an added signal"
+        };
         for &edge in places.iter().skip(1).step_by(stride) {
             let from = edge - 0.5 * pitch;
             let column = build.column(Source::Bin, acts, |_, row| f64::from(position(coordinate, row) > from));
-            build.add(coordinate, "jump", [from, high], format!("{what} on one side of the sensor"), vec![column]);
+            build.add(
+                coordinate,
+                "jump",
+                [from, high],
+                format!("{what} on one side of the sensor"),
+                vec![column],
+            );
         }
         for width in [1_usize, 2, 4] {
             let width = width * stride;
@@ -40,34 +57,67 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
                 let (from, to) = (places[start] - 0.5 * pitch, places[start + width - 1] + 0.5 * pitch);
                 let inside = |row: &Row| (from..to).contains(&position(coordinate, row));
                 let column = build.column(Source::Bin, acts, |_, row| f64::from(inside(row)));
-                build.add(coordinate, "window", [from, to], format!("{what} in one band of the sensor"), vec![column]);
+                build.add(
+                    coordinate,
+                    "window",
+                    [from, to],
+                    format!("{what} in one band of the sensor"),
+                    vec![column],
+                );
             }
         }
         let size = high - low + pitch;
         for cycles in [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0] {
-            if size / cycles < 1.9 * pitch || (acts == Acts::Relative && cycles >= 1.0 && coordinate == Coordinate::YMm) {
+            if size / cycles < 1.9 * pitch || (acts == Acts::Relative && cycles >= 1.0 && coordinate == Coordinate::YMm)
+            {
                 continue; // a relative banding along y has a name: flicker of a rolling shutter
             }
             let turn = std::f64::consts::TAU * cycles / size;
             let columns = vec![
-                build.column(Source::Bin, acts, |_, row| (turn * (position(coordinate, row) - low)).cos()),
-                build.column(Source::Bin, acts, |_, row| (turn * (position(coordinate, row) - low)).sin()),
+                build.column(Source::Bin, acts, |_, row| {
+                    (turn * (position(coordinate, row) - low)).cos()
+                }),
+                build.column(Source::Bin, acts, |_, row| {
+                    (turn * (position(coordinate, row) - low)).sin()
+                }),
             ];
-            build.add(coordinate, "periodic", [low, high], format!("{what} that repeats over the sensor"), columns);
+            build.add(
+                coordinate,
+                "periodic",
+                [low, high],
+                format!("{what} that repeats over the sensor"),
+                columns,
+            );
         }
         let column = build.column(Source::Bin, acts, |_, row| {
             let place = ((position(coordinate, row) - low) / pitch).round() as i64;
             if place % 2 == 0 { 1.0 } else { -1.0 }
         });
-        build.add(coordinate, "alternating", [low, high], format!("{what} of every other line"), vec![column]);
+        build.add(
+            coordinate,
+            "alternating",
+            [low, high],
+            format!("{what} of every other line"),
+            vec![column],
+        );
         for side in [-1.0, 1.0] {
             let edge = if side > 0.0 { high } else { low };
             for reach in [0.1, 0.3] {
                 let column = build.column(Source::Bin, acts, |_, row| {
                     (-((position(coordinate, row) - edge).abs()) / (reach * size)).exp()
                 });
-                let range = if side > 0.0 { [edge - reach * size, edge] } else { [edge, edge + reach * size] };
-                build.add(coordinate, "edge", range, format!("{what} towards one edge"), vec![column]);
+                let range = if side > 0.0 {
+                    [edge - reach * size, edge]
+                } else {
+                    [edge, edge + reach * size]
+                };
+                build.add(
+                    coordinate,
+                    "edge",
+                    range,
+                    format!("{what} towards one edge"),
+                    vec![column],
+                );
             }
         }
     }
@@ -75,10 +125,17 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
 
 /// Patterns in the plane of the sensor: spots, quadrants, rings, polynomials.
 fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
-    let reach = xs[xs.len() - 1].abs().max(ys[ys.len() - 1].abs()).max(f64::MIN_POSITIVE);
+    let reach = xs[xs.len() - 1]
+        .abs()
+        .max(ys[ys.len() - 1].abs())
+        .max(f64::MIN_POSITIVE);
     let scaled = |row: &Row| (row.x_mm / reach, row.y_mm / reach);
     for acts in [Acts::Relative, Acts::Everywhere] {
-        let what = if acts == Acts::Relative { "a relative change" } else { "an added signal" };
+        let what = if acts == Acts::Relative {
+            "a relative change"
+        } else {
+            "an added signal"
+        };
         let powers = |list: &[(i32, i32)]| -> Vec<DVector<f64>> {
             list.iter()
                 .map(|&(i, j)| {
@@ -94,23 +151,67 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
         let saddle = powers(&[(1, 1)]);
         let first = powers(&[(1, 0), (0, 1)]);
         let (low, high) = (-reach, reach);
-        build.add(Coordinate::XMm, "plane", [low, high], format!("{what} curved over the sensor"), second);
-        build.add(Coordinate::XMm, "plane", [low, high], format!("{what} twisted over the sensor"), third);
-        build.add(Coordinate::XMm, "plane", [low, high], format!("{what} across the diagonals"), saddle);
+        build.add(
+            Coordinate::XMm,
+            "plane",
+            [low, high],
+            format!("{what} curved over the sensor"),
+            second,
+        );
+        build.add(
+            Coordinate::XMm,
+            "plane",
+            [low, high],
+            format!("{what} twisted over the sensor"),
+            third,
+        );
+        build.add(
+            Coordinate::XMm,
+            "plane",
+            [low, high],
+            format!("{what} across the diagonals"),
+            saddle,
+        );
         if acts == Acts::Everywhere {
-            build.add(Coordinate::XMm, "plane", [low, high], format!("{what} sloping over the sensor"), first);
+            build.add(
+                Coordinate::XMm,
+                "plane",
+                [low, high],
+                format!("{what} sloping over the sensor"),
+                first,
+            );
         }
         let column = build.column(Source::Bin, acts, |_, row| row.x_mm.signum() * row.y_mm.signum());
-        build.add(Coordinate::XMm, "quadrant", [low, high], format!("{what} of opposite quadrants"), vec![column]);
+        build.add(
+            Coordinate::XMm,
+            "quadrant",
+            [low, high],
+            format!("{what} of opposite quadrants"),
+            vec![column],
+        );
         for (sx, sy) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
-            let column = build.column(Source::Bin, acts, |_, row| f64::from(row.x_mm * sx > 0.0 && row.y_mm * sy > 0.0));
+            let column = build.column(Source::Bin, acts, |_, row| {
+                f64::from(row.x_mm * sx > 0.0 && row.y_mm * sy > 0.0)
+            });
             let range = if sx > 0.0 { [0.0, high] } else { [low, 0.0] };
-            build.add(Coordinate::XMm, "quadrant", range, format!("{what} of one quadrant"), vec![column]);
+            build.add(
+                Coordinate::XMm,
+                "quadrant",
+                range,
+                format!("{what} of one quadrant"),
+                vec![column],
+            );
             let column = build.column(Source::Bin, acts, |_, row| {
                 let (x, y) = scaled(row);
                 (-((x - sx).hypot(y - sy)) / 0.5).exp()
             });
-            build.add(Coordinate::XMm, "corner", range, format!("{what} in one corner"), vec![column]);
+            build.add(
+                Coordinate::XMm,
+                "corner",
+                range,
+                format!("{what} in one corner"),
+                vec![column],
+            );
         }
         if acts == Acts::Relative {
             // (an added spot has a name: ghost)
@@ -125,7 +226,13 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
                             (-0.5 * ((x - cx).powi(2) + (y - cy).powi(2)) / (width * width)).exp()
                         });
                         let range = [(cx - 1.5 * width) * reach, (cx + 1.5 * width) * reach];
-                        build.add(Coordinate::XMm, "spot", range, format!("{what} in one spot"), vec![column]);
+                        build.add(
+                            Coordinate::XMm,
+                            "spot",
+                            range,
+                            format!("{what} in one spot"),
+                            vec![column],
+                        );
                     }
                 }
             }
@@ -137,52 +244,89 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
                 (-0.5 * ((x.hypot(y) - centre) / 0.12).powi(2)).exp()
             });
             let range = [(centre - 0.15) * reach, (centre + 0.15) * reach];
-            build.add(Coordinate::RadiusMm, "ring", range, format!("{what} in one ring"), vec![column]);
+            build.add(
+                Coordinate::RadiusMm,
+                "ring",
+                range,
+                format!("{what} in one ring"),
+                vec![column],
+            );
         }
         let column = build.column(Source::Bin, acts, |_, row| {
             let (x, y) = scaled(row);
             (x * x + y * y).powi(2)
         });
-        build.add(Coordinate::RadiusMm, "smooth", [0.0, reach], format!("{what} ∝ r⁴"), vec![column]);
+        build.add(
+            Coordinate::RadiusMm,
+            "smooth",
+            [0.0, reach],
+            format!("{what} ∝ r⁴"),
+            vec![column],
+        );
         if acts == Acts::Everywhere {
             let column = build.column(Source::Bin, acts, |_, row| {
                 let (x, y) = scaled(row);
                 x * x + y * y
             });
-            build.add(Coordinate::RadiusMm, "smooth", [0.0, reach], format!("{what} ∝ r²"), vec![column]);
+            build.add(
+                Coordinate::RadiusMm,
+                "smooth",
+                [0.0, reach],
+                format!("{what} ∝ r²"),
+                vec![column],
+            );
         }
     }
 }
 
 fn incidence(build: &mut Builder<'_>) {
     let angles = build.distinct(Source::Bin, Coordinate::IncidenceDeg);
-    let (Some(&low), Some(&high)) = (angles.first(), angles.last()) else { return };
+    let (Some(&low), Some(&high)) = (angles.first(), angles.last()) else {
+        return;
+    };
     for edge in [5.0, 10.0, 20.0, 30.0, 45.0] {
         if edge <= low || edge >= high {
             continue;
         }
-        let column = build.column(Source::Bin, Acts::Relative, |_, row| f64::from(row.incidence_deg > edge));
+        let column = build.column(Source::Bin, Acts::Relative, |_, row| {
+            f64::from(row.incidence_deg > edge)
+        });
         let note = "a relative change beyond one angle of incidence";
         build.add(Coordinate::IncidenceDeg, "jump", [edge, high], note, vec![column]);
         let column = build.column(Source::Bin, Acts::Relative, |_, row| {
             (-0.5 * ((row.incidence_deg - edge) / (0.3 * edge)).powi(2)).exp()
         });
         let note = "a relative change near one angle of incidence";
-        build.add(Coordinate::IncidenceDeg, "bump", [0.7 * edge, 1.3 * edge], note, vec![column]);
+        build.add(
+            Coordinate::IncidenceDeg,
+            "bump",
+            [0.7 * edge, 1.3 * edge],
+            note,
+            vec![column],
+        );
     }
 }
 
 /// Single maps, and what one map leaves behind in the next.
 fn single_maps(build: &mut Builder<'_>) {
     let key = |row: &Row| (row.file, row.group);
-    let mut keys: Vec<(usize, usize)> =
-        build.rows.iter().filter(|row| row.source == Source::Bin).map(key).collect();
+    let mut keys: Vec<(usize, usize)> = build
+        .rows
+        .iter()
+        .filter(|row| row.source == Source::Bin)
+        .map(key)
+        .collect();
     keys.dedup();
     if keys.len() < 2 {
         return;
     }
     for &this in &keys {
-        let Some(row) = build.rows.iter().find(|row| row.source == Source::Bin && key(row) == this).copied() else {
+        let Some(row) = build
+            .rows
+            .iter()
+            .find(|row| row.source == Source::Bin && key(row) == this)
+            .copied()
+        else {
             continue;
         };
         let (coordinate, value) = if row.time_s.is_finite() {
@@ -192,14 +336,32 @@ fn single_maps(build: &mut Builder<'_>) {
         };
         if row.light == Light::Lit {
             let column = build.column(Source::Bin, Acts::Relative, |_, row| f64::from(key(row) == this));
-            build.add(coordinate, "one_map", [value, value], "a relative change of one map", vec![column]);
+            build.add(
+                coordinate,
+                "one_map",
+                [value, value],
+                "a relative change of one map",
+                vec![column],
+            );
         }
         let column = build.column(Source::Bin, Acts::Everywhere, |_, row| f64::from(key(row) == this));
-        build.add(coordinate, "one_map", [value, value], "an added signal in one map", vec![column]);
+        build.add(
+            coordinate,
+            "one_map",
+            [value, value],
+            "an added signal in one map",
+            vec![column],
+        );
     }
     // Dark signal that grows with the exposure, and veiling glare that follows the mean of each map.
     let column = build.column(Source::Bin, Acts::Everywhere, |_, row| row.exposure);
-    build.add(Coordinate::Exposure, "smooth", [0.0, 1.0], "an added signal ∝ exposure, capped or not", vec![column]);
+    build.add(
+        Coordinate::Exposure,
+        "smooth",
+        [0.0, 1.0],
+        "an added signal ∝ exposure, capped or not",
+        vec![column],
+    );
     let mean = |this: (usize, usize)| {
         let levels: Vec<f64> = build
             .rows
@@ -212,11 +374,25 @@ fn single_maps(build: &mut Builder<'_>) {
     };
     let means: Vec<f64> = keys.iter().map(|&this| mean(this)).collect();
     let of = |row: &Row| keys.iter().position(|&this| this == key(row));
-    let glare = build.column(Source::Bin, Acts::Everywhere, |_, row| of(row).map_or(0.0, |k| means[k]));
-    build.add(Coordinate::Level, "memory", [0.0, 1.0], "an added signal ∝ the mean of the map", vec![glare]);
+    let glare = build.column(Source::Bin, Acts::Everywhere, |_, row| {
+        of(row).map_or(0.0, |k| means[k])
+    });
+    build.add(
+        Coordinate::Level,
+        "memory",
+        [0.0, 1.0],
+        "an added signal ∝ the mean of the map",
+        vec![glare],
+    );
     let after = build.column(Source::Bin, Acts::Everywhere, |_, row| match of(row) {
         Some(k) if k > 0 => means[k - 1],
         _ => 0.0,
     });
-    build.add(Coordinate::TimeS, "memory", [0.0, 1.0], "an added signal left by the map before", vec![after]);
+    build.add(
+        Coordinate::TimeS,
+        "memory",
+        [0.0, 1.0],
+        "an added signal left by the map before",
+        vec![after],
+    );
 }

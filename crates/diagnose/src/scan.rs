@@ -116,7 +116,11 @@ impl Scan {
             }
         }
         directions = directions.resize_horizontally(rank, 0.0);
-        Self { directions, seen, freedom }
+        Self {
+            directions,
+            seen,
+            freedom,
+        }
     }
 
     /// Every candidate against a whitened residual in units of its own noise.
@@ -128,7 +132,12 @@ impl Scan {
                 let explained: f64 = seen.columns.clone().map(|k| z[k] * z[k]).sum();
                 let factor = ln_bayes_factor(explained, seen.columns.len());
                 let ln_evidence = seen.ln_prior + factor + seen.sign(z[seen.columns.start]);
-                Found { who: seen.who, candidate: seen.candidate, explained, ln_evidence }
+                Found {
+                    who: seen.who,
+                    candidate: seen.candidate,
+                    explained,
+                    ln_evidence,
+                }
             })
             .collect()
     }
@@ -168,8 +177,12 @@ impl Scan {
                         let column = z.column(k);
                         let mut terms = Vec::with_capacity(seen.len());
                         for candidate in seen {
-                            let explained: f64 =
-                                candidate.columns.clone().map(|i| f64::from(column[i]).powi(2)).sum::<f64>() / scales[k];
+                            let explained: f64 = candidate
+                                .columns
+                                .clone()
+                                .map(|i| f64::from(column[i]).powi(2))
+                                .sum::<f64>()
+                                / scales[k];
                             let factor = table.at(explained, candidate.columns.len());
                             let sign = candidate.sign(f64::from(column[candidate.columns.start]));
                             terms.push(candidate.ln_prior + factor + sign);

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::basis::Basis;
 use crate::dictionary::Dictionary;
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
-use crate::fit::{Fit, Whitener, fit};
+use crate::fit::{Fit, Whitener, fit, nuisance_tangents};
 use crate::forward::{Forward, Hypothesis};
 use crate::rivals::{Rival, rivals};
 use crate::scan::{Found, Scan, Who, p_value};
@@ -32,7 +32,14 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { seed: 1, nulls: 2000, significance: 0.01, model_form: 0.03, second_share: 0.2, fit_scale: true }
+        Self {
+            seed: 1,
+            nulls: 2000,
+            significance: 0.01,
+            model_form: 0.03,
+            second_share: 0.2,
+            fit_scale: true,
+        }
     }
 }
 
@@ -174,13 +181,18 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
             }
         }
         // Strongest first.
-        let mut strength: Vec<(f64, Hypothesis)> =
-            members.iter().enumerate().map(|(i, member)| (bench.explained_by(&members, &current, i), member.clone())).collect();
+        let mut strength: Vec<(f64, Hypothesis)> = members
+            .iter()
+            .enumerate()
+            .map(|(i, member)| (bench.explained_by(&members, &current, i), member.clone()))
+            .collect();
         strength.sort_by(|a, b| b.0.total_cmp(&a.0));
         members = strength.into_iter().map(|(_, member)| member).collect();
         current = bench.fit(&members)?;
     }
-    let rivalries = (0..members.len()).map(|i| bench.rivalry(&members, i, unexplained)).collect::<Option<Vec<_>>>()?;
+    let rivalries = (0..members.len())
+        .map(|i| bench.rivalry(&members, i, unexplained))
+        .collect::<Option<Vec<_>>>()?;
     let unexplained = unexplained.map(|(candidate, explained)| bench.unexplained(&current, candidate, explained));
     let noise = bench.noise.clone();
     Some(Outcome {
@@ -213,6 +225,8 @@ struct Bench<'a, F: Forward + ?Sized> {
     rivals: Vec<Rival>,
     dictionary: Dictionary,
     smooth: Vec<usize>,
+    /// Derivatives to the nuisance at the baseline.
+    tangents: DMatrix<f64>,
     noise: Noise,
     freedom: f64,
     /// The dictionary, whitened with the present noise.
@@ -226,9 +240,27 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let n = rows.len();
         let measured = DVector::from_iterator(n, rows.iter().map(|row| row.measured));
         let u = DVector::from_iterator(n, rows.iter().map(|row| row.u));
-        let noise = Noise { scale: 1.0, rho: 0.0, weights: vec![1.0; n] };
-        let plain = Whitener { sequence, row_scale: u.map(|u| 1.0 / u), rho: 0.0 };
-        let baseline = fit(forward, &measured, &plain, &vec![0.0; forward.nuisances()], &[])?;
+        let noise = Noise {
+            scale: 1.0,
+            rho: 0.0,
+            weights: vec![1.0; n],
+        };
+        let plain = Whitener {
+            sequence,
+            row_scale: u.map(|u| 1.0 / u),
+            rho: 0.0,
+        };
+        let start = vec![0.0; forward.nuisances()];
+        let first = fit(
+            forward,
+            &measured,
+            &plain,
+            &start,
+            &nuisance_tangents(forward, &start)?,
+            &[],
+        )?;
+        let tangents = nuisance_tangents(forward, &first.nuisance)?;
+        let baseline = fit(forward, &measured, &plain, &first.nuisance, &tangents, &[])?;
         let level = forward.predict(&baseline.nuisance, &[])?;
         let rivals = rivals(rows, level.as_slice(), sequence.order());
         let dictionary = Dictionary::new(forward, &baseline.nuisance, &level, &rivals, &plain.row_scale);
@@ -243,6 +275,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             rivals,
             dictionary,
             smooth,
+            tangents,
             noise,
             freedom: 1.0,
             whitened,
@@ -256,12 +289,25 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
     }
 
     fn whitener(&self) -> Whitener<'a> {
-        let scale = self.u.zip_map(&DVector::from_column_slice(&self.noise.weights), |u, w| w.sqrt() / u);
-        Whitener { sequence: self.sequence, row_scale: scale, rho: self.noise.rho }
+        let scale = self
+            .u
+            .zip_map(&DVector::from_column_slice(&self.noise.weights), |u, w| w.sqrt() / u);
+        Whitener {
+            sequence: self.sequence,
+            row_scale: scale,
+            rho: self.noise.rho,
+        }
     }
 
     fn fit(&self, members: &[Hypothesis]) -> Option<Fit> {
-        fit(self.forward, &self.measured, &self.whitener(), &self.baseline.nuisance, members)
+        fit(
+            self.forward,
+            &self.measured,
+            &self.whitener(),
+            &self.baseline.nuisance,
+            &self.tangents,
+            members,
+        )
     }
 
     /// Noise from what is left of a fit after everything smooth is projected out: outlier weights, ρ, scale.
@@ -270,7 +316,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let raw = &self.measured - &fitted.prediction;
         let limit = if n > 2000 { 120 } else { n / 3 };
         let columns = self.dictionary.columns.select_columns(&self.smooth);
-        let unweighted = Whitener { sequence: self.sequence, row_scale: self.u.map(|u| 1.0 / u), rho: 0.0 };
+        let unweighted = Whitener {
+            sequence: self.sequence,
+            row_scale: self.u.map(|u| 1.0 / u),
+            rho: 0.0,
+        };
         let parameters = self.parameter_columns(fitted);
         let basis_of = |whitener: &Whitener<'_>| {
             let mut known = parameters.clone();
@@ -300,35 +350,34 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let mut residual = whitener.vector(&raw);
         basis.project_out_vector(&mut residual);
         self.freedom = (n as f64 - basis.rank() as f64).max(1.0);
-        self.noise.scale =
-            if self.settings.fit_scale { (residual.norm_squared() / self.freedom).sqrt().max(1e-12) } else { 1.0 };
+        self.noise.scale = if self.settings.fit_scale {
+            (residual.norm_squared() / self.freedom).sqrt().max(1e-12)
+        } else {
+            1.0
+        };
         self.whitened = self.dictionary.columns.clone();
         whitener.apply(&mut self.whitened);
     }
 
-    /// Unwhitened derivatives of a fit's parameters are not kept; whitened ones with unit weights serve as a basis.
+    /// Unwhitened derivatives to nuisance and amplitudes.
     fn parameter_columns(&self, fitted: &Fit) -> DMatrix<f64> {
-        let nuisance = fitted.nuisance.clone();
         let base = &fitted.prediction;
-        let mut columns = Vec::new();
-        for k in 0..nuisance.len() {
-            let mut tried = nuisance.clone();
-            tried[k] += 1e-4;
-            if let Some(changed) = self.forward.predict(&tried, &fitted.hypotheses) {
-                columns.push((changed - base) / 1e-4);
-            }
-        }
+        let mut columns: Vec<DVector<f64>> = self.tangents.column_iter().map(|column| column.into_owned()).collect();
         for (i, member) in fitted.hypotheses.iter().enumerate() {
             for j in 0..member.linear.len() {
                 let mut tried = fitted.hypotheses.clone();
                 let step = 0.1 * self.forward.effects()[member.effect].step[j];
                 tried[i].linear[j] += step;
-                if let Some(changed) = self.forward.predict(&nuisance, &tried) {
+                if let Some(changed) = self.forward.predict(&fitted.nuisance, &tried) {
                     columns.push((changed - base) / step);
                 }
             }
         }
-        if columns.is_empty() { DMatrix::zeros(self.measured.len(), 0) } else { DMatrix::from_columns(&columns) }
+        if columns.is_empty() {
+            DMatrix::zeros(self.measured.len(), 0)
+        } else {
+            DMatrix::from_columns(&columns)
+        }
     }
 
     /// The scan of what a fit leaves; effects that are in it already and `extra` directions are projected out.
@@ -379,7 +428,9 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             .filter(|one| matches!(one.who, Who::Named { effect: e, .. } if e == effect))
             .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
         let _ = scan;
-        let Who::Named { shape, .. } = best.who else { return None };
+        let Who::Named { shape, .. } = best.who else {
+            return None;
+        };
         Some((self.hypothesis(fitted, best.who, shape)?, best.explained))
     }
 
@@ -387,9 +438,16 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
     fn hypothesis(&self, fitted: &Fit, who: Who, shape: usize) -> Option<Hypothesis> {
         let Who::Named { effect, .. } = who else { return None };
         let searchable = &self.forward.effects()[effect];
-        let candidate = self.dictionary.candidates.iter().find(|candidate| candidate.who == who)?;
+        let candidate = self
+            .dictionary
+            .candidates
+            .iter()
+            .find(|candidate| candidate.who == who)?;
         let out = Basis::spanning(&fitted.jacobian, 1e-9);
-        let mut columns = self.whitened.columns(candidate.columns.start, candidate.columns.len()).into_owned();
+        let mut columns = self
+            .whitened
+            .columns(candidate.columns.start, candidate.columns.len())
+            .into_owned();
         out.project_out(&mut columns);
         let mut residual = fitted.residual.clone();
         out.project_out_vector(&mut residual);
@@ -399,19 +457,31 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         if searchable.never_negative {
             linear[0] = linear[0].max(0.05 * searchable.step[0]);
         }
-        Some(Hypothesis { effect, linear, shape: searchable.shapes[shape].clone() })
+        Some(Hypothesis {
+            effect,
+            linear,
+            shape: searchable.shapes[shape].clone(),
+        })
     }
 
     /// The first members: the best single effect, or the best pair where two explain what one cannot.
     fn grow(&mut self, scan: &Scan, first: &[Found], baseline: &Fit) -> (Vec<Hypothesis>, Fit) {
         let singles = self.name_evidence(first);
-        let Some(&(best, _)) = singles.first() else { return (Vec::new(), baseline.clone()) };
+        let Some(&(best, _)) = singles.first() else {
+            return (Vec::new(), baseline.clone());
+        };
         let mut tried: Vec<(f64, Vec<Hypothesis>, Fit)> = Vec::new();
         // Full fits of the few best: a tangent can mislead where an effect is strong.
-        let candidates: Vec<usize> =
-            singles.iter().take_while(|(_, e)| *e > singles[0].1 - 12.0).take(4).map(|(e, _)| *e).collect();
+        let candidates: Vec<usize> = singles
+            .iter()
+            .take_while(|(_, e)| *e > singles[0].1 - 12.0)
+            .take(4)
+            .map(|(e, _)| *e)
+            .collect();
         for effect in candidates {
-            let Some((start, _)) = self.start(scan, baseline, first, effect) else { continue };
+            let Some((start, _)) = self.start(scan, baseline, first, effect) else {
+                continue;
+            };
             if let Some(fitted) = self.fit(&[start]) {
                 tried.push((fitted.chi2, fitted.hypotheses.clone(), fitted));
             }
@@ -426,8 +496,12 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         if let Some((pair, pair_fit)) = self.best_pair(scan, first, baseline) {
             let pair_explained = (baseline.chi2 - pair_fit.chi2) / variance;
             let gain = pair_explained - single_explained;
-            let weaker = (0..2).map(|i| self.explained_by(&pair, &pair_fit, i)).fold(f64::INFINITY, f64::min);
-            let stronger = (0..2).map(|i| self.explained_by(&pair, &pair_fit, i)).fold(0.0, f64::max);
+            let weaker = (0..2)
+                .map(|i| self.explained_by(&pair, &pair_fit, i))
+                .fold(f64::INFINITY, f64::min);
+            let stronger = (0..2)
+                .map(|i| self.explained_by(&pair, &pair_fit, i))
+                .fold(0.0, f64::max);
             let needed = (2.0 * (self.forward.effects().len() as f64).ln() + 8.0)
                 .max(self.settings.second_share.powi(2) * stronger)
                 .max((self.settings.model_form).powi(2) * stronger + 9.0);
@@ -457,7 +531,9 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             if !self.disagrees(&found) {
                 break;
             }
-            let Some(&(effect, evidence)) = self.name_evidence(&found).first() else { break };
+            let Some(&(effect, evidence)) = self.name_evidence(&found).first() else {
+                break;
+            };
             let unnamed = ln_sum_exp(
                 &found
                     .iter()
@@ -468,11 +544,15 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             if unnamed > evidence + 1.0 {
                 break;
             }
-            let Some((start, _)) = self.start(&scan, &fitted, &found, effect) else { break };
+            let Some((start, _)) = self.start(&scan, &fitted, &found, effect) else {
+                break;
+            };
             let mut grown = members.clone();
             grown.push(start);
             let Some(next) = self.fit(&grown) else { break };
-            let strongest = (0..members.len()).map(|i| self.explained_by(&members, &fitted, i)).fold(0.0, f64::max);
+            let strongest = (0..members.len())
+                .map(|i| self.explained_by(&members, &fitted, i))
+                .fold(0.0, f64::max);
             let gained = (fitted.chi2 - next.chi2) / self.noise.scale.powi(2);
             if gained < self.settings.second_share.powi(2) * strongest || gained < 9.0 {
                 break;
@@ -510,26 +590,30 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             .enumerate()
             .flat_map(|(effect, places)| places.iter().map(move |&place| (effect, place)))
             .collect();
-        let blocks: Vec<DMatrix<f64>> =
-            places.iter().map(|&(_, place)| scan.block(&scan.seen[place]).into_owned()).collect();
+        let blocks: Vec<DMatrix<f64>> = places
+            .iter()
+            .map(|&(_, place)| scan.block(&scan.seen[place]).into_owned())
+            .collect();
         let z: Vec<DVector<f64>> = blocks.iter().map(|block| block.tr_mul(&residual)).collect();
         let mut best: Vec<(f64, usize, usize)> = (0..places.len())
             .into_par_iter()
             .flat_map_iter(|a| {
                 let (blocks, z, places) = (&blocks, &z, &places);
-                ((a + 1)..places.len()).filter(move |&b| places[a].0 != places[b].0).filter_map(move |b| {
-                    let cross = blocks[a].tr_mul(&blocks[b]);
-                    let left = &z[b] - cross.tr_mul(&z[a]);
-                    let inner = DMatrix::identity(left.len(), left.len()) - cross.tr_mul(&cross);
-                    // Nearly the same pattern twice is no pair.
-                    let inverse = inner.clone().try_inverse()?;
-                    if inner.determinant() < 1e-3 {
-                        return None;
-                    }
-                    let gained = left.dot(&(inverse * &left));
-                    let explained = z[a].norm_squared() + gained;
-                    Some((ln_bayes_factor(explained, z[a].len() + z[b].len()), a, b))
-                })
+                ((a + 1)..places.len())
+                    .filter(move |&b| places[a].0 != places[b].0)
+                    .filter_map(move |b| {
+                        let cross = blocks[a].tr_mul(&blocks[b]);
+                        let left = &z[b] - cross.tr_mul(&z[a]);
+                        let inner = DMatrix::identity(left.len(), left.len()) - cross.tr_mul(&cross);
+                        // Nearly the same pattern twice is no pair.
+                        let inverse = inner.clone().try_inverse()?;
+                        if inner.determinant() < 1e-3 {
+                            return None;
+                        }
+                        let gained = left.dot(&(inverse * &left));
+                        let explained = z[a].norm_squared() + gained;
+                        Some((ln_bayes_factor(explained, z[a].len() + z[b].len()), a, b))
+                    })
             })
             .collect();
         best.sort_by(|x, y| y.0.total_cmp(&x.0));
@@ -560,9 +644,14 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
 
     /// Squared significance of member `i` with all others free.
     fn explained_by(&self, members: &[Hypothesis], fitted: &Fit, i: usize) -> f64 {
-        let others: Vec<Hypothesis> =
-            members.iter().enumerate().filter(|(k, _)| *k != i).map(|(_, member)| member.clone()).collect();
-        self.fit(&others).map_or(0.0, |without| (without.chi2 - fitted.chi2) / self.noise.scale.powi(2))
+        let others: Vec<Hypothesis> = members
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| *k != i)
+            .map(|(_, member)| member.clone())
+            .collect();
+        self.fit(&others)
+            .map_or(0.0, |without| (without.chi2 - fitted.chi2) / self.noise.scale.powi(2))
     }
 
     /// What is left after all named effects, if it is significant and not small beside them: the best rival.
@@ -572,13 +661,16 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         if !self.disagrees(&found) {
             return None;
         }
-        let strongest = (0..members.len()).map(|i| self.explained_by(members, fitted, i)).fold(0.0, f64::max);
+        let strongest = (0..members.len())
+            .map(|i| self.explained_by(members, fitted, i))
+            .fold(0.0, f64::max);
         let best = found
             .iter()
             .filter(|one| matches!(one.who, Who::Unnamed { .. }))
             .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
         let kept: Vec<usize> = self.kept(members);
-        (best.explained > self.settings.second_share.powi(2) * strongest).then_some((kept[best.candidate], best.explained))
+        (best.explained > self.settings.second_share.powi(2) * strongest)
+            .then_some((kept[best.candidate], best.explained))
     }
 
     /// The best rival in the scan of a fit, significant or not.
@@ -638,8 +730,12 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
 
     /// Who else could be member `i`, with all other members free and what is unexplained projected out.
     fn rivalry(&self, members: &[Hypothesis], i: usize, extra: Option<(usize, f64)>) -> Option<Rivalry> {
-        let others: Vec<Hypothesis> =
-            members.iter().enumerate().filter(|(k, _)| *k != i).map(|(_, member)| member.clone()).collect();
+        let others: Vec<Hypothesis> = members
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| *k != i)
+            .map(|(_, member)| member.clone())
+            .collect();
         let base = self.fit(&others)?;
         let scan = self.scan(&base, &others, extra.map(|(candidate, _)| candidate));
         let found = self.look(&scan, &base);
@@ -659,7 +755,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             .par_iter()
             .filter_map(|&effect| {
                 let (start, linear) = self.start(&scan, &base, &found, effect)?;
-                let start = if effect == members[i].effect { members[i].clone() } else { start };
+                let start = if effect == members[i].effect {
+                    members[i].clone()
+                } else {
+                    start
+                };
                 let mut tried = others.clone();
                 tried.push(start);
                 let fitted = self.fit(&tried)?;
@@ -694,15 +794,25 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
                 }
             }
         }
-        entries.extend(unnamed.into_iter().map(|(c, terms, explained)| (Label::Unnamed(c), ln_sum_exp(&terms), explained, None)));
+        entries.extend(
+            unnamed
+                .into_iter()
+                .map(|(c, terms, explained)| (Label::Unnamed(c), ln_sum_exp(&terms), explained, None)),
+        );
         entries.sort_by(|a, b| b.1.total_cmp(&a.1));
         let (best_evidence, best_explained) = entries.first().map_or((0.0, 0.0), |entry| (entry.1, entry.2));
         // What the formulas are allowed to be wrong by adds to the noise of every comparison.
         let sharpness = 1.0 / (1.0 + self.settings.model_form.powi(2) * best_explained.max(0.0));
-        let weights: Vec<f64> = entries.iter().map(|entry| ((entry.1 - best_evidence) * sharpness).exp()).collect();
+        let weights: Vec<f64> = entries
+            .iter()
+            .map(|entry| ((entry.1 - best_evidence) * sharpness).exp())
+            .collect();
         let nothing = (-best_evidence * sharpness).exp();
         let total = weights.iter().sum::<f64>() + nothing;
-        let own = entries.iter().find(|entry| entry.0 == Label::Named(members[i].effect)).map_or(0.0, |entry| entry.1);
+        let own = entries
+            .iter()
+            .find(|entry| entry.0 == Label::Named(members[i].effect))
+            .map_or(0.0, |entry| entry.1);
         let ranked = entries
             .into_iter()
             .zip(weights)
@@ -713,7 +823,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
                 hypothesis,
             })
             .collect();
-        Some(Rivalry { ranked, ln_bayes_factor: own, p_value: p_value(statistic, &self.nulls) })
+        Some(Rivalry {
+            ranked,
+            ln_bayes_factor: own,
+            p_value: p_value(statistic, &self.nulls),
+        })
     }
 
     fn places(&self, found: &[Found]) -> Vec<Place> {
@@ -727,7 +841,10 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
                 sigma: one.explained.sqrt(),
                 note: rival.note.clone(),
             };
-            match places.iter_mut().find(|(_, known)| known.coordinate == rival.coordinate) {
+            match places
+                .iter_mut()
+                .find(|(_, known)| known.coordinate == rival.coordinate)
+            {
                 Some(known) if known.0 >= one.ln_evidence => {}
                 Some(known) => *known = (one.ln_evidence, place),
                 None => places.push((one.ln_evidence, place)),
@@ -743,7 +860,9 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let effects = self.forward.effects();
         let mut best: Vec<(usize, usize, f64)> = Vec::new();
         for candidate in &self.dictionary.candidates {
-            let Who::Named { effect, shape } = candidate.who else { continue };
+            let Who::Named { effect, shape } = candidate.who else {
+                continue;
+            };
             if effects[effect].shapes.len() > 60 && shape % 16 != 0 {
                 continue;
             }
@@ -751,7 +870,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
                 let mut column = self.whitened.column(k).into_owned();
                 let before = column.norm();
                 out.project_out_vector(&mut column);
-                let left = if column.norm() < 1e-9 * before { 0.0 } else { column.norm() };
+                let left = if column.norm() < 1e-9 * before {
+                    0.0
+                } else {
+                    column.norm()
+                };
                 let sigma = left / self.noise.scale * effects[effect].plausible[component];
                 match best.iter_mut().find(|(e, c, _)| (*e, *c) == (effect, component)) {
                     Some(known) => known.2 = known.2.max(sigma),
@@ -764,15 +887,22 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
 
     fn unexplained(&self, fitted: &Fit, candidate: usize, explained: f64) -> Unexplained {
         let columns = self.dictionary.candidates[candidate].columns.clone();
-        let Who::Unnamed { rival } = self.dictionary.candidates[candidate].who else { unreachable!("only rivals are unexplained") };
+        let Who::Unnamed { rival } = self.dictionary.candidates[candidate].who else {
+            unreachable!("only rivals are unexplained")
+        };
         let out = Basis::spanning(&fitted.jacobian, 1e-9);
         let mut inside = self.whitened.columns(columns.start, columns.len()).into_owned();
         out.project_out(&mut inside);
         let normal = inside.tr_mul(&inside);
-        let amplitudes = normal
-            .pseudo_inverse(1e-14)
-            .map_or_else(|_| DVector::zeros(columns.len()), |inverse| inverse * inside.tr_mul(&fitted.residual));
+        let amplitudes = normal.pseudo_inverse(1e-14).map_or_else(
+            |_| DVector::zeros(columns.len()),
+            |inverse| inverse * inside.tr_mul(&fitted.residual),
+        );
         let pattern = self.dictionary.columns.columns(columns.start, columns.len()) * amplitudes;
-        Unexplained { rival: self.rivals[rival].clone(), sigma: explained.sqrt(), pattern }
+        Unexplained {
+            rival: self.rivals[rival].clone(),
+            sigma: explained.sqrt(),
+            pattern,
+        }
     }
 }

@@ -18,7 +18,12 @@ impl Sequence {
     /// median gap inside a run.
     pub fn by_time(run: &[usize], time_s: &[f64]) -> Self {
         let mut order: Vec<usize> = (0..run.len()).collect();
-        order.sort_by(|&a, &b| run[a].cmp(&run[b]).then(time_s[a].total_cmp(&time_s[b])).then(a.cmp(&b)));
+        order.sort_by(|&a, &b| {
+            run[a]
+                .cmp(&run[b])
+                .then(time_s[a].total_cmp(&time_s[b]))
+                .then(a.cmp(&b))
+        });
         let gap = |pair: &[usize]| match run[pair[0]] == run[pair[1]] {
             true => time_s[pair[1]] - time_s[pair[0]],
             false => f64::NAN,
@@ -29,7 +34,11 @@ impl Sequence {
         let mut steps = vec![f64::INFINITY; run.len()];
         for (place, pair) in order.windows(2).enumerate() {
             let gap = gap(pair);
-            steps[place + 1] = if gap.is_nan() { f64::INFINITY } else { (gap / typical).max(1e-3) };
+            steps[place + 1] = if gap.is_nan() {
+                f64::INFINITY
+            } else {
+                (gap / typical).max(1e-3)
+            };
         }
         Self { order, steps }
     }
@@ -128,7 +137,11 @@ impl Sequence {
         }
         for _ in 0..12 {
             let middle = 0.5 * (low + high);
-            if observed > expected(middle) { low = middle } else { high = middle }
+            if observed > expected(middle) {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         0.5 * (low + high)
     }
@@ -151,7 +164,10 @@ pub fn heavy_tail_weights(residual: &DVector<f64>) -> Vec<f64> {
     let mut magnitudes: Vec<f64> = residual.iter().map(|z| z.abs()).collect();
     magnitudes.sort_by(f64::total_cmp);
     let scale = (magnitudes[magnitudes.len() / 2] / 0.6745).max(f64::MIN_POSITIVE);
-    residual.iter().map(|z| ((nu + 1.0) / (nu + (z / scale).powi(2))).min(1.0)).collect()
+    residual
+        .iter()
+        .map(|z| ((nu + 1.0) / (nu + (z / scale).powi(2))).min(1.0))
+        .collect()
 }
 
 #[cfg(test)]
@@ -165,7 +181,11 @@ mod tests {
         let mut last = 0.0;
         DVector::from_fn(n, |i, _| {
             let fresh: f64 = rng.sample(StandardNormal);
-            last = if i == 0 { fresh } else { rho * last + (1.0 - rho * rho).sqrt() * fresh };
+            last = if i == 0 {
+                fresh
+            } else {
+                rho * last + (1.0 - rho * rho).sqrt() * fresh
+            };
             last
         })
     }
@@ -175,7 +195,9 @@ mod tests {
         let n = 400;
         let time: Vec<f64> = (0..n).map(|i| 4.0 * i as f64).collect();
         let sequence = Sequence::by_time(&vec![0; n], &time);
-        let smooth = DMatrix::from_fn(n, 60, |i, k| (std::f64::consts::PI * (i as f64 + 0.5) * k as f64 / n as f64).cos());
+        let smooth = DMatrix::from_fn(n, 60, |i, k| {
+            (std::f64::consts::PI * (i as f64 + 0.5) * k as f64 / n as f64).cos()
+        });
         let basis = crate::basis::Basis::spanning(&smooth, 1e-9);
         for truth in [0.0, 0.3, 0.5, 0.7] {
             let mean = (0..40)

@@ -114,14 +114,21 @@ fn hide(
     change_by: impl Fn(&Setting) -> Vec<f64>,
     outside: impl Fn(&str, &mut Draws) -> Vec<f64>,
 ) -> Option<Hidden> {
-    let mut hidden = Hidden { settings: Vec::new(), added: vec![0.0; rows], strengths: Vec::new() };
+    let mut hidden = Hidden {
+        settings: Vec::new(),
+        added: vec![0.0; rows],
+        strengths: Vec::new(),
+    };
     for &(name, wanted) in &order.hidden {
         if let Some(recipe) = recipe::find(list, name) {
             let (sign, extra) = recipe.draw(draws);
             let setting = |strength: f64| {
                 let mut values = vec![(recipe.key, strength)];
                 values.extend(extra.iter().copied());
-                Setting { name: recipe.name, values }
+                Setting {
+                    name: recipe.name,
+                    values,
+                }
             };
             let strength = strength_for(wanted, recipe, sign, |s| significance(&change_by(&setting(s))))?;
             hidden.strengths.push((strength / recipe.plausible).abs());
@@ -134,7 +141,11 @@ fn hide(
             }
             let one_way = matches!(name, "pole_shadow" | "door_opened" | "dust" | "reflex" | "settling_lag");
             let sign = if one_way { 1.0 } else { draws.sign() };
-            hidden.added.iter_mut().zip(&change).for_each(|(sum, c)| *sum += sign * wanted / unit * c);
+            hidden
+                .added
+                .iter_mut()
+                .zip(&change)
+                .for_each(|(sum, c)| *sum += sign * wanted / unit * c);
             hidden.strengths.push(0.0);
         }
     }
@@ -149,7 +160,13 @@ fn gonio(order: &Order) -> Option<Case> {
     // The meter changes its range by the light that is there.
     let plain = truth::readings(room.clone(), &[], &steps);
     for (step, lx) in steps.iter_mut().zip(&plain) {
-        step.at.range = if *lx < 3.0 { 1 } else if *lx < 20.0 { 2 } else { 3 };
+        step.at.range = if *lx < 3.0 {
+            1
+        } else if *lx < 20.0 {
+            2
+        } else {
+            3
+        };
     }
     let (rel, floor) = (draws.between(0.002, 0.006), draws.between(0.004, 0.014));
     let sigma: Vec<f64> = plain.iter().map(|lx| (rel * lx).hypot(floor)).collect();
@@ -171,7 +188,11 @@ fn gonio(order: &Order) -> Option<Case> {
         },
         |name, draws| outside::gonio(name, &steps, &plain, draws),
     )?;
-    let mut clean = truth::readings(truth::with_effects(room.clone(), &hidden.settings), &hidden.settings, &steps);
+    let mut clean = truth::readings(
+        truth::with_effects(room.clone(), &hidden.settings),
+        &hidden.settings,
+        &steps,
+    );
     clean.iter_mut().zip(&hidden.added).for_each(|(lx, more)| *lx += more);
 
     let ratio = draws.between(0.85, 1.2);
@@ -196,7 +217,12 @@ fn gonio(order: &Order) -> Option<Case> {
             let _ = writeln!(held_csv, "{place}");
             held_truth.push((clean[i], sigma[i]));
         } else {
-            let _ = writeln!(seen_csv, "{place},{:.6},{:.6}", clean[i] + sigma[i] * noise[i], ratio * sigma[i]);
+            let _ = writeln!(
+                seen_csv,
+                "{place},{:.6},{:.6}",
+                clean[i] + sigma[i] * noise[i],
+                ratio * sigma[i]
+            );
         }
     }
     Some(Case {
@@ -215,13 +241,22 @@ fn gonio(order: &Order) -> Option<Case> {
 /// The operator's distribution: rotational, with a smooth error of its shape.
 fn believed(room: &Darkroom, draws: &mut Draws) -> String {
     let room = Room::new(room.clone());
-    let error: Vec<f64> = (0..7).map(|k| 0.01 / (1.0 + 0.5 * f64::from(k)) * draws.normal()).collect();
+    let error: Vec<f64> = (0..7)
+        .map(|k| 0.01 / (1.0 + 0.5 * f64::from(k)) * draws.normal())
+        .collect();
     let mut csv = String::from("gamma_deg,intensity_cd\n");
     for gamma in 0..=90 {
         let gamma = f64::from(gamma);
         let x: f64 = gamma / 90.0;
-        let ln: f64 = error.iter().enumerate().map(|(k, a)| a * (2.0 * k as f64 * x.acos()).cos()).sum();
-        let mean = (0..36).map(|k| room.intensity_cd(10.0 * f64::from(k), gamma)).sum::<f64>() / 36.0;
+        let ln: f64 = error
+            .iter()
+            .enumerate()
+            .map(|(k, a)| a * (2.0 * k as f64 * x.acos()).cos())
+            .sum();
+        let mean = (0..36)
+            .map(|k| room.intensity_cd(10.0 * f64::from(k), gamma))
+            .sum::<f64>()
+            / 36.0;
         let _ = writeln!(csv, "{gamma},{:.4}", mean * ln.exp());
     }
     csv
@@ -229,7 +264,11 @@ fn believed(room: &Darkroom, draws: &mut Draws) -> String {
 
 fn climate(steps: &mut [Step], draws: &mut Draws) {
     let (mean, swing) = (draws.between(24.2, 25.4), draws.between(0.3, 0.7));
-    let (period, phase, slope) = (draws.between(1800.0, 3600.0), draws.between(0.0, 6.28), draws.between(-0.4, 0.4));
+    let (period, phase, slope) = (
+        draws.between(1800.0, 3600.0),
+        draws.between(0.0, 6.28),
+        draws.between(-0.4, 0.4),
+    );
     for step in steps {
         let t = step.at.time_s;
         step.at.ambient_c = mean + swing * (std::f64::consts::TAU * t / period + phase).sin() + slope * t / 3600.0;
@@ -270,13 +309,20 @@ fn sensor(order: &Order) -> Option<Case> {
         plain.len(),
         |change| truth::significance(&part(change), &sigma_seen, &nuisance),
         |setting| {
-            let changed = truth::maps(truth::with_effects(room.clone(), std::slice::from_ref(setting)), &frames, BINS);
+            let changed = truth::maps(
+                truth::with_effects(room.clone(), std::slice::from_ref(setting)),
+                &frames,
+                BINS,
+            );
             changed.iter().zip(&plain).map(|(a, b)| a - b).collect()
         },
         |name, draws| outside::sensor(name, &frames, BINS, &plain, draws),
     )?;
     let mut clean = truth::maps(truth::with_effects(room.clone(), &hidden.settings), &frames, BINS);
-    clean.iter_mut().zip(&hidden.added).for_each(|(signal, more)| *signal += more);
+    clean
+        .iter_mut()
+        .zip(&hidden.added)
+        .for_each(|(signal, more)| *signal += more);
     let ratio = draws.between(0.85, 1.2);
     let noise = noise(plain.len(), order, &mut draws);
     let mut toml = format!("sensor_mm = 24.576\nbins = {BINS}\nunit = \"relative\"\n");
@@ -312,8 +358,16 @@ fn sensor(order: &Order) -> Option<Case> {
 
 fn pose(toml: &mut String, frame: &Frame) {
     let pose = &frame.pose;
-    let _ = writeln!(toml, "\n[[map]]\nname = \"{}\"\ndistance_mm = {:.1}", frame.name, pose.distance_mm);
-    let _ = writeln!(toml, "tilt_x_deg = {:.1}\ntilt_y_deg = {:.1}", pose.tilt_x_deg, pose.tilt_y_deg);
+    let _ = writeln!(
+        toml,
+        "\n[[map]]\nname = \"{}\"\ndistance_mm = {:.1}",
+        frame.name, pose.distance_mm
+    );
+    let _ = writeln!(
+        toml,
+        "tilt_x_deg = {:.1}\ntilt_y_deg = {:.1}",
+        pose.tilt_x_deg, pose.tilt_y_deg
+    );
     let _ = writeln!(toml, "rot_z_deg = {:.1}\nexposure = {}", pose.rot_z_deg, pose.exposure);
     let _ = writeln!(toml, "lamp = {}\ncapped = {}", pose.lamp, pose.capped);
 }

@@ -22,8 +22,17 @@ pub const GONIO: &[&str] = &[
 ];
 
 /// Names of the effects on maps.
-pub const SENSOR: &[&str] =
-    &["tap_mismatch", "bad_band", "amp_glow", "dust", "afterimage", "odd_columns", "shutter_slip", "veiling_glare", "quadrant_gain"];
+pub const SENSOR: &[&str] = &[
+    "tap_mismatch",
+    "bad_band",
+    "amp_glow",
+    "dust",
+    "afterimage",
+    "odd_columns",
+    "shutter_slip",
+    "veiling_glare",
+    "quadrant_gain",
+];
 
 /// Change of every clean reading at strength 1, in lx: add `strength ·` this.
 pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Vec<f64> {
@@ -34,7 +43,11 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
     let length = draws.between(0.04, 0.15) * (last - first);
     let angle = draws.between(15.0, 50.0) * draws.sign();
     let width = draws.between(4.0, 9.0);
-    let plane = steps.iter().filter(|step| step.block == "A" && !step.held_out).map(|step| step.at.c_deg).collect::<Vec<_>>();
+    let plane = steps
+        .iter()
+        .filter(|step| step.block == "A" && !step.held_out)
+        .map(|step| step.at.c_deg)
+        .collect::<Vec<_>>();
     let plane = *draws.pick(&plane);
     let period = draws.between(0.25, 0.8) * (last - first);
     let fatigue_s = draws.between(60.0, 300.0);
@@ -46,9 +59,17 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
         let inside = f64::from(at.time_s >= from && at.time_s < from + length);
         let sees_room = f64::from(at.kind != Kind::Capped);
         let spot = (-((at.gamma_deg - angle) / width).powi(2)).exp() * f64::from(at.kind == Kind::Lit);
-        let gap = if i == 0 { 0.0 } else { at.time_s - steps[i - 1].at.time_s };
+        let gap = if i == 0 {
+            0.0
+        } else {
+            at.time_s - steps[i - 1].at.time_s
+        };
         let previous = if i == 0 { lx } else { clean[i - 1] };
-        memory = if i == 0 { 0.0 } else { memory * (-gap / fatigue_s).exp() + (1.0 - (-gap / fatigue_s).exp()) * previous };
+        memory = if i == 0 {
+            0.0
+        } else {
+            memory * (-gap / fatigue_s).exp() + (1.0 - (-gap / fatigue_s).exp()) * previous
+        };
         result.push(match name {
             "pole_shadow" => -lx * spot,
             "door_opened" => 0.01 * top * inside * sees_room,
@@ -75,11 +96,15 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
 pub fn sensor(name: &str, frames: &[Frame], bins: usize, clean: &[f64], draws: &mut Draws) -> Vec<f64> {
     let middle = 0.5 * bins as f64;
     let edge = (draws.between(0.3, 0.7) * bins as f64).round();
-    let (px, py) = (draws.between(0.2, 0.8) * bins as f64, draws.between(0.2, 0.8) * bins as f64);
+    let (px, py) = (
+        draws.between(0.2, 0.8) * bins as f64,
+        draws.between(0.2, 0.8) * bins as f64,
+    );
     let width = draws.between(1.5, 4.0);
     let vertical = draws.sign() > 0.0;
-    let lit: Vec<usize> =
-        (0..frames.len()).filter(|&m| frames[m].pose.lamp && !frames[m].pose.capped && !frames[m].held_out).collect();
+    let lit: Vec<usize> = (0..frames.len())
+        .filter(|&m| frames[m].pose.lamp && !frames[m].pose.capped && !frames[m].held_out)
+        .collect();
     let slipped = *draws.pick(&lit);
     let cells = bins * bins;
     let mean = |m: usize| clean[m * cells..(m + 1) * cells].iter().sum::<f64>() / cells as f64;

@@ -28,7 +28,10 @@ const STEP_S: f64 = 4.0;
 
 /// The readings of a goniometer day, without ranges and temperatures.
 pub fn gonio(plan: Plan, draws: &mut Draws) -> Vec<Step> {
-    let mut walk = Walk { steps: Vec::new(), time_s: draws.between(100.0, 200.0).round() };
+    let mut walk = Walk {
+        steps: Vec::new(),
+        time_s: draws.between(100.0, 200.0).round(),
+    };
     match plan {
         Plan::Designed => {
             walk.dark("dark0");
@@ -72,7 +75,16 @@ impl Walk {
 
     fn read(&mut self, block: &'static str, kind: Kind, place: [f64; 3], travel: f64, held_out: bool) {
         let [c_deg, gamma_deg, distance_mm] = place;
-        let at = Observation { kind, time_s: self.time_s, c_deg, gamma_deg, distance_mm, travel, range: 0, ambient_c: 25.0 };
+        let at = Observation {
+            kind,
+            time_s: self.time_s,
+            c_deg,
+            gamma_deg,
+            distance_mm,
+            travel,
+            range: 0,
+            ambient_c: 25.0,
+        };
         self.steps.push(Step { block, at, held_out });
         self.time_s += STEP_S;
     }
@@ -148,6 +160,9 @@ pub fn sensor(plan: Plan) -> Vec<Frame> {
             frames[8].pose.capped = true;
             frames
         }
-        Plan::Common => vec![frame("d500", 500.0, flat, 1.0, false), frame("h450", 450.0, flat, 0.8, true)],
+        Plan::Common => vec![
+            frame("d500", 500.0, flat, 1.0, false),
+            frame("h450", 450.0, flat, 0.8, true),
+        ],
     }
 }

@@ -59,27 +59,57 @@ const fn recipe(
     signed: bool,
     extra: &'static [(&'static str, Extra)],
 ) -> Recipe {
-    Recipe { name, key, plausible, signed, extra }
+    Recipe {
+        name,
+        key,
+        plausible,
+        signed,
+        extra,
+    }
 }
 
 /// Effects that goniometer readings can show.
 pub const GONIO: &[Recipe] = &[
     recipe("ambient_stray", "illuminance_lx", 0.9, false, &[]),
     recipe("dark_offset", "offset_lx", 1.3, true, &[]),
-    recipe("floor_reflection", "albedo", 0.9, false, &[("height_mm", Between(800.0, 1600.0))]),
+    recipe(
+        "floor_reflection",
+        "albedo",
+        0.9,
+        false,
+        &[("height_mm", Between(800.0, 1600.0))],
+    ),
     recipe("distance_offset", "offset_mm", 20.0, true, &[]),
     recipe("axial_centre", "offset_mm", 30.0, true, &[]),
     recipe("lateral_centre", "offset_mm", 20.0, false, &[AZIMUTH]),
-    recipe("near_field", "radius_mm", 60.0, false, &[("aim_deg", Between(0.0, 8.0))]),
+    recipe(
+        "near_field",
+        "radius_mm",
+        60.0,
+        false,
+        &[("aim_deg", Between(0.0, 8.0))],
+    ),
     recipe("gamma_zero", "offset_deg", 0.5, true, &[]),
     recipe("gamma_sag", "amplitude_deg", 0.3, true, &[]),
     recipe("c_zero", "offset_deg", 5.0, true, &[]),
     recipe("luminaire_tilt", "angle_deg", 1.0, false, &[AZIMUTH]),
     recipe("backlash", "width_deg", 0.3, true, &[]),
     recipe("nonlinearity", "inverse_scale_per_lx", 1.5e-4, true, &[]),
-    recipe("range_step", "factor_rel", 0.01, true, &[("range", OneOf(&[1.0, 2.0, 3.0]))]),
+    recipe(
+        "range_step",
+        "factor_rel",
+        0.01,
+        true,
+        &[("range", OneOf(&[1.0, 2.0, 3.0]))],
+    ),
     recipe("temp_coefficient", "coefficient_per_k", 0.01, true, &[]),
-    recipe("lamp_warmup", "amplitude_rel", 0.1, false, &[("time_constant_s", Decades(150.0, 1500.0))]),
+    recipe(
+        "lamp_warmup",
+        "amplitude_rel",
+        0.1,
+        false,
+        &[("time_constant_s", Decades(150.0, 1500.0))],
+    ),
     recipe("lamp_drift", "rate_per_h", 0.02, true, &[]),
     recipe(
         "flicker_alias",
@@ -88,13 +118,23 @@ pub const GONIO: &[Recipe] = &[
         false,
         &[("period_s", Decades(11.0, 400.0)), ("phase_rad", Between(0.0, 6.28))],
     ),
-    recipe("dead_sector", "depth_rel", 0.3, false, &[AZIMUTH, ("width_deg", Between(40.0, 100.0))]),
+    recipe(
+        "dead_sector",
+        "depth_rel",
+        0.3,
+        false,
+        &[AZIMUTH, ("width_deg", Between(40.0, 100.0))],
+    ),
     recipe(
         "self_absorption",
         "depth_rel",
         0.3,
         false,
-        &[AZIMUTH, ("gamma_deg", Between(30.0, 60.0)), ("width_deg", Between(15.0, 35.0))],
+        &[
+            AZIMUTH,
+            ("gamma_deg", Between(30.0, 60.0)),
+            ("width_deg", Between(15.0, 35.0)),
+        ],
     ),
     recipe("polarization", "amplitude_rel", 0.02, false, &[AZIMUTH]),
     recipe("air_absorption", "coefficient_per_m", 0.05, false, &[]),
@@ -104,7 +144,13 @@ pub const GONIO: &[Recipe] = &[
 pub const SENSOR: &[Recipe] = &[
     recipe("ambient_light", "illuminance_lx", 13.0, false, &[]),
     recipe("dark_offset", "offset_rel", 0.01, true, &[]),
-    recipe("near_field", "radius_mm", 60.0, false, &[("aim_deg", Between(0.0, 8.0))]),
+    recipe(
+        "near_field",
+        "radius_mm",
+        60.0,
+        false,
+        &[("aim_deg", Between(0.0, 8.0))],
+    ),
     recipe("nonlinearity", "inverse_scale", 0.01, true, &[]),
     recipe("stage_lateral", "offset_mm", 5.0, false, &[AZIMUTH]),
     recipe("sensor_axial", "offset_mm", 3.0, true, &[]),
@@ -126,7 +172,11 @@ pub const SENSOR: &[Recipe] = &[
         "amplitude_rel",
         0.02,
         false,
-        &[("x_mm", Between(-8.0, 8.0)), ("y_mm", Between(-8.0, 8.0)), ("width_mm", Between(1.5, 4.0))],
+        &[
+            ("x_mm", Between(-8.0, 8.0)),
+            ("y_mm", Between(-8.0, 8.0)),
+            ("width_mm", Between(1.5, 4.0)),
+        ],
     ),
     recipe("exposure_offset", "offset", 0.02, true, &[]),
 ];

@@ -71,15 +71,25 @@ pub fn readings(room: Darkroom, effects: &[Setting], steps: &[Step]) -> Vec<f64>
 fn sector(at: &Observation, azimuth_deg: f64, width_deg: f64) -> f64 {
     let c = at.c_deg + if at.gamma_deg < 0.0 { 180.0 } else { 0.0 };
     let apart = (c - azimuth_deg + 540.0).rem_euclid(360.0) - 180.0;
-    let lobe = if apart.abs() < width_deg { 0.5 * (1.0 + (std::f64::consts::PI * apart / width_deg).cos()) } else { 0.0 };
+    let lobe = if apart.abs() < width_deg {
+        0.5 * (1.0 + (std::f64::consts::PI * apart / width_deg).cos())
+    } else {
+        0.0
+    };
     lobe * at.gamma_deg.abs().to_radians().sin()
 }
 
 /// Noise-free maps, relative signal, map after map.
 pub fn maps(room: Darkroom, frames: &[Frame], bins: usize) -> Vec<f64> {
     let room = Room::new(room);
-    let frame = SensorFrame { size_mm: [24.576, 24.576], bins: [bins, bins] };
-    frames.iter().flat_map(|f| room.sensor_map(&frame, &f.pose, Unit::Relative)).collect()
+    let frame = SensorFrame {
+        size_mm: [24.576, 24.576],
+        bins: [bins, bins],
+    };
+    frames
+        .iter()
+        .flat_map(|f| room.sensor_map(&frame, &f.pose, Unit::Relative))
+        .collect()
 }
 
 /// Directions that any analyst must fit on readings: nine even Chebyshev terms of ln I, and cos 2C·sin²γ.
@@ -98,7 +108,9 @@ pub fn reading_nuisance(steps: &[Step], clean: &[f64]) -> DMatrix<f64> {
 /// Directions that any analyst must fit on maps: a gain, tan²γ, tan⁴γ.
 pub fn map_nuisance(frames: &[Frame], bins: usize, clean: &[f64]) -> DMatrix<f64> {
     let cells = bins * bins;
-    DMatrix::from_fn(clean.len(), 3, |i, k| clean[i] * tan_square(&frames[i / cells], bins, i % cells).powi(k as i32))
+    DMatrix::from_fn(clean.len(), 3, |i, k| {
+        clean[i] * tan_square(&frames[i / cells], bins, i % cells).powi(k as i32)
+    })
 }
 
 fn tan_square(frame: &Frame, bins: usize, cell: usize) -> f64 {

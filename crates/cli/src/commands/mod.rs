@@ -2,6 +2,7 @@
 
 mod convert;
 mod devices;
+mod diagnose;
 mod inspect;
 mod predict;
 mod reading;
@@ -17,6 +18,7 @@ use isolux_app::Failure;
 pub enum Command {
     Convert(convert::Convert),
     Devices(devices::Devices),
+    Diagnose(diagnose::Diagnose),
     Inspect(inspect::Inspect),
     Predict(predict::Predict),
     Virtual(twins::Virtual),
@@ -32,6 +34,7 @@ pub fn run(command: Command) -> Result<(), Failure> {
     match command {
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
+        Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Virtual(arguments) => twins::run(&arguments),

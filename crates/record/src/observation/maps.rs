@@ -187,6 +187,17 @@ impl MapSet {
         })
     }
 
+    /// The same sensor at other poses: every bin of every map, without values.
+    ///
+    /// None without poses.
+    pub fn at_poses(&self, maps: Vec<MapPose>) -> Option<Self> {
+        let [nx, ny] = self.bins;
+        let cells = (0..maps.len() as u32)
+            .flat_map(|map| (0..ny as u32).flat_map(move |iy| (0..nx as u32).map(move |ix| Cell { map, iy, ix })))
+            .collect();
+        (!maps.is_empty()).then(|| Self { maps, cells, values: None, ..self.clone() })
+    }
+
     /// Maps from `maps.toml`, with the values of the CSV of the same name beside it or of the images that it names.
     ///
     /// # Errors

@@ -1,0 +1,307 @@
+//! `isolux diagnose`: where a model and observations disagree, which effect is missing, and the model that has it.
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_diagnose::diagnosis::{self, Diagnosis};
+use isolux_diagnose::document::Document;
+pub use isolux_diagnose::document::Verdict;
+use isolux_diagnose::search::Settings;
+use isolux_model::Model;
+use isolux_record::observation::{Need, Observations, open};
+use sha2::{Digest as _, Sha256};
+
+use crate::Failure;
+use crate::files::{self, Overwrite};
+use crate::progress::{Event, Progress};
+
+/// What is asked.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// The model file.
+    pub model: Utf8PathBuf,
+    /// Run directories, readings CSVs, `maps.toml`s, `spectra.toml`s.
+    pub observations: Vec<Utf8PathBuf>,
+    /// The folder to write.
+    pub out: Utf8PathBuf,
+    /// Observations that are predicted and never fitted.
+    pub held_out: Option<Utf8PathBuf>,
+    /// Seed of the simulated scans.
+    pub seed: u64,
+    /// Write the model with the effects beside the model, as its next version.
+    pub accept: bool,
+    /// Whether files may be replaced.
+    pub overwrite: Overwrite,
+}
+
+/// What was found, and where it was written.
+#[derive(Debug)]
+pub struct Answer {
+    /// As in `diagnosis.json`.
+    pub document: Document,
+    /// Lines that the model after has and the model as given has not (`+`), and the other way round (`-`).
+    pub diff: Vec<String>,
+    /// The adopted model, with `--accept`.
+    pub accepted: Option<Utf8PathBuf>,
+    /// Commands that take effects of the bench out of the run, where there is a run.
+    pub reduce_with: Option<String>,
+}
+
+/// Diagnoses and writes `diagnosis.json`, `report.html`, both models with the files that they name, and plans.
+///
+/// # Errors
+/// Bad input (exit 2) with file and line; nothing is written then.
+pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure> {
+    let model = Model::load(&request.model).map_err(Failure::bad_input)?;
+    let read = |path: &Utf8PathBuf| open(path, Need::Values).map_err(Failure::bad_input);
+    let observations = request.observations.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let held_out = request.held_out.as_ref().map(read).transpose()?;
+    let sha256 = request
+        .observations
+        .iter()
+        .map(|path| fingerprint(path))
+        .collect::<Result<Vec<_>, _>>()?
+        .join("+");
+    let accepted = request.accept.then(|| next_version(&request.model));
+    if let Some(path) = &accepted {
+        files::refuse_existing(path, request.overwrite)?;
+    }
+    refuse_occupied(&request.out, request.overwrite)?;
+    progress.event(Event::Began {
+        step: "diagnose",
+        total: None,
+    });
+    let settings = Settings {
+        seed: request.seed,
+        ..Settings::default()
+    };
+    let found = diagnosis::diagnose(&model, &observations, held_out.as_ref(), &sha256, &settings)
+        .map_err(|error| Failure::bad_input(format!("{}: {error}", names(&request.observations))))?;
+    progress.event(Event::Ended(&found.document.sentence));
+    let out = files::output_folder(&request.out, request.overwrite)?;
+    write(request, &out, &model, &found)?;
+    if let Some(path) = &accepted {
+        files::write(path, found.after.to_toml().as_bytes(), request.overwrite)?;
+    }
+    let reduce_with = run_directory(&request.observations, &observations)
+        .filter(|_| !found.of_bench.is_empty())
+        .map(|run| format!("isolux reduce {run} --with {}", out.join("model.after.toml")));
+    Ok(Answer {
+        diff: diff(
+            &model.beside_its_files().to_toml(),
+            &found.after.beside_its_files().to_toml(),
+        ),
+        document: found.document,
+        accepted,
+        reduce_with,
+    })
+}
+
+/// The answer in lines for a person, in the order: disagreement, place, ranking, verdict, gap, next, blind spots, diff.
+pub fn words(answer: &Answer) -> Vec<String> {
+    let document = &answer.document;
+    let (noise, gap) = (&document.noise, &document.gap);
+    let k = (noise.p_global * (noise.n_null + 1) as f64).round() as usize - 1;
+    let mut lines = vec![format!(
+        "disagreement  gap {:.3} σ rms as given, {:.3} with nuisance refitted, {:.3} expected; noise {:.3} × stated, \
+         autocorrelation {:.2}; {k} of {} simulated scans disagree as much",
+        gap.as_given, gap.before, gap.floor, noise.scale, noise.autocorrelation, noise.n_null
+    )];
+    for place in document.places.iter().take(3) {
+        lines.push(format!(
+            "where         {} {:.4} … {:.4}: {} ({:.1} σ)",
+            place.coordinate, place.range[0], place.range[1], place.note, place.significance_sigma
+        ));
+    }
+    for (effect, ranked) in document.effects.iter().zip(&document.ranked) {
+        lines.push(format!("effect        {} ({})", effect.name, effect.standard_name));
+        for (key, parameter) in &effect.parameters {
+            let flag = if parameter.implausible {
+                "  outside the plausible range"
+            } else {
+                ""
+            };
+            lines.push(format!(
+                "              {key} = {:.6} ± {:.2e} {}  (plausible {} … {}){flag}",
+                parameter.value, parameter.u, parameter.unit, parameter.plausible[0], parameter.plausible[1]
+            ));
+        }
+        for row in ranked {
+            let name = match row.name.strip_prefix("unnamed:") {
+                Some(coordinate) => format!("no name, along {coordinate}"),
+                None => row.name.clone(),
+            };
+            lines.push(format!(
+                "              {:>6.1} %  {:>5.1} σ  {name}",
+                100.0 * row.posterior,
+                row.significance_sigma
+            ));
+        }
+    }
+    lines.push(format!("verdict       {}", document.sentence));
+    if let Some(removed) = gap.removed {
+        lines.push(format!(
+            "gap           {:.3} → {:.3}, noise floor {:.3}: {:.1} % removed on fitted readings",
+            gap.before,
+            gap.after,
+            gap.floor,
+            100.0 * removed
+        ));
+    }
+    match &gap.held_out {
+        Some(held) => lines.push(format!(
+            "held out      {:.3} → {:.3}, noise floor {:.3}: {:.1} % removed on {} readings ({})",
+            held.before,
+            held.after,
+            held.floor,
+            100.0 * held.removed,
+            held.readings,
+            gap.held_out_note
+        )),
+        None if gap.removed.is_some() => lines.push(format!("held out      {}", gap.held_out_note)),
+        None => {}
+    }
+    for next in &document.next_measurement {
+        let plan = next.plan.as_deref().unwrap_or("no plan file");
+        lines.push(format!(
+            "next          {} ({plan}): {} and {} would lie {:.1} σ apart, {:.0} min",
+            next.what, next.splits[0], next.splits[1], next.expected_sigma, next.minutes
+        ));
+    }
+    let blind: Vec<&str> = document
+        .blind_spots
+        .iter()
+        .filter(|spot| spot.blind)
+        .map(|spot| spot.effect)
+        .collect();
+    if !blind.is_empty() {
+        lines.push(format!(
+            "blind spots   these data cannot show a plausible amount of: {}",
+            blind.join(", ")
+        ));
+    }
+    lines.extend(document.notes.iter().map(|note| format!("note          {note}")));
+    lines.extend(answer.diff.iter().map(|line| format!("model         {line}")));
+    lines.extend(
+        answer
+            .reduce_with
+            .iter()
+            .map(|command| format!("reduce        {command}")),
+    );
+    lines.extend(answer.accepted.iter().map(|path| format!("accepted      {path}")));
+    lines
+}
+
+fn names(paths: &[Utf8PathBuf]) -> String {
+    paths.iter().map(|path| path.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+fn refuse_occupied(path: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
+    if overwrite == Overwrite::Never && std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some()) {
+        return Err(Failure::bad_input(format!("{path} is not empty"))
+            .help("choose another folder, or give --force to replace its files"));
+    }
+    Ok(())
+}
+
+fn run_directory(paths: &[Utf8PathBuf], observations: &[Observations]) -> Option<Utf8PathBuf> {
+    paths
+        .iter()
+        .zip(observations)
+        .find(|(path, set)| path.is_dir() && matches!(set, Observations::Readings(_)))
+        .map(|(path, _)| path.clone())
+}
+
+/// SHA-256 of the data of one observation: the file itself and the table beside it.
+fn fingerprint(path: &Utf8Path) -> Result<String, Failure> {
+    let file = if path.is_dir() {
+        path.join("readings.csv")
+    } else {
+        path.to_owned()
+    };
+    let mut hash = Sha256::new();
+    hash.update(files::read(&file)?);
+    let table = file.with_extension("csv");
+    if table != file && table.exists() {
+        hash.update(files::read(&table)?);
+    }
+    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// `ring.model.toml` → `ring.model.v2.toml`; `ring.v2.toml` → `ring.v3.toml`.
+fn next_version(path: &Utf8Path) -> Utf8PathBuf {
+    let extension = path.extension().unwrap_or("toml");
+    let stem = path.file_stem().unwrap_or("model");
+    let (base, version) = match stem.rsplit_once(".v") {
+        Some((base, number)) => number.parse::<u32>().map_or((stem, 2), |number| (base, number + 1)),
+        None => (stem, 2),
+    };
+    path.with_file_name(format!("{base}.v{version}.{extension}"))
+}
+
+fn write(request: &Request, out: &Utf8Path, model: &Model, found: &Diagnosis) -> Result<(), Failure> {
+    for (name, from) in model.files() {
+        let name = Utf8Path::new(&name).file_name().unwrap_or("distribution").to_owned();
+        let target = out.join(name);
+        // A model that lies in the output folder already has its files beside it.
+        if target != from {
+            files::write(&target, &files::read(&from)?, request.overwrite)?;
+        }
+    }
+    let write = |name: &str, bytes: &[u8]| files::write(&out.join(name), bytes, request.overwrite);
+    write(
+        "model.baseline.toml",
+        found.baseline.beside_its_files().to_toml().as_bytes(),
+    )?;
+    write("model.after.toml", found.after.beside_its_files().to_toml().as_bytes())?;
+    for (name, plan) in &found.plans {
+        write(name, plan.as_bytes())?;
+    }
+    let mut json = serde_json::to_vec_pretty(&found.document).map_err(Failure::instrument)?;
+    json.push(b'\n');
+    write("diagnosis.json", &json)
+}
+
+/// The lines that differ, in order; both texts come from the same writer, so a longest common subsequence is short work.
+fn diff(old: &str, new: &str) -> Vec<String> {
+    let (old, new): (Vec<&str>, Vec<&str>) = (old.lines().collect(), new.lines().collect());
+    let mut common = vec![vec![0_usize; new.len() + 1]; old.len() + 1];
+    for i in (0..old.len()).rev() {
+        for j in (0..new.len()).rev() {
+            common[i][j] = if old[i] == new[j] {
+                common[i + 1][j + 1] + 1
+            } else {
+                common[i + 1][j].max(common[i][j + 1])
+            };
+        }
+    }
+    let (mut i, mut j, mut lines) = (0, 0, Vec::new());
+    while i < old.len() || j < new.len() {
+        if i < old.len() && j < new.len() && old[i] == new[j] {
+            i += 1;
+            j += 1;
+        } else if j < new.len() && (i == old.len() || common[i][j + 1] >= common[i + 1][j]) {
+            lines.push(format!("+ {}", new[j]));
+            j += 1;
+        } else {
+            lines.push(format!("- {}", old[i]));
+            i += 1;
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_count_up() {
+        assert_eq!(next_version("a/ring.model.toml".into()), "a/ring.model.v2.toml");
+        assert_eq!(next_version("ring.v2.toml".into()), "ring.v3.toml");
+        assert_eq!(next_version("ring.velvet.toml".into()), "ring.velvet.v2.toml");
+    }
+
+    #[test]
+    fn the_diff_shows_what_was_added() {
+        assert_eq!(diff("a\nb\nc", "a\nc\nd"), ["- b", "+ d"]);
+    }
+}

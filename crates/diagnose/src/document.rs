@@ -1,0 +1,228 @@
+//! `diagnosis.json`: the public form of a diagnosis.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// The answer in one word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing beyond noise.
+    Consistent,
+    /// The data single out these effects.
+    Named,
+    /// An effect is real, but the data cannot tell the listed ones apart.
+    Ambiguous,
+    /// Structure is left that no effect in the catalogue makes.
+    Unexplained,
+}
+
+/// A diagnosis as written to `diagnosis.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Document {
+    /// The answer.
+    pub verdict: Verdict,
+    /// The answer in a sentence.
+    pub sentence: String,
+    /// Along which coordinates the baseline disagrees, strongest first.
+    #[serde(rename = "where")]
+    pub places: Vec<PlaceEntry>,
+    /// Effects that were added to the model after, strongest first.
+    pub effects: Vec<EffectEntry>,
+    /// Everything that was ranked for each effect, for the table in the report.
+    pub ranked: Vec<Vec<RankedEntry>>,
+    /// What no effect makes.
+    pub unexplained: Option<UnexplainedEntry>,
+    /// The noise.
+    pub noise: NoiseEntry,
+    /// The gap between model and measurement.
+    pub gap: GapEntry,
+    /// Whether the model was made from other data than these.
+    pub independence: Independence,
+    /// What to measure next.
+    pub next_measurement: Vec<NextEntry>,
+    /// What these data could show of every effect.
+    pub blind_spots: Vec<BlindSpot>,
+    /// File of the baseline model.
+    pub model_baseline: String,
+    /// File of the model with the effects.
+    pub model_after: String,
+    /// What was left out of the fit, in words.
+    pub notes: Vec<String>,
+}
+
+/// One coordinate along which the baseline disagrees.
+#[derive(Debug, Clone, Serialize)]
+pub struct PlaceEntry {
+    /// The coordinate.
+    pub coordinate: &'static str,
+    /// Significance of the strongest generic pattern along it.
+    pub significance_sigma: f64,
+    /// The part of the coordinate that it touches.
+    pub range: [f64; 2],
+    /// In words.
+    pub note: String,
+}
+
+/// One effect that was added.
+#[derive(Debug, Clone, Serialize)]
+pub struct EffectEntry {
+    /// Its id.
+    pub name: &'static str,
+    /// The term of the standards.
+    pub standard_name: &'static str,
+    /// Every other member of its 95 % set, most probable first.
+    pub equivalents: Vec<String>,
+    /// Values of its keys.
+    pub parameters: BTreeMap<&'static str, ParameterEntry>,
+    /// How sure.
+    pub evidence: EvidenceEntry,
+}
+
+/// A fitted parameter.
+#[derive(Debug, Clone, Serialize)]
+pub struct ParameterEntry {
+    /// Value.
+    pub value: f64,
+    /// Standard uncertainty.
+    pub u: f64,
+    /// Unit.
+    pub unit: &'static str,
+    /// What a bench plausibly shows.
+    pub plausible: [f64; 2],
+    /// Outside that range.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub implausible: bool,
+}
+
+/// How sure an effect is.
+#[derive(Debug, Clone, Serialize)]
+pub struct EvidenceEntry {
+    /// Against nothing.
+    pub ln_bayes_factor: f64,
+    /// Of the scan that found it, among simulated noise-only scans.
+    pub p_value: f64,
+    /// Of this name alone, normalised over named, unnamed and nothing.
+    pub posterior: f64,
+    /// Significance in σ.
+    pub significance_sigma: f64,
+}
+
+/// One line of the ranked table.
+#[derive(Debug, Clone, Serialize)]
+pub struct RankedEntry {
+    /// A name, or `unnamed:coordinate`.
+    pub name: String,
+    /// Its probability.
+    pub posterior: f64,
+    /// Its significance in σ.
+    pub significance_sigma: f64,
+}
+
+/// What no effect makes.
+#[derive(Debug, Clone, Serialize)]
+pub struct UnexplainedEntry {
+    /// Along what.
+    pub coordinate: &'static str,
+    /// Where.
+    pub range: [f64; 2],
+    /// Its share of the squared gap.
+    pub share_of_gap: f64,
+    /// Its significance.
+    pub significance_sigma: f64,
+    /// In words.
+    pub note: String,
+}
+
+/// The noise of the observations.
+#[derive(Debug, Clone, Serialize)]
+pub struct NoiseEntry {
+    /// Common factor on the stated uncertainties.
+    pub scale: f64,
+    /// Of neighbours in time.
+    pub autocorrelation: f64,
+    /// Simulated scans.
+    pub n_null: usize,
+    /// Of the whole scan of the baseline.
+    pub p_global: f64,
+}
+
+/// The gap, rms((measured − predicted)/(s·u)).
+#[derive(Debug, Clone, Serialize)]
+pub struct GapEntry {
+    /// What the numbers are.
+    pub metric: &'static str,
+    /// The model as it came.
+    pub as_given: f64,
+    /// The baseline, nuisance refitted.
+    pub before: f64,
+    /// With the effects.
+    pub after: f64,
+    /// Expected under noise alone.
+    pub floor: f64,
+    /// (before² − after²)/(before² − floor²); null where no effect was added.
+    pub removed: Option<f64>,
+    /// On readings that the fit has not seen.
+    pub held_out: Option<HeldOutEntry>,
+    /// Which readings those are, or why there are none.
+    pub held_out_note: String,
+}
+
+/// The gap on readings that the fit has not seen.
+#[derive(Debug, Clone, Serialize)]
+pub struct HeldOutEntry {
+    /// Baseline.
+    pub before: f64,
+    /// With the effects.
+    pub after: f64,
+    /// Expected under noise alone.
+    pub floor: f64,
+    /// As in [`GapEntry::removed`].
+    pub removed: f64,
+    /// How many.
+    pub readings: usize,
+}
+
+/// Whether model and data are independent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Independence {
+    /// The model was made from other data.
+    Independent,
+    /// The model was made from this very run.
+    SameRun,
+    /// The model does not say what it was made from.
+    NotShown,
+}
+
+/// One suggested measurement.
+#[derive(Debug, Clone, Serialize)]
+pub struct NextEntry {
+    /// What, in one word.
+    #[serde(rename = "do")]
+    pub what: &'static str,
+    /// The two that it tells apart.
+    pub splits: [String; 2],
+    /// A plan file that does it.
+    pub plan: Option<String>,
+    /// How many σ apart their predictions would be.
+    pub expected_sigma: f64,
+    /// How long it takes.
+    pub minutes: f64,
+}
+
+/// What these data could show of an effect.
+#[derive(Debug, Clone, Serialize)]
+pub struct BlindSpot {
+    /// The effect.
+    pub effect: &'static str,
+    /// Its amplitude's key.
+    pub parameter: &'static str,
+    /// The amplitude that these data would show at 5 σ; null: none, however large.
+    pub amplitude_at_5_sigma: Option<f64>,
+    /// What a bench plausibly shows at most.
+    pub plausible_max: f64,
+    /// The data cannot show a plausible amount.
+    pub blind: bool,
+}

@@ -1,0 +1,449 @@
+//! What to measure next: the block of readings or maps in which two rivals of one set differ most (T-optimality).
+
+use isolux_record::ReadingKind;
+use isolux_record::observation::{MapPose, MapSet, ReadingCoordinates};
+use nalgebra::{DMatrix, DVector};
+
+use crate::basis::Basis;
+use crate::believed::{Believed, Part};
+use crate::document::NextEntry;
+use crate::forward::{Forward, Hypothesis};
+use crate::search::{Label, Outcome};
+use crate::table::{Light, Row, Source};
+
+/// Suggestions, best first, and the plan files that carry them out.
+#[derive(Debug, Clone, Default)]
+pub struct Next {
+    /// Entries of `next_measurement`.
+    pub entries: Vec<NextEntry>,
+    /// File name and content of each plan.
+    pub plans: Vec<(String, String)>,
+}
+
+/// A block that could be measured.
+struct Block {
+    what: &'static str,
+    part: Part,
+    sigma: Vec<f64>,
+    minutes: f64,
+    plan: String,
+}
+
+/// For the first effect whose set holds more than one name: the measurements that would tell its two most probable apart.
+pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
+    let mut next = Next::default();
+    let Some((number, pair)) = rivals_of(outcome) else {
+        return next;
+    };
+    let name = |hypothesis: &Hypothesis| believed.spec(hypothesis.effect).name.to_owned();
+    let splits = [name(&pair[0]), name(&pair[1])];
+    let others: Vec<Hypothesis> = outcome
+        .after
+        .hypotheses
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| *i != number)
+        .map(|(_, member)| member.clone())
+        .collect();
+    let mut entries: Vec<(NextEntry, String)> = blocks(believed, outcome, rows)
+        .into_iter()
+        .filter_map(|block| {
+            let expected_sigma = separation(believed, outcome, rows, &block, &others, &pair)?;
+            let entry = NextEntry {
+                what: block.what,
+                splits: splits.clone(),
+                plan: None,
+                expected_sigma,
+                minutes: block.minutes,
+            };
+            Some((entry, block.plan))
+        })
+        .collect();
+    entries.sort_by(|a, b| b.0.expected_sigma.total_cmp(&a.0.expected_sigma));
+    for (place, (mut entry, plan)) in entries.into_iter().take(3).enumerate() {
+        let kind = if plan.contains("isolux-plan/1") { "plan" } else { "maps" };
+        let file = if place == 0 {
+            format!("next.{kind}.toml")
+        } else {
+            format!("next-{}.{kind}.toml", place + 1)
+        };
+        entry.plan = Some(file.clone());
+        next.plans.push((file, plan));
+        next.entries.push(entry);
+    }
+    next
+}
+
+/// The first member with a named rival in its set, and the refitted values of both.
+fn rivals_of(outcome: &Outcome) -> Option<(usize, [Hypothesis; 2])> {
+    for (number, rivalry) in outcome.rivalries.iter().enumerate() {
+        let mut sum = 0.0;
+        let mut set: Vec<Hypothesis> = Vec::new();
+        for ranked in &rivalry.ranked {
+            if sum >= 0.95 {
+                break;
+            }
+            sum += ranked.posterior;
+            if let (Label::Named(_), Some(hypothesis)) = (ranked.label, &ranked.hypothesis) {
+                set.push(hypothesis.clone());
+            }
+        }
+        if let [one, two, ..] = set.as_slice() {
+            return Some((number, [one.clone(), two.clone()]));
+        }
+    }
+    None
+}
+
+/// How far apart, in σ, the two predictions lie over old and new rows together, after the second is refitted to the first.
+fn separation(
+    believed: &Believed,
+    outcome: &Outcome,
+    rows: &[Row],
+    block: &Block,
+    others: &[Hypothesis],
+    pair: &[Hypothesis; 2],
+) -> Option<f64> {
+    let scale = outcome.noise.scale;
+    let all_sigma: Vec<f64> = rows
+        .iter()
+        .map(|row| scale * row.u)
+        .chain(block.sigma.iter().copied())
+        .collect();
+    let predict = |nuisance: &[f64], members: &[Hypothesis]| -> Option<DVector<f64>> {
+        let old = believed.predict(nuisance, members)?;
+        let model = believed.model(nuisance, members)?;
+        let new = match &block.part {
+            Part::Readings(readings) => model.predict_readings(readings),
+            Part::Maps(maps) => model.predict_maps(maps),
+            Part::Spectra(..) => return None,
+        };
+        let values = old
+            .iter()
+            .copied()
+            .chain(new)
+            .zip(&all_sigma)
+            .map(|(value, sigma)| value / sigma);
+        Some(DVector::from_iterator(all_sigma.len(), values))
+    };
+    let with = |rival: &Hypothesis| {
+        let mut members = others.to_vec();
+        members.push(rival.clone());
+        members
+    };
+    let nuisance = &outcome.after.nuisance;
+    let (first, second) = (with(&pair[0]), with(&pair[1]));
+    let base = predict(nuisance, &second)?;
+    let mut difference = predict(nuisance, &first)? - &base;
+    let mut columns: Vec<DVector<f64>> = Vec::new();
+    for k in 0..nuisance.len() {
+        let mut moved = nuisance.clone();
+        moved[k] += 1e-4;
+        columns.push(predict(&moved, &second)? - &base);
+    }
+    for (i, member) in second.iter().enumerate() {
+        let searchable = &believed.effects()[member.effect];
+        for j in 0..member.linear.len() {
+            let mut moved = second.clone();
+            moved[i].linear[j] += 0.1 * searchable.step[j];
+            columns.push(predict(nuisance, &moved)? - &base);
+        }
+        for j in (0..member.shape.len()).filter(|&j| !searchable.fixed[j]) {
+            let mut moved = second.clone();
+            moved[i].shape[j] += searchable.shape_step[j];
+            columns.push(predict(nuisance, &moved)? - &base);
+        }
+    }
+    let columns = if columns.is_empty() {
+        DMatrix::zeros(base.len(), 0)
+    } else {
+        DMatrix::from_columns(&columns)
+    };
+    Basis::spanning(&columns, 1e-8).project_out_vector(&mut difference);
+    Some(difference.norm())
+}
+
+/// The blocks that a bench or a camera could measure and these data lack.
+fn blocks(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    if rows.iter().any(|row| row.source == Source::Reading) {
+        reading_blocks(outcome, rows, &mut blocks);
+    }
+    for part in believed.parts() {
+        if let Part::Maps(maps) = part {
+            map_blocks(outcome, rows, maps, &mut blocks);
+            break;
+        }
+    }
+    blocks
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.retain(|value| value.is_finite());
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+fn reading_blocks(outcome: &Outcome, rows: &[Row], blocks: &mut Vec<Block>) {
+    let readings: Vec<&Row> = rows.iter().filter(|row| row.source == Source::Reading).collect();
+    let lit: Vec<&Row> = readings.iter().copied().filter(|row| row.light == Light::Lit).collect();
+    let Some(distance) = median(lit.iter().map(|row| row.distance_mm).collect()) else {
+        return;
+    };
+    let scale = outcome.noise.scale;
+    let u_rel = median(lit.iter().map(|row| row.u / row.measured.abs().max(1e-12)).collect()).unwrap_or(0.005) * scale;
+    let u_floor = readings.iter().map(|row| row.u).fold(f64::INFINITY, f64::min) * scale;
+    let peak = lit.iter().map(|row| row.measured).fold(0.0, f64::max);
+    let temperature = median(readings.iter().map(|row| row.ambient_c).collect()).filter(|t| t.is_finite());
+    let end = readings.iter().map(|row| row.time_s).fold(f64::NEG_INFINITY, f64::max);
+    let end = if end.is_finite() { end } else { 3600.0 };
+    let mut gammas: Vec<f64> = lit.iter().map(|row| row.gamma_deg).collect();
+    gammas.sort_by(f64::total_cmp);
+    gammas.dedup();
+    let (Some(&low), Some(&high)) = (gammas.first(), gammas.last()) else {
+        return;
+    };
+    let step = median(gammas.windows(2).map(|pair| pair[1] - pair[0]).collect())
+        .unwrap_or(5.0)
+        .max(0.5);
+    let mut planes: Vec<f64> = lit.iter().map(|row| row.c_deg).collect();
+    planes.sort_by(f64::total_cmp);
+    planes.dedup();
+    let level = |gamma: f64, distance_mm: f64| {
+        let near = lit.iter().min_by(|a, b| {
+            ((a.gamma_deg - gamma).abs() + (a.distance_mm - distance).abs())
+                .total_cmp(&((b.gamma_deg - gamma).abs() + (b.distance_mm - distance).abs()))
+        });
+        near.map_or(peak, |row| row.measured * (row.distance_mm / distance_mm).powi(2))
+    };
+    let at = |kind, c_deg: f64, gamma_deg: f64, distance_mm: f64, travel: i8, k: usize| ReadingCoordinates {
+        kind,
+        time_s: Some(end + 60.0 + 4.0 * k as f64),
+        c_deg,
+        gamma_deg,
+        distance_mm,
+        travel,
+        range: lit
+            .iter()
+            .min_by(|a, b| {
+                (a.measured - level(gamma_deg, distance_mm))
+                    .abs()
+                    .total_cmp(&(b.measured - level(gamma_deg, distance_mm)).abs())
+            })
+            .map(|row| row.range as i32),
+        ambient_c: temperature,
+    };
+    let mut scan = |what: &'static str, c: &[f64], distance_mm: f64, travel: i8, repeats: usize| {
+        let count = ((high - low) / step).round() as usize;
+        let mut coordinates = Vec::new();
+        for &plane in c {
+            for k in 0..=count {
+                let gamma = if travel >= 0 {
+                    low + k as f64 * step
+                } else {
+                    high - k as f64 * step
+                };
+                for _ in 0..repeats {
+                    coordinates.push(at(
+                        ReadingKind::Lit,
+                        plane,
+                        gamma,
+                        distance_mm,
+                        travel,
+                        coordinates.len(),
+                    ));
+                }
+            }
+        }
+        let sigma = coordinates
+            .iter()
+            .map(|at| (u_rel * level(at.gamma_deg, at.distance_mm)).hypot(u_floor))
+            .collect();
+        let order = if travel >= 0 { "forward" } else { "reverse" };
+        let list = c.iter().map(|c| format!("{c:?}")).collect::<Vec<_>>().join(", ");
+        let plan = format!(
+            "format = \"isolux-plan/1\"\nname = \"{what}\"\n\n[[block]]\nname = \"{what}\"\nkind = \"lit\"\nc_deg = [{list}]\n\
+             gamma_range = [{low:?}, {high:?}, {step:?}]\ndistance_mm = {distance_mm:?}\norder = \"{order}\"\nrepeats = {repeats}\n"
+        );
+        let minutes = coordinates.len() as f64 * 4.0 / 60.0 + 1.0;
+        blocks.push(Block {
+            what,
+            part: Part::Readings(coordinates),
+            sigma,
+            minutes,
+            plan,
+        });
+    };
+    let two: Vec<f64> = match (planes.first(), planes.get(planes.len() / 2)) {
+        (Some(&a), Some(&b)) if a != b => vec![a, b],
+        (Some(&a), _) => vec![a],
+        _ => return,
+    };
+    let has_way = |way: f64| lit.iter().any(|row| row.travel == way);
+    let reverse = if has_way(-1.0) && !has_way(1.0) { 1 } else { -1 };
+    scan("reverse_travel", &two, distance, reverse, 1);
+    let shortest = lit.iter().map(|row| row.distance_mm).fold(f64::INFINITY, f64::min);
+    let short = if shortest < 0.6 * distance {
+        0.5 * shortest
+    } else {
+        0.5 * distance
+    };
+    scan("second_distance", &two, short, 1, 1);
+    let turned: Vec<f64> = two.iter().map(|c| (c + 180.0).rem_euclid(360.0)).collect();
+    scan("rotate_c_180", &turned, distance, 1, 1);
+    let dark: Vec<ReadingCoordinates> = [ReadingKind::LampOff, ReadingKind::Capped]
+        .into_iter()
+        .flat_map(|kind| (0..12).map(move |k| (kind, k)))
+        .map(|(kind, k)| at(kind, two[0], 0.0, distance, 0, k))
+        .collect();
+    blocks.push(Block {
+        what: "dark",
+        sigma: vec![u_floor; dark.len()],
+        minutes: dark.len() as f64 * 4.0 / 60.0 + 2.0,
+        part: Part::Readings(dark),
+        plan: format!(
+            "format = \"isolux-plan/1\"\nname = \"dark\"\n\n[[block]]\nname = \"lamp_off\"\nkind = \"lamp_off\"\nc_deg = [{c:?}]\n\
+             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = 12\n\n[[block]]\nname = \"capped\"\nkind = \"capped\"\nc_deg = [{c:?}]\n\
+             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = 12\n",
+            c = two[0]
+        ),
+    });
+    // References from switch-on: a fresh run of the lamp.
+    let start: Vec<ReadingCoordinates> = (0..60)
+        .map(|k| ReadingCoordinates {
+            time_s: Some(20.0 + 60.0 * k as f64),
+            ..at(ReadingKind::Lit, two[0], 0.0, distance, 0, k)
+        })
+        .collect();
+    blocks.push(Block {
+        what: "reference_repeats",
+        sigma: vec![(u_rel * peak).hypot(u_floor); start.len()],
+        minutes: 60.0,
+        part: Part::Readings(start),
+        plan: format!(
+            "format = \"isolux-plan/1\"\nname = \"reference_repeats\"\n\n[[block]]\nname = \"reference\"\nkind = \"lit\"\nc_deg = [{c:?}]\n\
+             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = 60\n",
+            c = two[0]
+        ),
+    });
+}
+
+fn map_blocks(outcome: &Outcome, rows: &[Row], maps: &MapSet, blocks: &mut Vec<Block>) {
+    let Some(first) = maps.maps().iter().find(|map| map.lamp && !map.capped).cloned() else {
+        return;
+    };
+    let bins: Vec<&Row> = rows.iter().filter(|row| row.source == Source::Bin).collect();
+    let scale = outcome.noise.scale;
+    let peak = bins.iter().map(|row| row.measured).fold(0.0, f64::max);
+    let u_floor = bins.iter().map(|row| row.u).fold(f64::INFINITY, f64::min) * scale;
+    let u_rel = median(
+        bins.iter()
+            .filter(|row| row.light == Light::Lit)
+            .map(|row| row.u / row.measured.abs().max(1e-12))
+            .collect(),
+    )
+    .unwrap_or(0.005)
+        * scale;
+    let variant = |name: &str, change: &dyn Fn(&mut MapPose)| {
+        let mut pose = first.clone();
+        name.clone_into(&mut pose.name);
+        pose.held_out = false;
+        change(&mut pose);
+        pose
+    };
+    let d = first.distance_mm;
+    let exposed = |pose: &mut MapPose, distance_mm: f64| {
+        pose.exposure = first.exposure * (distance_mm / d).powi(2);
+        pose.distance_mm = distance_mm;
+    };
+    let choices: Vec<(&'static str, Vec<MapPose>)> = vec![
+        (
+            "distances",
+            vec![
+                variant("half", &|p| exposed(p, 0.5 * d)),
+                variant("third", &|p| exposed(p, d / 3.0)),
+            ],
+        ),
+        (
+            "tilts",
+            vec![
+                variant("tilt40", &|p| p.tilt_x_deg += 40.0),
+                variant("tilt60", &|p| p.tilt_x_deg += 60.0),
+                variant("tilty40", &|p| p.tilt_y_deg += 40.0),
+            ],
+        ),
+        (
+            "rotate_180",
+            vec![
+                variant("turned90", &|p| p.rot_z_deg += 90.0),
+                variant("turned180", &|p| p.rot_z_deg += 180.0),
+            ],
+        ),
+        (
+            "exposures",
+            vec![
+                variant("exposed_half", &|p| p.exposure *= 0.5),
+                variant("exposed_tenth", &|p| p.exposure *= 0.1),
+            ],
+        ),
+        (
+            "dark_maps",
+            vec![
+                variant("lamp_off", &|p| p.lamp = false),
+                variant("capped", &|p| p.capped = true),
+            ],
+        ),
+    ];
+    for (what, poses) in choices {
+        // A set of its own: the same sensor, other poses.
+        let Some(set) = maps.at_poses(poses.clone()) else {
+            continue;
+        };
+        let level = |pose: &MapPose| {
+            if pose.lamp && !pose.capped {
+                peak * pose.exposure / first.exposure
+            } else {
+                0.0
+            }
+        };
+        let sigma = set
+            .cells()
+            .iter()
+            .map(|cell| (u_rel * level(&poses[cell.map as usize])).hypot(u_floor))
+            .collect();
+        blocks.push(Block {
+            what,
+            plan: poses_toml(maps, &poses),
+            part: Part::Maps(set),
+            sigma,
+            minutes: poses.len() as f64 * 2.0,
+        });
+    }
+}
+
+fn poses_toml(maps: &MapSet, poses: &[MapPose]) -> String {
+    use std::fmt::Write as _;
+    let [width, height] = maps.sensor_mm();
+    let [nx, ny] = maps.bins();
+    let unit = match maps.unit() {
+        isolux_record::observation::MapUnit::Relative => "relative",
+        isolux_record::observation::MapUnit::Lux => "lx",
+        isolux_record::observation::MapUnit::WattPerSquareMetre => "W/m2",
+    };
+    let mut text = format!("sensor_mm = [{width:?}, {height:?}]\nbins = [{nx}, {ny}]\nunit = \"{unit}\"\n");
+    for pose in poses {
+        let _ = write!(
+            text,
+            "\n[[map]]\nname = \"{}\"\ndistance_mm = {:?}\ntilt_x_deg = {:?}\ntilt_y_deg = {:?}\nrot_z_deg = {:?}\nexposure = {:?}\nlamp = {}\ncapped = {}\n",
+            pose.name,
+            pose.distance_mm,
+            pose.tilt_x_deg,
+            pose.tilt_y_deg,
+            pose.rot_z_deg,
+            pose.exposure,
+            pose.lamp,
+            pose.capped
+        );
+    }
+    text
+}
