@@ -223,7 +223,11 @@ fn fingerprint(path: &Utf8Path) -> Result<String, Failure> {
     if table != file && table.exists() {
         hash.update(files::read(&table)?);
     }
-    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    use std::fmt::Write as _;
+    Ok(hash.finalize().iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    }))
 }
 
 /// `ring.model.toml` → `ring.model.v2.toml`; `ring.v2.toml` → `ring.v3.toml`.

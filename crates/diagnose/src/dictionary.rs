@@ -112,9 +112,10 @@ impl Dictionary {
                 one_sided: false,
             });
         }
-        let columns = match all.is_empty() {
-            true => DMatrix::zeros(prediction.len(), 0),
-            false => DMatrix::from_columns(&all),
+        let columns = if all.is_empty() {
+            DMatrix::zeros(prediction.len(), 0)
+        } else {
+            DMatrix::from_columns(&all)
         };
         Self { columns, candidates }
     }

@@ -114,9 +114,7 @@ pub fn fit<F: Forward + ?Sized>(
         for _ in 0..6 {
             let step = solve_damped(&normal, &gradient, damping);
             let tried = moved(forward, &state, &slots, &step);
-            let Some(candidate) = forward.predict(&tried.0, &tried.1) else {
-                return None;
-            };
+            let candidate = forward.predict(&tried.0, &tried.1)?;
             let left = whitener.vector(&(measured - &candidate));
             let value = left.norm_squared() + shape_penalty(forward, &tried.1);
             if value.is_finite() && value <= objective + 1e-9 {

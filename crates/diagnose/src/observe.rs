@@ -169,7 +169,11 @@ fn incidence_deg(pose: &MapPose, x_mm: f64, y_mm: f64) -> f64 {
 /// The set with at most [`MOST_BINS`] bins a side: means over blocks of bins, uncertainties propagated as independent.
 fn binned(set: &MapSet) -> (MapSet, Option<String>) {
     let [nx, ny] = set.bins();
-    let divisor = |n: usize| (1..=n).find(|f| n % f == 0 && n / f <= MOST_BINS).unwrap_or(1);
+    let divisor = |n: usize| {
+        (1..=n)
+            .find(|f| n.is_multiple_of(*f) && n / f <= MOST_BINS)
+            .unwrap_or(1)
+    };
     let (fx, fy) = (divisor(nx), divisor(ny));
     let Some((signal, u)) = set.values() else {
         return (set.clone(), None);

@@ -673,7 +673,7 @@ fn signal_level(build: &mut Builder<'_>, source: Source) {
         .filter(|(row, _)| row.source == source)
         .map(|(_, level)| *level)
         .fold(0.0, f64::max);
-    if !(top > 0.0) {
+    if top <= 0.0 {
         return;
     }
     let share = |level: f64| (level / top).max(1e-9);

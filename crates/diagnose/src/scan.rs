@@ -159,14 +159,14 @@ impl Scan {
                 let size = BATCH.min(count - batch * BATCH);
                 let mut noise = DMatrix::<f32>::zeros(rows, size);
                 let mut scales = vec![1.0_f64; size];
-                for k in 0..size {
+                for (k, scale_of) in scales.iter_mut().enumerate() {
                     let mut rng = ChaCha8Rng::seed_from_u64(seed);
                     rng.set_stream((batch * BATCH + k) as u64 + 1);
                     for value in noise.column_mut(k).iter_mut() {
                         *value = rng.sample(StandardNormal);
                     }
                     if let Some(law) = &scale {
-                        scales[k] = law.sample(&mut rng) / self.freedom;
+                        *scale_of = law.sample(&mut rng) / self.freedom;
                     }
                 }
                 let z = directions.tr_mul(&noise);

@@ -362,7 +362,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
     /// Unwhitened derivatives to nuisance and amplitudes.
     fn parameter_columns(&self, fitted: &Fit) -> DMatrix<f64> {
         let base = &fitted.prediction;
-        let mut columns: Vec<DVector<f64>> = self.tangents.column_iter().map(|column| column.into_owned()).collect();
+        let mut columns: Vec<DVector<f64>> = self.tangents.column_iter().map(nalgebra::Matrix::into_owned).collect();
         for (i, member) in fitted.hypotheses.iter().enumerate() {
             for j in 0..member.linear.len() {
                 let mut tried = fitted.hypotheses.clone();
@@ -557,11 +557,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             if gained < self.settings.second_share.powi(2) * strongest || gained < 9.0 {
                 break;
             }
-            members = next.hypotheses.clone();
+            members.clone_from(&next.hypotheses);
             self.update_noise(&next);
             let Some(refitted) = self.fit(&members) else { break };
             fitted = refitted;
-            members = fitted.hypotheses.clone();
+            members.clone_from(&fitted.hypotheses);
         }
         (members, fitted)
     }

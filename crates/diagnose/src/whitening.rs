@@ -24,9 +24,12 @@ impl Sequence {
                 .then(time_s[a].total_cmp(&time_s[b]))
                 .then(a.cmp(&b))
         });
-        let gap = |pair: &[usize]| match run[pair[0]] == run[pair[1]] {
-            true => time_s[pair[1]] - time_s[pair[0]],
-            false => f64::NAN,
+        let gap = |pair: &[usize]| {
+            if run[pair[0]] == run[pair[1]] {
+                time_s[pair[1]] - time_s[pair[0]]
+            } else {
+                f64::NAN
+            }
         };
         let mut gaps: Vec<f64> = order.windows(2).map(gap).filter(|gap| *gap > 0.0).collect();
         gaps.sort_by(f64::total_cmp);
@@ -138,9 +141,9 @@ impl Sequence {
         for _ in 0..12 {
             let middle = 0.5 * (low + high);
             if observed > expected(middle) {
-                low = middle
+                low = middle;
             } else {
-                high = middle
+                high = middle;
             }
         }
         0.5 * (low + high)
@@ -156,7 +159,7 @@ pub fn heavy_tail_weights(residual: &DVector<f64>) -> Vec<f64> {
     let second = residual.iter().map(|z| z * z).sum::<f64>() / n;
     let fourth = residual.iter().map(|z| z.powi(4)).sum::<f64>() / n;
     let excess = fourth / (second * second) - 3.0;
-    if !(excess > 4.0 * (24.0 / n).sqrt()) {
+    if excess.is_nan() || excess <= 4.0 * (24.0 / n).sqrt() {
         return vec![1.0; residual.len()];
     }
     let nu = (4.0 + 6.0 / excess).min(30.0);

@@ -83,7 +83,7 @@ fn strength_for(wanted: f64, recipe: &Recipe, sign: f64, significance: impl Fn(f
     let power = if recipe.name == "near_field" { 0.5 } else { 1.0 };
     for _ in 0..12 {
         let reached = significance(sign * strength);
-        if !(reached > 1e-6) {
+        if reached.is_nan() || reached <= 1e-6 {
             return None;
         }
         let factor = (wanted / reached).powf(power).clamp(0.1, 10.0);
@@ -136,7 +136,7 @@ fn hide(
         } else {
             let change = outside(name, draws);
             let unit = significance(&change);
-            if !(unit > 1e-6) {
+            if unit.is_nan() || unit <= 1e-6 {
                 return None;
             }
             let one_way = matches!(name, "pole_shadow" | "door_opened" | "dust" | "reflex" | "settling_lag");
@@ -266,7 +266,7 @@ fn climate(steps: &mut [Step], draws: &mut Draws) {
     let (mean, swing) = (draws.between(24.2, 25.4), draws.between(0.3, 0.7));
     let (period, phase, slope) = (
         draws.between(1800.0, 3600.0),
-        draws.between(0.0, 6.28),
+        draws.between(0.0, std::f64::consts::TAU),
         draws.between(-0.4, 0.4),
     );
     for step in steps {

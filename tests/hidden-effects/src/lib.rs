@@ -6,4 +6,5 @@ pub mod outside;
 pub mod plan;
 pub mod random;
 pub mod recipe;
+pub mod suite;
 pub mod truth;

@@ -120,7 +120,7 @@ pub fn sensor(name: &str, frames: &[Frame], bins: usize, clean: &[f64], draws: &
                 "amp_glow" => 0.01 * (-(ix.hypot(iy)) / 5.0).exp() * frames[m].pose.exposure.max(0.2),
                 "dust" => -signal * (-((ix - px).powi(2) + (iy - py).powi(2)) / (width * width)).exp(),
                 "afterimage" => 0.01 * if m == 0 { 0.0 } else { clean[(m - 1) * cells + cell] },
-                "odd_columns" => signal * if (cell % bins) % 2 == 0 { 0.5 } else { -0.5 },
+                "odd_columns" => signal * if (cell % bins).is_multiple_of(2) { 0.5 } else { -0.5 },
                 "shutter_slip" => signal * f64::from(m == slipped),
                 "veiling_glare" => 0.01 * mean(m),
                 "quadrant_gain" => signal * f64::from(ix > middle && iy > middle),

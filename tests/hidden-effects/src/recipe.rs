@@ -116,7 +116,10 @@ pub const GONIO: &[Recipe] = &[
         "amplitude_rel",
         0.05,
         false,
-        &[("period_s", Decades(11.0, 400.0)), ("phase_rad", Between(0.0, 6.28))],
+        &[
+            ("period_s", Decades(11.0, 400.0)),
+            ("phase_rad", Between(0.0, std::f64::consts::TAU)),
+        ],
     ),
     recipe(
         "dead_sector",
@@ -165,7 +168,10 @@ pub const SENSOR: &[Recipe] = &[
         "amplitude_rel",
         0.02,
         false,
-        &[("period_mm", Decades(3.0, 20.0)), ("phase_rad", Between(0.0, 6.28))],
+        &[
+            ("period_mm", Decades(3.0, 20.0)),
+            ("phase_rad", Between(0.0, std::f64::consts::TAU)),
+        ],
     ),
     recipe(
         "ghost",
