@@ -26,7 +26,7 @@ pub(super) static NEAR_FIELD: EffectSpec = EffectSpec {
 };
 
 /// LEDs on the ring: the trapezoid rule converges geometrically in radius over distance.
-const LEDS: usize = 16;
+const LEDS: usize = 12;
 
 fn ring(values: &[f64]) -> Emitter {
     Emitter::Leds {
