@@ -12,6 +12,7 @@ pub mod diagnose;
 pub mod failure;
 pub mod files;
 pub mod inspect;
+pub mod plot;
 pub mod predict;
 pub mod progress;
 pub mod rays;

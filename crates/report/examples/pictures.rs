@@ -49,6 +49,21 @@ fn main() -> std::io::Result<()> {
         value_label: "spectral irradiance in W/(m²·nm)".into(),
     };
     for (name, svg) in [
+        ("isocandela", plots::isocandela(&d, &options)),
+        (
+            "isolux",
+            plots::isolux(&d, &plots::IsoluxOptions::at_one_metre("Street light, made up")),
+        ),
+        ("solid", plots::solid(&d, &options)),
+        (
+            "cie1931",
+            plots::chromaticity(&s, plots::Diagram::Cie1931, "Cool white LED, made up"),
+        ),
+        (
+            "cie1976",
+            plots::chromaticity(&s, plots::Diagram::Cie1976, "Cool white LED, made up"),
+        ),
+        ("tm30", plots::tm30(&s, "Cool white LED, made up").unwrap_or_default()),
         ("polar", plots::polar(&d, &options)),
         ("cartesian", plots::cartesian(&d, &options)),
         ("spectrum", plots::spectrum(&s, &spectrum)),

@@ -3,7 +3,9 @@
 use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
+use isolux_app::files::Overwrite;
 use isolux_app::inspect::{self, Inspection};
+use isolux_app::plot;
 
 use super::reading::Reading;
 use crate::screen;
@@ -19,12 +21,23 @@ pub struct Inspect {
     /// One JSON object a line and file.
     #[arg(long)]
     json: bool,
+    /// Draw the content as SVG files into this folder.
+    #[arg(long, value_name = "DIR")]
+    plot: Option<Utf8PathBuf>,
+    /// Replace pictures that exist.
+    #[arg(long, requires = "plot")]
+    force: bool,
     #[command(flatten)]
     reading: Reading,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Inspect) -> Result<(), Failure> {
+    let overwrite = if arguments.force {
+        Overwrite::Force
+    } else {
+        Overwrite::Never
+    };
     let mut wrong = 0;
     for file in &arguments.files {
         for inspection in inspect::file(file, arguments.reading.options()) {
@@ -34,6 +47,13 @@ pub fn run(arguments: &Inspect) -> Result<(), Failure> {
                 screen::say(line);
             } else {
                 print(&inspection);
+            }
+            if let Some(folder) = &arguments.plot {
+                for picture in plot::write(&inspection, folder, overwrite)? {
+                    if !arguments.json {
+                        screen::say(format_args!("  → {picture}"));
+                    }
+                }
             }
         }
     }

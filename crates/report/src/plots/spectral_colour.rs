@@ -1,8 +1,6 @@
 //! How a wavelength looks on a screen: an sRGB colour for fills, not for measuring.
 
-#[cfg(test)]
-use isolux_spectrum::Chromaticity;
-use isolux_spectrum::cie;
+use isolux_spectrum::{Chromaticity, cie};
 
 /// CSS colour of a wavelength in nm; grey outside 380–780 nm.
 pub(super) fn of_wavelength(nm: f64) -> String {
@@ -24,10 +22,9 @@ pub(super) fn of_wavelength(nm: f64) -> String {
     css(rgb.map(|c| visible * c + (1.0 - visible) * INVISIBLE))
 }
 
-/// CSS colour of a chromaticity at the greatest brightness that the screen has.
-#[cfg(test)]
-pub(super) fn of_chromaticity(c: Chromaticity) -> String {
-    css(linear_rgb(c.x, c.y))
+/// sRGB bytes of a chromaticity at the greatest brightness that the screen has.
+pub(super) fn bytes_of(c: Chromaticity) -> [u8; 3] {
+    encoded(linear_rgb(c.x, c.y))
 }
 
 /// Linear sRGB, outside its triangle drawn in to the border, brightest channel 1.
@@ -45,7 +42,12 @@ fn linear_rgb(x: f64, y: f64) -> [f64; 3] {
 }
 
 fn css(linear: [f64; 3]) -> String {
-    let [r, g, b] = linear.map(|c| {
+    let [r, g, b] = encoded(linear);
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+fn encoded(linear: [f64; 3]) -> [u8; 3] {
+    linear.map(|c| {
         let c = c.clamp(0.0, 1.0);
         let encoded = if c <= 0.003_130_8 {
             12.92 * c
@@ -53,8 +55,7 @@ fn css(linear: [f64; 3]) -> String {
             1.055 * c.powf(1.0 / 2.4) - 0.055
         };
         (255.0 * encoded).round() as u8
-    });
-    format!("#{r:02x}{g:02x}{b:02x}")
+    })
 }
 
 #[cfg(test)]
@@ -70,6 +71,6 @@ mod tests {
         assert!(channel(&blue, 2) > 200 && channel(&blue, 1) < 120, "{blue}");
         let uv = of_wavelength(250.0);
         assert_eq!((channel(&uv, 0), channel(&uv, 1)), (channel(&uv, 2), channel(&uv, 2)));
-        assert_eq!(of_chromaticity(Chromaticity { x: 0.3127, y: 0.3290 }), "#ffffff");
+        assert_eq!(bytes_of(Chromaticity { x: 0.3127, y: 0.3290 }), [255; 3]);
     }
 }

@@ -1,0 +1,175 @@
+//! CIE 1931 and 1976 chromaticity diagrams with the Planckian locus and lines of equal correlated colour temperature.
+
+use isolux_spectrum::{Chromaticity, Spectrum, cct, illuminant, spectrum_locus};
+
+use super::contour::encode;
+use super::spectral_colour;
+use crate::axes::{Frame, Scale};
+use crate::svg::{Anchor, Stroke, Svg, colour};
+
+/// Which diagram.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Diagram {
+    /// CIE 1931 (x, y).
+    Cie1931,
+    /// CIE 1976 UCS (u′, v′).
+    Cie1976,
+}
+
+impl Diagram {
+    fn place(self, c: Chromaticity) -> (f64, f64) {
+        match self {
+            Self::Cie1931 => (c.x, c.y),
+            Self::Cie1976 => c.uv_1976(),
+        }
+    }
+
+    fn chromaticity(self, (a, b): (f64, f64)) -> Chromaticity {
+        match self {
+            Self::Cie1931 => Chromaticity { x: a, y: b },
+            Self::Cie1976 => {
+                let d = 6.0 * a - 16.0 * b + 12.0;
+                Chromaticity {
+                    x: 9.0 * a / d,
+                    y: 4.0 * b / d,
+                }
+            }
+        }
+    }
+}
+
+/// The source's place in the diagram, with its correlated colour temperature and Duv where they exist.
+pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String {
+    let (year, axes, end) = match diagram {
+        Diagram::Cie1931 => ("1931", ("x", "y"), (0.8, 0.9)),
+        Diagram::Cie1976 => ("1976", ("u′", "v′"), (0.65, 0.62)),
+    };
+    let width = 490.0;
+    let height = width * end.1 / end.0;
+    let mut svg = Svg::new(600.0, height + 120.0, &format!("CIE {year} chromaticity {title}"));
+    svg.text((320.0, 26.0), 15.0, Anchor::Middle, colour::INK, title);
+    let frame = Frame {
+        left: 78.0,
+        top: 44.0,
+        width,
+        height,
+        x: Scale::linear(0.0, end.0).every(0.1),
+        y: Scale::linear(0.0, end.1).every(0.1),
+    };
+    let place = |c: Chromaticity| {
+        let (a, b) = diagram.place(c);
+        frame.at(a, b)
+    };
+    let border: Vec<String> = spectrum_locus()
+        .map(|(_, c)| {
+            let (x, y) = place(c);
+            format!("{x:.2},{y:.2}")
+        })
+        .collect();
+    svg.raw(&format!(
+        r#"<defs><clipPath id="locus-{year}"><polygon points="{}"/></clipPath></defs><g clip-path="url(#locus-{year})">"#,
+        border.join(" ")
+    ));
+    if let Some(png) = colours(diagram, end) {
+        svg.image(frame.left, frame.top, frame.width, frame.height, &png);
+    }
+    svg.raw("</g>");
+    frame.draw(&mut svg, axes.0, axes.1);
+    let mut outline: Vec<_> = spectrum_locus().map(|(_, c)| place(c)).collect();
+    outline.push(outline[0]);
+    svg.polyline(outline, Stroke::solid(colour::INK, 1.4));
+    for (nm, c) in spectrum_locus()
+        .filter(|(nm, _)| [380.0, 700.0].contains(nm) || (*nm >= 460.0 && *nm <= 640.0 && nm.rem_euclid(20.0) == 0.0))
+    {
+        let (x, y) = place(c);
+        let (wx, wy) = place(isolux_spectrum::EQUAL_ENERGY);
+        let length = (x - wx).hypot(y - wy).max(1.0);
+        let (dx, dy) = ((x - wx) / length, (y - wy) / length);
+        svg.line((x, y), (x + 5.0 * dx, y + 5.0 * dy), Stroke::solid(colour::INK, 1.0));
+        let anchor = if dx > 0.3 {
+            Anchor::Start
+        } else if dx < -0.3 {
+            Anchor::End
+        } else {
+            Anchor::Middle
+        };
+        svg.text(
+            (x + 9.0 * dx, y + 9.0 * dy + if dy < -0.5 { 0.0 } else { 5.0 }),
+            10.0,
+            anchor,
+            colour::MUTED,
+            &format!("{nm:.0}"),
+        );
+    }
+
+    let mired = |from: f64, to: f64, n: usize| (0..=n).map(move |i| 1e6 / (from + (to - from) * i as f64 / n as f64));
+    svg.polyline(
+        mired(10.0, 1000.0, 160)
+            .filter_map(illuminant::planckian_chromaticity)
+            .map(place),
+        Stroke::solid(colour::INK, 1.3),
+    );
+    for t in [1500.0, 2000.0, 3000.0, 4000.0, 5000.0, 6500.0, 10_000.0] {
+        let ends = [-0.03, 0.03].map(|duv| cct::beside_locus(t, duv).map(place));
+        if let [Some(below), Some(above)] = ends {
+            svg.line(below, above, Stroke::solid(colour::INK, 0.8));
+            let (dx, dy) = ((above.0 - below.0), (above.1 - below.1));
+            let length = dx.hypot(dy).max(1.0);
+            svg.text(
+                (below.0 - 13.0 * dx / length, below.1 - 13.0 * dy / length + 3.0),
+                9.5,
+                Anchor::Middle,
+                colour::INK,
+                &format!("{t:.0} K"),
+            );
+        }
+    }
+    if let Some(c) = source.chromaticity() {
+        let at = place(c);
+        svg.circle(at, 5.5, "none", Some(Stroke::solid("#ffffff", 4.0)));
+        svg.circle(at, 5.5, "none", Some(Stroke::solid(colour::C0, 2.2)));
+        let (a, b) = diagram.place(c);
+        let temperature = source.cct().map_or("no correlated colour temperature".to_owned(), |t| {
+            format!("CCT {:.0} K, Duv {:+.4}", t.cct_k, t.duv)
+        });
+        let text = format!("{} {a:.4}, {} {b:.4}, {temperature}", axes.0, axes.1);
+        let y = frame.top + frame.height + 56.0;
+        svg.circle((84.0, y - 4.0), 5.5, "none", Some(Stroke::solid(colour::C0, 2.2)));
+        svg.text((98.0, y), 12.0, Anchor::Start, colour::INK, &text);
+    }
+    svg.finish()
+}
+
+/// The colours of the diagram's plane, `end` at the upper right corner.
+fn colours(diagram: Diagram, end: (f64, f64)) -> Option<Vec<u8>> {
+    const SIDE: usize = 160;
+    let rgb: Vec<u8> = (0..SIDE * SIDE)
+        .flat_map(|i| {
+            let a = ((i % SIDE) as f64 + 0.5) / SIDE as f64 * end.0;
+            let b = (1.0 - ((i / SIDE) as f64 + 0.5) / SIDE as f64) * end.1;
+            spectral_colour::bytes_of(diagram.chromaticity((a, b)))
+        })
+        .collect();
+    encode(&rgb, SIDE, SIDE, png::ColorType::Rgb)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_diagrams_place_the_same_colour() {
+        let c = Chromaticity { x: 0.31, y: 0.33 };
+        for diagram in [Diagram::Cie1931, Diagram::Cie1976] {
+            let back = diagram.chromaticity(diagram.place(c));
+            assert!((back.x - c.x).abs() < 1e-12 && (back.y - c.y).abs() < 1e-12);
+        }
+        let daylight = illuminant::daylight(6504.0)
+            .and_then(|d| Spectrum::from_1_nm(&d))
+            .unwrap();
+        let out = chromaticity(&daylight, Diagram::Cie1931, "D65");
+        assert!(out.contains("CCT 6504 K") && out.contains("x 0.3127") && !out.contains("NaN"));
+        let green = Spectrum::new(vec![530.0, 531.0], vec![1.0, 1.0]).unwrap();
+        assert!(chromaticity(&green, Diagram::Cie1976, "").contains("no correlated"));
+    }
+}

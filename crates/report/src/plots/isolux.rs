@@ -1,0 +1,81 @@
+//! Isolux diagram: lines of equal illuminance on a plane below the luminaire.
+
+use isolux_photometry::IntensityDistribution;
+
+use super::contour::{Grid, decade_levels};
+use crate::axes::{Frame, Scale, number};
+use crate::svg::{Anchor, Stroke, Svg, colour};
+
+/// The plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IsoluxOptions {
+    /// Text above the diagram.
+    pub title: String,
+    /// Distance of the plane from the light centre along γ = 0, in m.
+    pub height_m: f64,
+    /// Half the side of the square that is shown, in m.
+    pub half_side_m: f64,
+}
+
+impl IsoluxOptions {
+    /// The plane at 1 m that shows directions up to γ = 68° along its axes.
+    pub fn at_one_metre(title: &str) -> Self {
+        Self {
+            title: title.to_owned(),
+            height_m: 1.0,
+            half_side_m: 2.5,
+        }
+    }
+}
+
+/// Illuminance E = I cos³γ / h² on the plane in colour, with level lines; C0 to the right, C90 up: seen from the lamp.
+pub fn isolux(distribution: &IntensityDistribution, options: &IsoluxOptions) -> String {
+    let (h, half) = (options.height_m, options.half_side_m);
+    let at = |x_m: f64, y_m: f64| {
+        let radius = x_m.hypot(y_m);
+        let gamma = radius.atan2(h);
+        let c = y_m.atan2(x_m).to_degrees().rem_euclid(360.0);
+        distribution.intensity_cd_at(c, gamma.to_degrees()) * gamma.cos().powi(3) / (h * h)
+    };
+    let grid = Grid::sample(161, 161, |x, y| at(half * (2.0 * x - 1.0), half * (1.0 - 2.0 * y)));
+    let high = grid.value.iter().copied().fold(0.0, f64::max);
+    let mut svg = Svg::new(620.0, 570.0, &format!("Isolux diagram {}", options.title));
+    svg.text((290.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
+    let frame = Frame {
+        left: 78.0,
+        top: 44.0,
+        width: 440.0,
+        height: 440.0,
+        x: Scale::linear(-half, half),
+        y: Scale::linear(-half, half),
+    };
+    if let Some(png) = grid.png(high) {
+        svg.image(frame.left, frame.top, frame.width, frame.height, &png);
+    }
+    frame.draw(&mut svg, "x in m (towards C0)", "y in m (towards C90)");
+    let mut labels = Vec::new();
+    for level in decade_levels(high, 8) {
+        super::isocandela::lines(&mut svg, &grid, level, &frame, &number(level), &mut labels);
+    }
+    let (cx, cy) = frame.at(0.0, 0.0);
+    svg.line((cx - 6.0, cy), (cx + 6.0, cy), Stroke::solid(colour::INK, 1.2));
+    svg.line((cx, cy - 6.0), (cx, cy + 6.0), Stroke::solid(colour::INK, 1.2));
+    super::scale_bar(&mut svg, (544.0, 64.0, 16.0, 400.0), high, "lx");
+    let note = format!("plane at {} m, square to γ = 0", number(h));
+    svg.text((78.0, 550.0), 12.0, Anchor::Start, colour::INK, &note);
+    svg.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_isotropic_source_draws_circles_and_a_dark_one_nothing() {
+        let even = IntensityDistribution::new(vec![0.0], vec![0.0, 180.0], vec![100.0, 100.0]).unwrap();
+        let out = isolux(&even, &IsoluxOptions::at_one_metre("x"));
+        assert!(out.contains(">50<") && !out.contains("NaN"));
+        let dark = IntensityDistribution::new(vec![0.0], vec![0.0, 180.0], vec![0.0, 0.0]).unwrap();
+        assert!(!isolux(&dark, &IsoluxOptions::at_one_metre("x")).contains("NaN"));
+    }
+}
