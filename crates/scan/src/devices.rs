@@ -110,7 +110,10 @@ impl Devices {
                 None => {}
             }
         }
-        if let (Some(rail), Some(driven)) = (&self.rail, station.rail().and_then(|rail| rail.driven())) {
+        if let (Some(rail), Some(driven)) = (
+            &self.rail,
+            station.rail().and_then(isolux_record::station::Rail::driven),
+        ) {
             records.push(record("rail", driven.open, rail.identity()));
         }
         if let (Some(thermometer), Some(open)) = (&self.ambient, open(station.ambient())) {

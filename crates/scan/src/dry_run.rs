@@ -253,7 +253,7 @@ fn check_block(station: &Station, index: usize, block: &Block) -> Result<(), Fau
             ),
         );
     }
-    if let Some(rail) = station.rail().and_then(|rail| rail.driven())
+    if let Some(rail) = station.rail().and_then(isolux_record::station::Rail::driven)
         && block.instrument == Instrument::Luxmeter
     {
         let [low, high] = rail.limit_mm;

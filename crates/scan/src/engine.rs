@@ -1,6 +1,9 @@
 //! The engine: a plan becomes a run, and the axes are at rest when it ends, however it ends.
 
 use std::collections::HashMap;
+use std::future::poll_fn;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::task::Poll;
 
 use isolux_device::{LuxOutcome, LuxRange, LuxReading};
 use isolux_record::plan::{Block, Instrument, Plan, Repeats};
@@ -82,7 +85,7 @@ impl Engine<'_> {
         let outcome = tokio::select! {
             biased;
             reason = cancel.cancelled() => Err(ScanError::Interrupted { reason, readings: 0 }),
-            outcome = session.day(plan, resumed) => outcome,
+            outcome = survive(session.day(plan, resumed)) => outcome,
         };
         let summary = session.summary(before);
         let outcome = self.stop(devices, run, &clock, outcome).await;
@@ -135,9 +138,27 @@ impl Engine<'_> {
                 Err(ScanError::NotAtRest { axes, before })
             }
             // What ended the scan says more than a disk that could not record it.
-            Ok(_) => outcome.and_then(|()| recorded.map_err(ScanError::from)),
+            Ok(()) => outcome.and_then(|()| recorded.map_err(ScanError::from)),
         }
     }
+}
+
+/// Turns a panic inside `work` into an error: the axes must be stopped then too.
+async fn survive(work: impl Future<Output = Result<(), ScanError>>) -> Result<(), ScanError> {
+    let mut work = Box::pin(work);
+    poll_fn(
+        |context| match catch_unwind(AssertUnwindSafe(|| work.as_mut().poll(context))) {
+            Ok(poll) => poll,
+            Err(panic) => {
+                let text = panic.downcast_ref::<String>().cloned();
+                let message = text
+                    .or_else(|| panic.downcast_ref::<&str>().map(ToString::to_string))
+                    .unwrap_or_default();
+                Poll::Ready(Err(ScanError::Panicked { message }))
+            }
+        },
+    )
+    .await
 }
 
 /// One session at the bench: what the instruments were last told.

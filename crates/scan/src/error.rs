@@ -78,6 +78,12 @@ pub enum ScanError {
     /// The counts give no irradiance.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
+    /// The program itself failed; the axes were stopped first.
+    #[error("a defect of the program ended the scan: {message}")]
+    Panicked {
+        /// What it said.
+        message: String,
+    },
     /// The end was asked for; the axes were stopped first.
     #[error("interrupted ({reason}) after {readings} readings; the axes are at rest")]
     Interrupted {
@@ -122,6 +128,7 @@ impl ScanError {
             Self::Device { .. }
             | Self::Position { .. }
             | Self::Exposure { .. }
+            | Self::Panicked { .. }
             | Self::Record(_)
             | Self::Spectrum(_)
             | Self::NotAtRest { .. } => ScanErrorKind::Instrument,

@@ -66,12 +66,11 @@ fn poses(block: &Block) -> Vec<(f64, f64)> {
     for (plane, &c) in block.c_deg.iter().enumerate() {
         let forward = block.gamma_deg.iter().map(|&gamma| (c, gamma));
         let reverse = block.gamma_deg.iter().rev().map(|&gamma| (c, gamma));
+        let falling = block.order == Order::Reverse || block.order == Order::Serpentine && plane % 2 == 1;
         match block.order {
-            Order::Forward => poses.extend(forward),
-            Order::Reverse => poses.extend(reverse),
-            Order::Serpentine if plane % 2 == 0 => poses.extend(forward),
-            Order::Serpentine => poses.extend(reverse),
             Order::Both => poses.extend(forward.chain(reverse)),
+            _ if falling => poses.extend(reverse),
+            _ => poses.extend(forward),
         }
     }
     poses

@@ -56,7 +56,7 @@ pub enum ScanEvent<'a> {
 }
 
 /// Receives the events of a scan.
-pub trait Observer: Send + Sync {
+pub trait Observer {
     /// Takes one event. Must not block for long.
     fn event(&self, event: &ScanEvent<'_>);
 }

@@ -77,6 +77,7 @@ pub struct Room {
     pub meter_garbles_every: Option<u64>,
     pub reads: u64,
     pub stop_fails: bool,
+    pub panic_after: Option<u64>,
     pub stall_at_deg: Option<f64>,
     /// Time constant with which the light of a new pose appears.
     pub lag_s: f64,
@@ -284,6 +285,11 @@ impl LuxMeter for FakeMeter {
         sleep_until(ended).await;
         let mut room = self.room.lock().unwrap();
         room.reads += 1;
+        let panics = room.panic_after.is_some_and(|after| room.reads > after);
+        if panics {
+            drop(room);
+            panic!("a defect");
+        }
         let (device, action) = (self.identity.target.clone(), "read".to_owned());
         if room.meter_lost_after.is_some_and(|after| room.reads > after) {
             return Err(DeviceError::Disconnected {

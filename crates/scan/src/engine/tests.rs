@@ -217,6 +217,23 @@ async fn a_lost_meter_stops_the_axes_and_leaves_the_run() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn even_a_defect_of_the_program_stops_the_axes() {
+    let (mut devices, room) = bench();
+    let plan = plan(DAY);
+    let (_keep, path, mut run) = run_dir(&devices, &plan);
+    room.lock().unwrap().panic_after = Some(5 * 61 + 9);
+    let error = scan(&mut devices, &plan, &mut run, &Cancel::new(), None)
+        .await
+        .unwrap_err();
+    assert!(
+        matches!(&error, ScanError::Panicked { message } if message == "a defect"),
+        "{error}"
+    );
+    assert!(at_rest(&room));
+    assert_eq!(Run::read(&path).unwrap().header.stopped.unwrap().how, StopHow::Failed);
+}
+
+#[tokio::test(start_paused = true)]
 async fn damaged_answers_are_asked_again_and_never_recorded() {
     let (mut devices, room) = bench();
     let plan = plan(DAY);
