@@ -4,21 +4,29 @@
 //! writes to a terminal; nothing in a front end holds physics.
 
 pub mod array_files;
+pub mod bench;
 pub mod capture;
 pub mod catalogue;
+pub mod check;
 pub mod convert;
 pub mod devices;
 pub mod diagnose;
 pub mod failure;
 pub mod files;
+pub mod hand;
+pub mod init;
 pub mod inspect;
 pub mod plot;
+pub mod operator;
+pub mod plan;
 pub mod predict;
 pub mod progress;
 pub mod rays;
 pub mod reduce;
+pub mod scan;
 pub mod scene;
 pub mod simulate;
+pub mod stage;
 pub mod twins;
 
 pub use failure::{Failure, FailureKind};

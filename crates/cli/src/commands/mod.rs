@@ -1,12 +1,17 @@
 //! One module a command: its arguments, its call, its words on the screen.
 
+mod check;
 mod convert;
 mod devices;
 mod diagnose;
+mod hand;
+mod init;
 mod inspect;
+mod plan;
 mod predict;
 mod reading;
 mod reduce;
+mod scan;
 mod simulate;
 mod twins;
 
@@ -16,6 +21,15 @@ use isolux_app::Failure;
 /// Everything that `isolux` can be told to do. One line a command here, one arm in [`run`].
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    Check(check::Check),
+    Home(hand::Home),
+    Init(init::Init),
+    Move(hand::Move),
+    Plan(plan::Plan),
+    Read(hand::Read),
+    Scan(scan::Scan),
+    Stop(hand::Stop),
+    Warmup(hand::Warmup),
     Convert(convert::Convert),
     Devices(devices::Devices),
     Diagnose(diagnose::Diagnose),
@@ -32,6 +46,15 @@ pub enum Command {
 /// What the use case answers; its kind is the exit code.
 pub fn run(command: Command) -> Result<(), Failure> {
     match command {
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Home(arguments) => hand::home(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
+        Command::Move(arguments) => hand::move_to(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Read(arguments) => hand::read(&arguments),
+        Command::Scan(arguments) => scan::run(&arguments),
+        Command::Stop(arguments) => hand::stop(&arguments),
+        Command::Warmup(arguments) => hand::warm_up(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),

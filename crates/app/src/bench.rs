@@ -1,0 +1,264 @@
+//! A station file becomes open instruments.
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_device::{Axis, AxisScale, AxisSettings, OpenError, Sense};
+use isolux_record::run::{self, RunHeader};
+use isolux_record::spectra::{SpectralCalibration, parse_calibration};
+use isolux_record::station::{self, Access};
+use isolux_record::{Plan, Station};
+use isolux_scan::{CalibratedSpectro, Devices, TwoState, spectrum};
+use isolux_units::AxisAngle;
+use sha2::{Digest, Sha256};
+
+use crate::Failure;
+use crate::catalogue::{Catalogue, open_failure};
+
+/// Name and version of this program, as records carry it.
+pub const PROGRAM: &str = concat!("isolux ", env!("CARGO_PKG_VERSION"));
+
+/// A station and the calibration that it names.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// Name of the station file, for messages.
+    pub file: Utf8PathBuf,
+    /// The station.
+    pub station: Station,
+    /// Name and text of the spectroradiometer's calibration.
+    pub calibration: Option<(Utf8PathBuf, String)>,
+}
+
+impl Source {
+    /// Reads a station file and the calibration beside it.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) with file and line.
+    pub fn load(file: &Utf8Path) -> Result<Self, Failure> {
+        let station = Station::load(file).map_err(Failure::bad_input)?;
+        let calibration = match (station.spectroradiometer(), station.spectral_calibration(file)) {
+            (Some(_), None) => {
+                return Err(Failure::bad_input(format!(
+                    "{file}: spectroradiometer.calibration = \"device\" is not possible"
+                ))
+                .help("name a CSV file of wavelength_nm,factor beside the station"));
+            }
+            (_, Some(path)) => {
+                let text = isolux_record::document::read_text(&path).map_err(Failure::bad_input)?;
+                parse_calibration(&path, &text).map_err(Failure::bad_input)?;
+                Some((path, text))
+            }
+            (None, None) => None,
+        };
+        Ok(Self {
+            file: file.to_owned(),
+            station,
+            calibration,
+        })
+    }
+
+    /// A station from text, for the virtual darkroom; `calibration` is the text of the file that it names.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) with the line.
+    pub fn from_text(station: &str, calibration: &str) -> Result<Self, Failure> {
+        let file = Utf8Path::new("virtual darkroom");
+        let station = Station::parse(file, station).map_err(Failure::bad_input)?;
+        let name = station
+            .spectroradiometer()
+            .map(|spectro| Utf8PathBuf::from(&spectro.calibration));
+        let calibration = name.map(|name| (name, calibration.to_owned()));
+        Ok(Self {
+            file: file.to_owned(),
+            station,
+            calibration,
+        })
+    }
+
+    /// Opens every instrument of the station. Nothing moves.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) for an address that is none; exit 3, with the key of the station, for an instrument that does not
+    /// open.
+    pub async fn open(&self, catalogue: &Catalogue) -> Result<Devices, Failure> {
+        let station = &self.station;
+        let axis_c = open_axis(catalogue, "axis.c", station.axis_c()).await?;
+        let axis_gamma = open_axis(catalogue, "axis.gamma", station.axis_gamma()).await?;
+        let meter = catalogue
+            .lux_meter(&station.luxmeter().open)
+            .await
+            .map_err(|error| failed("luxmeter", error))?;
+        let spectro = self.open_spectro(catalogue).await?;
+        let lamp = match station.lamp() {
+            Some(lamp) => {
+                let access = Access {
+                    open: lamp.open.clone(),
+                    prompt: lamp.prompt.clone(),
+                };
+                two_state(catalogue, "lamp", Some(&access)).await?
+            }
+            None => None,
+        };
+        let ambient = match station.ambient().and_then(|ambient| ambient.open.as_deref()) {
+            Some(open) => Some(
+                catalogue
+                    .thermometer(open)
+                    .await
+                    .map_err(|error| failed("ambient", error))?,
+            ),
+            None => None,
+        };
+        Ok(Devices {
+            axis_c,
+            axis_gamma,
+            meter,
+            spectro,
+            lamp,
+            shutter: two_state(catalogue, "shutter", station.shutter()).await?,
+            baffle: two_state(catalogue, "baffle", station.baffle()).await?,
+            rail: open_rail(catalogue, station).await?,
+            ambient,
+        })
+    }
+
+    /// Opens the spectroradiometer and applies its calibration.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub async fn open_spectro(&self, catalogue: &Catalogue) -> Result<Option<CalibratedSpectro>, Failure> {
+        let (Some(settings), Some((file, text))) = (self.station.spectroradiometer(), &self.calibration) else {
+            return Ok(None);
+        };
+        let table = parse_calibration(file, text).map_err(Failure::bad_input)?;
+        let device = catalogue
+            .spectroradiometer(&settings.open)
+            .await
+            .map_err(|error| failed("spectroradiometer", error))?;
+        let properties = device.properties();
+        let sha256 = Sha256::digest(text.as_bytes())
+            .iter()
+            .fold(String::new(), |sum, byte| sum + &format!("{byte:02x}"));
+        let calibration = SpectralCalibration {
+            file: file.file_name().unwrap_or("calibration").to_owned(),
+            sha256,
+            saturation_counts: f64::from(properties.saturation_counts),
+            full_scale_counts: f64::from(properties.full_scale_counts),
+            nonlinearity: properties.nonlinearity.clone(),
+            dark_pixels: [properties.dark_pixels.start, properties.dark_pixels.end],
+        };
+        let factor_w_m2_nm = spectrum::factors_at(&properties.wavelength_nm, &table);
+        Ok(Some(CalibratedSpectro {
+            device,
+            factor_w_m2_nm,
+            calibration,
+        }))
+    }
+
+    /// run.toml of a run that begins at `started_utc`.
+    pub fn header(&self, devices: &Devices, plan: &Plan, started_utc: String) -> RunHeader {
+        RunHeader {
+            format: run::FORMAT.to_owned(),
+            program: PROGRAM.to_owned(),
+            started_utc,
+            lamp_on_utc: None,
+            stopped: None,
+            device: devices.records(&self.station),
+            spectral: devices.spectro.as_ref().map(|spectro| spectro.calibration.clone()),
+            station: self.station.clone(),
+            plan: plan.clone(),
+        }
+    }
+}
+
+/// Opens one axis of a station. Nothing moves.
+///
+/// # Errors
+/// Bad input (exit 2) or exit 3, with the key of the station.
+pub async fn open_axis(
+    catalogue: &Catalogue,
+    role: &'static str,
+    axis: &station::Axis,
+) -> Result<Box<dyn Axis>, Failure> {
+    let settings = settings(
+        role,
+        axis.counts_per_deg,
+        axis.zero_deg,
+        axis.sense,
+        axis.limit_deg,
+        (axis.speed_deg_s, axis.accel_deg_s2),
+    )?;
+    catalogue
+        .axis(&axis.open, settings)
+        .await
+        .map_err(|error| failed(role, error))
+}
+
+/// Opens the detector's rail, if it is driven.
+///
+/// # Errors
+/// Bad input (exit 2) or exit 3, with the key of the station.
+pub async fn open_rail(catalogue: &Catalogue, station: &Station) -> Result<Option<Box<dyn Axis>>, Failure> {
+    let Some(rail) = station.rail().and_then(station::Rail::driven) else {
+        return Ok(None);
+    };
+    let dynamics = (rail.speed_mm_s, rail.accel_mm_s2);
+    let settings = settings(
+        "rail",
+        rail.counts_per_mm,
+        rail.zero_mm,
+        rail.sense,
+        rail.limit_mm,
+        dynamics,
+    )?;
+    catalogue
+        .axis(rail.open, settings)
+        .await
+        .map(Some)
+        .map_err(|error| failed("rail", error))
+}
+
+fn settings(
+    role: &str,
+    ratio: station::Ratio,
+    zero: f64,
+    sense: i8,
+    limit: [f64; 2],
+    (speed, acceleration): (f64, f64),
+) -> Result<AxisSettings, Failure> {
+    let bad = |error: &dyn std::fmt::Display| Failure::bad_input(format!("{role}: {error}"));
+    let part = |value: i64| u32::try_from(value).map_err(|_| bad(&format!("counts ratio {ratio} is too large")));
+    let angle = |value: f64| AxisAngle::new(value).map_err(|error| bad(&error));
+    let sense = if sense < 0 { Sense::Negative } else { Sense::Positive };
+    let scale = AxisScale::new(
+        part(ratio.numerator())?,
+        part(ratio.denominator())?,
+        angle(zero)?,
+        sense,
+    )
+    .map_err(|error| bad(&error))?;
+    AxisSettings::new(scale, (angle(limit[0])?, angle(limit[1])?), speed, acceleration).map_err(|error| bad(&error))
+}
+
+async fn two_state(
+    catalogue: &Catalogue,
+    role: &'static str,
+    access: Option<&Access>,
+) -> Result<Option<TwoState>, Failure> {
+    match access {
+        Some(Access { open: Some(open), .. }) => {
+            let switch = catalogue.switch(open).await.map_err(|error| failed(role, error))?;
+            Ok(Some(TwoState::Device(switch)))
+        }
+        Some(Access {
+            prompt: Some(prompt), ..
+        }) => Ok(Some(TwoState::Person(prompt.clone()))),
+        _ => Ok(None),
+    }
+}
+
+/// The failure of the catalogue, with the key of the station.
+fn failed(role: &str, error: OpenError) -> Failure {
+    let failure = open_failure(error);
+    Failure {
+        message: format!("{role}: {}", failure.message),
+        ..failure
+    }
+}

@@ -1,0 +1,239 @@
+//! `home`, `move`, `stop`, `read`, `warmup`: one step of the day by hand.
+
+use camino::Utf8Path;
+use isolux_device::{LuxMeter, LuxOutcome};
+use isolux_record::Station;
+use isolux_scan::motion::{Axes, Pose, stop_all};
+use isolux_scan::settle::Photometer;
+use isolux_scan::warmup::{Criterion, Stable, until_stable};
+use isolux_scan::{Cancel, Devices, ScanError, TwoState};
+use serde::Serialize;
+use tokio::time::Instant;
+
+use crate::bench::Source;
+use crate::catalogue::Catalogue;
+use crate::progress::{Event, Progress};
+use crate::stage::{self, Stage};
+use crate::{Failure, FailureKind};
+
+/// Where the axes stand, read back.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Position {
+    /// C in degrees.
+    pub c_deg: f64,
+    /// γ in degrees.
+    pub gamma_deg: f64,
+}
+
+/// One reading of the lux meter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Lux {
+    /// Illuminance after the station's calibration factor; none out of range.
+    pub illuminance_lx: Option<f64>,
+    /// One digit of the display.
+    pub digit_lx: f64,
+    /// The meter's range.
+    pub range: u8,
+    /// `ok`, `over_range` or `under_range`.
+    pub quality: &'static str,
+}
+
+/// The lamp is stable.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct WarmedUp {
+    /// Seconds since it was switched on.
+    pub elapsed_s: f64,
+    /// (max − min)/mean over the window.
+    pub spread_rel: f64,
+    /// Illuminance at the reference point.
+    pub illuminance_lx: f64,
+}
+
+/// Homes both axes.
+///
+/// # Errors
+/// Exit 2 for the station, 3 for an instrument or an axis not at rest, 130 when interrupted.
+pub fn home(station: &Utf8Path) -> Result<Position, Failure> {
+    by_hand(station, async |source, devices| {
+        Ok(position(Axes::new(devices, &source.station).home().await?))
+    })
+}
+
+/// Moves both axes to (C, γ); an angle that is not given stays.
+///
+/// # Errors
+/// As [`home`]; exit 2 before anything moves for an angle outside the limits.
+pub fn move_to(station: &Utf8Path, c_deg: Option<f64>, gamma_deg: Option<f64>) -> Result<Position, Failure> {
+    let limits = Station::load(station).map_err(Failure::bad_input)?;
+    for (name, angle, [low, high]) in [
+        ("C", c_deg, limits.axis_c().limit_deg),
+        ("γ", gamma_deg, limits.axis_gamma().limit_deg),
+    ] {
+        if let Some(angle) = angle
+            && !(low..=high).contains(&angle)
+        {
+            return Err(
+                Failure::bad_input(format!("{name} = {angle}° is outside the axis' limits {low}°…{high}°"))
+                    .help("nothing was moved"),
+            );
+        }
+    }
+    by_hand(station, async |source, devices| {
+        let mut axes = Axes::new(devices, &source.station);
+        let here = axes.pose().await?;
+        Ok(position(
+            axes.go_to(c_deg.unwrap_or(here.c_deg), gamma_deg.unwrap_or(here.gamma_deg))
+                .await?,
+        ))
+    })
+}
+
+/// Stops everything that can move and verifies that it stands still.
+///
+/// # Errors
+/// Exit 3 when an axis could not be verified at rest.
+pub fn stop(station: &Utf8Path) -> Result<Position, Failure> {
+    by_hand(station, async |source, devices| {
+        stop_all(devices).await.map_err(|axes| ScanError::NotAtRest {
+            axes,
+            before: String::new(),
+        })?;
+        Ok(position(Axes::new(devices, &source.station).pose().await?))
+    })
+}
+
+/// Reads the lux meter `count` times, with lamp, shutter and baffle as they are.
+///
+/// # Errors
+/// As [`home`].
+pub fn read(station: &Utf8Path, count: u32) -> Result<Vec<Lux>, Failure> {
+    by_hand(station, async |source, devices| {
+        readings(
+            devices.meter.as_ref(),
+            source.station.luxmeter().calibration_factor,
+            count,
+        )
+        .await
+    })
+}
+
+/// Switches the lamp on, opens the path, goes to the reference point and waits until the lamp is stable.
+///
+/// # Errors
+/// As [`home`]; exit 1 when it does not become stable.
+pub fn warm_up(station: &Utf8Path, progress: &dyn Progress) -> Result<WarmedUp, Failure> {
+    by_hand(station, async |source, devices| {
+        let mut axes = Axes::new(devices, &source.station);
+        let homed = devices.axis_c.position().await.map_err(device("axis.c"))?.homed
+            && devices.axis_gamma.position().await.map_err(device("axis.gamma"))?.homed;
+        if !homed {
+            axes.home().await?;
+        }
+        axes.go_to(0.0, 0.0).await?;
+        for (role, switch, on) in [
+            ("baffle", &devices.baffle, false),
+            ("shutter", &devices.shutter, true),
+            ("lamp", &devices.lamp, true),
+        ] {
+            match switch {
+                Some(TwoState::Device(switch)) => switch.set(on).await.map_err(device(role))?,
+                Some(TwoState::Person(prompt)) => progress.event(Event::Note(prompt)),
+                None => {}
+            }
+        }
+        let on_at = Instant::now();
+        let criterion = Criterion::of(&source.station);
+        progress.event(Event::Began {
+            step: "warm up",
+            total: Some(criterion.least_s() as u64),
+        });
+        let mut photometer = Photometer::new(devices.meter.as_ref());
+        let Stable {
+            elapsed_s,
+            spread_rel,
+            illuminance_lx,
+            ..
+        } = until_stable(&mut photometer, &criterion, on_at, |look| {
+            let what = format!("{:.3} lx", look.illuminance_lx);
+            progress.event(Event::At {
+                done: look.elapsed_s as u64,
+                what: &what,
+            });
+        })
+        .await?;
+        progress.event(Event::Ended("lamp stable"));
+        Ok(WarmedUp {
+            elapsed_s,
+            spread_rel,
+            illuminance_lx,
+        })
+    })
+}
+
+/// `count` new readings.
+///
+/// # Errors
+/// What the meter reports.
+pub(crate) async fn readings(meter: &dyn LuxMeter, factor: f64, count: u32) -> Result<Vec<Lux>, ScanError> {
+    let mut photometer = Photometer::new(meter);
+    let mut list = Vec::new();
+    for _ in 0..count {
+        let reading = photometer.read(Instant::now()).await?;
+        let quality = match reading.outcome {
+            LuxOutcome::Measured(_) => "ok",
+            LuxOutcome::OverRange => "over_range",
+            LuxOutcome::UnderRange => "under_range",
+        };
+        list.push(Lux {
+            illuminance_lx: reading.illuminance().map(|lux| lux.value() * factor),
+            digit_lx: reading.digit.value() * factor,
+            range: reading.range,
+            quality,
+        });
+    }
+    Ok(list)
+}
+
+/// Opens the station, does `step` under a handle for SIGINT and SIGTERM, and stops the axes when it does not end well.
+fn by_hand<T>(
+    station: &Utf8Path,
+    step: impl AsyncFnOnce(&Source, &Devices) -> Result<T, ScanError>,
+) -> Result<T, Failure> {
+    let source = Source::load(station)?;
+    let in_memory = stage::is_virtual(&source.station);
+    stage::play(in_memory, async {
+        let stage = Stage::open(in_memory)?;
+        let cancel: Cancel = stage::on_signals()?;
+        let catalogue = Catalogue::new(stage.links.clone());
+        let devices = source.open(&catalogue).await?;
+        let outcome = tokio::select! {
+            biased;
+            reason = cancel.cancelled() => Err(ScanError::Interrupted { reason, readings: 0 }),
+            outcome = step(&source, &devices) => outcome,
+        };
+        match outcome {
+            Ok(value) => Ok(value),
+            Err(error) => match stop_all(&devices).await {
+                Ok(()) => Err(stage::failure(&error)),
+                Err(axes) => {
+                    let before = format!("; before that: {error}");
+                    Err(Failure {
+                        kind: FailureKind::Instrument,
+                        ..stage::failure(&ScanError::NotAtRest { axes, before })
+                    })
+                }
+            },
+        }
+    })
+}
+
+fn position(pose: Pose) -> Position {
+    Position {
+        c_deg: pose.c_deg,
+        gamma_deg: pose.gamma_deg,
+    }
+}
+
+fn device(role: &'static str) -> impl Fn(isolux_device::DeviceError) -> ScanError {
+    move |source| ScanError::Device { role, source }
+}

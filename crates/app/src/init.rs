@@ -1,0 +1,99 @@
+//! `init`: a station, plan, scene and job file to start from.
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_darkroom::{Darkroom, Room};
+use isolux_virtual::BUILT_IN;
+use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station};
+
+use crate::Failure;
+use crate::files::{self, Overwrite};
+
+/// The plan of the day: 25 half-planes × 91 γ, baffled, spectrum, capped, lamp off.
+pub const PLAN: &str = include_str!("init/plan.toml");
+/// The scene of the day: 24.576 mm and 2048 × 2048 pixels at 500 mm.
+pub const SCENE: &str = include_str!("init/scene.toml");
+/// The job that names them.
+pub const JOB: &str = include_str!("init/job.toml");
+
+/// The station of the built-in virtual darkroom and the calibration that it names.
+///
+/// # Errors
+/// Never for the darkroom as it is shipped.
+pub fn virtual_station() -> Result<(String, String), Failure> {
+    let document = Darkroom::parse(BUILT_IN).map_err(Failure::bad_input)?;
+    let text = station(&document, &in_memory());
+    Ok((text, calibration(&Room::new(document))))
+}
+
+/// Writes the files into `folder`; the names written.
+///
+/// # Errors
+/// Bad input (exit 2) when one of them exists and may not be replaced: then none is written.
+pub fn run(folder: &Utf8Path, overwrite: Overwrite) -> Result<Vec<Utf8PathBuf>, Failure> {
+    let (station, calibration) = virtual_station()?;
+    let station = format!("{STATION_HEAD}{station}{STATION_TAIL}");
+    let files = [
+        ("station.toml", station.as_str()),
+        (CALIBRATION_FILE, calibration.as_str()),
+        ("plan.toml", PLAN),
+        ("scene.toml", SCENE),
+        ("job.toml", JOB),
+    ];
+    if folder.is_file() {
+        return Err(Failure::bad_input(format!("{folder} is a file, not a folder")));
+    }
+    for (name, _) in files {
+        files::refuse_existing(&folder.join(name), overwrite)?;
+    }
+    let mut written = Vec::new();
+    for (name, text) in files {
+        let path = folder.join(name);
+        files::write(&path, text.as_bytes(), overwrite)?;
+        written.push(path);
+    }
+    Ok(written)
+}
+
+const STATION_HEAD: &str = "\
+# The bench: geometry, axes, instruments. Links that begin with `memory:` are the built-in virtual darkroom, so this file
+# runs as it is, in virtual time: `isolux check station.toml`, `isolux scan station.toml plan.toml --out run`.
+#
+# For instruments of your own, change `open`:
+#   axes               zaber:/dev/ttyUSB0?axis=1     or  zaber:tcp://10.0.0.5:55550?axis=1
+#   lux meter          konica-t10a:/dev/ttyUSB1?head=0
+#   spectroradiometer  ocean-ooi:/dev/ttyUSB2
+# `isolux devices` lists what is found. Angle = zero_deg + sense × counts ÷ counts_per_deg. Lengths in mm, uncertainties k = 1.
+# A [lamp], [shutter], [baffle] or [rail] without an instrument has  prompt = \"what the person is to do\"  in place of open.
+";
+
+const STATION_TAIL: &str = "
+# When the lamp counts as stable. Without this table EN 13032-4: on for 30 min, then (max − min)/mean < 0.5 % over 15 min.
+# [lamp.stable]
+# least_s = 1800.0
+# window_s = 900.0
+# spread_rel = 0.005
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use isolux_record::{Job, Plan, Station};
+
+    #[test]
+    fn what_is_written_parses_and_fits_together() {
+        let keep = tempfile::tempdir().unwrap();
+        let folder = Utf8Path::from_path(keep.path()).unwrap().join("bench");
+        run(&folder, Overwrite::Never).unwrap();
+        let station = Station::load(&folder.join("station.toml")).unwrap();
+        let plan = Plan::load(&folder.join("plan.toml")).unwrap();
+        let day = isolux_scan::dry_run(&station, &plan).unwrap();
+        assert_eq!((day.points, day.spectra), (2275 + 19 + 1 + 1 + 1, 1));
+        assert!(day.notes.is_empty(), "{:?}", day.notes);
+        assert_eq!(
+            Job::load(&folder.join("job.toml")).unwrap().plan(),
+            folder.join("plan.toml")
+        );
+        assert!(run(&folder, Overwrite::Never).is_err(), "nothing is replaced");
+        crate::bench::Source::load(&folder.join("station.toml")).unwrap();
+    }
+}

@@ -1,0 +1,244 @@
+//! `scan`: a plan becomes a run directory.
+
+use std::cell::{Cell, RefCell};
+
+use camino::Utf8Path;
+use isolux_record::{Plan, RunDir};
+use isolux_scan::{Cancel, Devices, Engine, Nobody, Observer, ScanEvent, dry_run};
+pub use isolux_scan::{Operator, ScanSummary};
+use jiff::Timestamp;
+
+use crate::bench::Source;
+use crate::catalogue::Catalogue;
+use crate::progress::{Event, Progress};
+use crate::stage::{self, Stage};
+use crate::{Failure, plan};
+
+/// Where a run is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target<'a> {
+    /// A new run directory.
+    New(&'a Utf8Path),
+    /// A broken-off run that is taken up again.
+    Resume(&'a Utf8Path),
+}
+
+/// Scans `plan` on `station`, files both, into a run directory.
+///
+/// # Errors
+/// Bad input (exit 2) with file and line before anything moves; 1 when a gate stays shut; 3 when an instrument fails or an
+/// axis could not be verified at rest; 130 when interrupted.
+pub fn run(
+    station: &Utf8Path,
+    plan_file: &Utf8Path,
+    target: Target<'_>,
+    operator: Option<&dyn Operator>,
+    progress: &dyn Progress,
+) -> Result<ScanSummary, Failure> {
+    let source = Source::load(station)?;
+    let (plan, text) = plan::load(plan_file)?;
+    dry_run(&source.station, &plan).map_err(|fault| plan::located(plan_file, &text, &fault))?;
+    if asks(&source, &plan) && operator.is_none() {
+        return Err(Failure::bad_input(format!(
+            "{plan_file} asks a person for something, and nobody is there to answer"
+        ))
+        .help("run it from a terminal or from the page"));
+    }
+    refuse(target)?;
+    let in_memory = stage::is_virtual(&source.station);
+    stage::play(in_memory, async {
+        let stage = Stage::open(in_memory)?;
+        let cancel = stage::on_signals()?;
+        let catalogue = Catalogue::new(stage.links.clone());
+        let mut devices = source.open(&catalogue).await?;
+        let now = Timestamp::now();
+        on(&source, &mut devices, &plan, target, operator, &cancel, now, progress).await
+    })
+}
+
+/// Scans on instruments that are open: the step that the whole day shares with `scan`.
+///
+/// # Errors
+/// As [`run`].
+pub async fn on(
+    source: &Source,
+    devices: &mut Devices,
+    plan: &Plan,
+    target: Target<'_>,
+    operator: Option<&dyn Operator>,
+    cancel: &Cancel,
+    now_utc: Timestamp,
+    progress: &dyn Progress,
+) -> Result<ScanSummary, Failure> {
+    let header = source.header(devices, plan, now_utc.to_string());
+    let (mut run, resumed) = match target {
+        Target::New(path) => (RunDir::create(path, header).map_err(record_failure)?, None),
+        Target::Resume(path) => {
+            let (run, old) = RunDir::resume(path, &header).map_err(record_failure)?;
+            (run, Some(old))
+        }
+    };
+    let observer = Narrator::new(progress);
+    let engine = Engine {
+        station: &source.station,
+        operator: operator.unwrap_or(&Nobody),
+        observer: &observer,
+        now_utc,
+    };
+    let outcome = engine.run(devices, plan, &mut run, cancel, resumed.as_ref()).await;
+    observer.end(match &outcome {
+        Ok(summary) => format!(
+            "{} readings, {} spectra in {}",
+            summary.readings,
+            summary.spectra,
+            duration(summary.duration_s)
+        ),
+        Err(error) => format!("ended early: {error}"),
+    });
+    outcome.map_err(|error| {
+        let failure = stage::failure(&error);
+        let path = run.path();
+        failure.help(format!(
+            "{path} holds {} readings; go on with `isolux scan … --resume {path}`",
+            run.len()
+        ))
+    })
+}
+
+/// Whether somebody will be asked.
+fn asks(source: &Source, plan: &Plan) -> bool {
+    let station = &source.station;
+    let person = |access: Option<&isolux_record::station::Access>| access.is_some_and(|access| access.prompt.is_some());
+    let kinds = |kind| plan.blocks().iter().any(|block| block.kind == kind);
+    let other_distance = plan.blocks().iter().any(|block| {
+        block
+            .distance_mm
+            .is_some_and(|distance| distance != station.bench().distance_mm)
+            && block.instrument == isolux_record::plan::Instrument::Luxmeter
+    });
+    plan.blocks().iter().any(|block| block.prompt.is_some())
+        || station.lamp().is_some_and(|lamp| lamp.prompt.is_some())
+        || person(station.shutter()) && kinds(isolux_record::ReadingKind::Capped)
+        || person(station.baffle()) && kinds(isolux_record::ReadingKind::Baffled)
+        || station.rail().is_some_and(|rail| rail.prompt.is_some()) && other_distance
+}
+
+/// What would be refused by the disk is refused before the instruments are opened.
+fn refuse(target: Target<'_>) -> Result<(), Failure> {
+    match target {
+        Target::New(path) => {
+            let occupied = path.is_file() || std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some());
+            if occupied {
+                return Err(Failure::bad_input(format!("{path} is not empty")).help(format!(
+                    "choose another folder, or take the run up again with --resume {path}"
+                )));
+            }
+        }
+        Target::Resume(path) => {
+            isolux_record::Run::read(path).map_err(Failure::bad_input)?;
+        }
+    }
+    Ok(())
+}
+
+fn record_failure(error: isolux_record::RunError) -> Failure {
+    stage::failure(&isolux_scan::ScanError::Record(error))
+}
+
+/// Tells a front end what the engine tells.
+struct Narrator<'a> {
+    progress: &'a dyn Progress,
+    step: RefCell<Option<&'static str>>,
+    spread: Cell<Option<f64>>,
+}
+
+impl<'a> Narrator<'a> {
+    fn new(progress: &'a dyn Progress) -> Self {
+        Self {
+            progress,
+            step: RefCell::new(None),
+            spread: Cell::new(None),
+        }
+    }
+
+    fn begin(&self, step: &'static str, total: Option<u64>) {
+        if *self.step.borrow() != Some(step) {
+            self.end(String::new());
+            *self.step.borrow_mut() = Some(step);
+            self.progress.event(Event::Began { step, total });
+        }
+    }
+
+    fn end(&self, sentence: String) {
+        if self.step.borrow_mut().take().is_some() {
+            self.progress.event(Event::Ended(&sentence));
+        }
+    }
+}
+
+impl Observer for Narrator<'_> {
+    fn event(&self, event: &ScanEvent<'_>) {
+        match event {
+            ScanEvent::Homing => self.begin("home", None),
+            ScanEvent::WarmUpBegan { least_s } => {
+                self.end("axes referenced".to_owned());
+                self.begin("warm up", Some(*least_s as u64));
+            }
+            ScanEvent::WarmUp {
+                elapsed_s,
+                illuminance_lx,
+                spread_rel,
+            } => {
+                self.spread.set(*spread_rel);
+                let spread = spread_rel.map_or_else(String::new, |spread| {
+                    format!(", {:.2} % over the window", spread * 100.0)
+                });
+                let what = format!("{illuminance_lx:.3} lx{spread}");
+                self.progress.event(Event::At {
+                    done: *elapsed_s as u64,
+                    what: &what,
+                });
+            }
+            ScanEvent::WarmUpEnded { elapsed_s, spread_rel } => {
+                self.end(format!(
+                    "lamp stable after {}: {:.2} % over the window",
+                    duration(*elapsed_s),
+                    spread_rel * 100.0
+                ));
+            }
+            ScanEvent::Block { name, done, total } => {
+                self.begin("scan", Some(*total));
+                let what = format!("block {name}");
+                self.progress.event(Event::At {
+                    done: *done,
+                    what: &what,
+                });
+            }
+            ScanEvent::Reading { reading, done, .. } => {
+                let lux = reading
+                    .illuminance_lx
+                    .map_or_else(|| reading.quality.to_string(), |lux| format!("{lux:.4} lx"));
+                let what = format!(
+                    "{} C {:.1}° γ {:.1}° {lux}",
+                    reading.kind, reading.c_target_deg, reading.gamma_target_deg
+                );
+                self.progress.event(Event::At {
+                    done: *done,
+                    what: &what,
+                });
+            }
+            ScanEvent::Spectrum { index } => self.progress.event(Event::Note(&format!("spectrum {index} recorded"))),
+            ScanEvent::Note(sentence) => self.progress.event(Event::Note(sentence)),
+        }
+    }
+}
+
+/// `1 h 02 min`, `3 min 20 s`, `12 s`.
+pub fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match (whole / 3600, whole / 60 % 60, whole % 60) {
+        (0, 0, s) => format!("{s} s"),
+        (0, min, s) => format!("{min} min {s:02} s"),
+        (h, min, _) => format!("{h} h {min:02} min"),
+    }
+}

@@ -1,0 +1,136 @@
+//! Where a bench plays: real links and real time, or the built-in virtual darkroom and a clock that runs as fast as it can.
+
+use std::future::Future;
+use std::sync::Arc;
+
+use camino::Utf8Path;
+use isolux_darkroom::Darkroom;
+use isolux_record::Station;
+use isolux_scan::Cancel;
+use isolux_transport::{Links, Recorder, SystemLinks};
+use isolux_virtual::{BUILT_IN, Serving, VirtualRoom};
+
+use crate::{Failure, FailureKind};
+
+/// Whether a station lives in the virtual darkroom of this process: all its links are `memory:`.
+pub fn is_virtual(station: &Station) -> bool {
+    station.axis_c().open.contains(":memory:") && station.luxmeter().open.contains(":memory:")
+}
+
+/// The links of a session, and the room behind them if it is virtual.
+pub struct Stage {
+    /// Opens addresses.
+    pub links: Arc<dyn Links>,
+    /// The virtual room, on the same runtime as the drivers.
+    pub room: Option<VirtualRoom>,
+    _serving: Option<Serving>,
+}
+
+impl Stage {
+    /// Links of the machine, and in memory those of the built-in darkroom if `in_memory`.
+    ///
+    /// # Errors
+    /// Never for the built-in darkroom as it is shipped.
+    pub fn open(in_memory: bool) -> Result<Self, Failure> {
+        Self::with(in_memory.then_some(BUILT_IN))
+    }
+
+    /// As [`open`](Self::open), with every byte on the links written to `trace`.
+    ///
+    /// # Errors
+    /// Exit 3 when the trace cannot be written.
+    pub fn recording(in_memory: bool, trace: Option<&Utf8Path>) -> Result<Self, Failure> {
+        let mut stage = Self::open(in_memory)?;
+        if let Some(path) = trace {
+            let failed = |error: std::io::Error| Failure::instrument(format!("{path}: cannot write: {error}"));
+            let file = std::fs::File::create(path).map_err(failed)?;
+            stage.links = Arc::new(Recorder::new(stage.links.clone(), Box::new(file)).map_err(failed)?);
+        }
+        Ok(stage)
+    }
+
+    /// Links of the machine, and in memory those of the darkroom in `document`. Must be called on the runtime.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) with the line of the document.
+    pub fn with(document: Option<&str>) -> Result<Self, Failure> {
+        let links = SystemLinks::default();
+        let Some(document) = document else {
+            return Ok(Self {
+                links: Arc::new(links),
+                room: None,
+                _serving: None,
+            });
+        };
+        let room = VirtualRoom::open(Darkroom::parse(document).map_err(Failure::bad_input)?);
+        let serving = room.listen(&links.memory).map_err(Failure::instrument)?;
+        Ok(Self {
+            links: Arc::new(links),
+            room: Some(room),
+            _serving: Some(serving),
+        })
+    }
+}
+
+/// Runs `work` on a runtime of its own: in virtual time, hours in seconds, if `in_memory`.
+///
+/// # Errors
+/// Exit 3 when the system gives no runtime, else what `work` answers.
+pub fn play<T>(in_memory: bool, work: impl Future<Output = Result<T, Failure>>) -> Result<T, Failure> {
+    let mut builder = tokio::runtime::Builder::new_current_thread();
+    builder.enable_all();
+    if in_memory {
+        builder.start_paused(true);
+    }
+    builder.build().map_err(Failure::instrument)?.block_on(work)
+}
+
+/// A handle that SIGINT and SIGTERM use. Must be called on the runtime.
+///
+/// # Errors
+/// Exit 3 when the system refuses the signal handlers: a bench that cannot be interrupted is not started.
+pub fn on_signals() -> Result<Cancel, Failure> {
+    let cancel = Cancel::new();
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        for (kind, name) in [
+            (SignalKind::interrupt(), "SIGINT"),
+            (SignalKind::terminate(), "SIGTERM"),
+        ] {
+            let mut signals = signal(kind).map_err(Failure::instrument)?;
+            let cancel = cancel.clone();
+            tokio::spawn(async move {
+                if signals.recv().await.is_some() {
+                    cancel.cancel(name);
+                }
+            });
+        }
+    }
+    #[cfg(not(unix))]
+    {
+        let cancel = cancel.clone();
+        tokio::spawn(async move {
+            if tokio::signal::ctrl_c().await.is_ok() {
+                cancel.cancel("Ctrl-C");
+            }
+        });
+    }
+    Ok(cancel)
+}
+
+/// How a scan's errors reach a front end.
+pub fn failure(error: &isolux_scan::ScanError) -> Failure {
+    use isolux_scan::ScanErrorKind as Kind;
+    let kind = match error.kind() {
+        Kind::BadPlan => FailureKind::BadInput,
+        Kind::Gate => FailureKind::No,
+        Kind::Instrument => FailureKind::Instrument,
+        Kind::Interrupted => FailureKind::Interrupted,
+    };
+    Failure {
+        kind,
+        message: error.to_string(),
+        help: None,
+    }
+}

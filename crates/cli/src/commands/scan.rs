@@ -1,0 +1,87 @@
+//! `isolux scan`.
+
+use std::io::{BufRead, IsTerminal, Write};
+
+use camino::Utf8PathBuf;
+use clap::Args;
+use isolux_app::Failure;
+use isolux_app::operator::ByFunction;
+use isolux_app::scan::{self, Operator, Target, duration};
+
+use crate::screen::{self, Bars};
+
+/// Carries out a plan: home, warm up, move, settle, read, record. The axes are stopped and verified on every exit.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: isolux scan station.toml plan.toml --out run\n\
+Broken off: isolux scan station.toml plan.toml --resume run")]
+pub struct Scan {
+    /// The bench, STATION.toml.
+    station: Utf8PathBuf,
+    /// What to measure, PLAN.toml.
+    plan: Utf8PathBuf,
+    /// The run directory to write; it must not exist or be empty.
+    #[arg(long, conflicts_with = "resume", required_unless_present = "resume")]
+    out: Option<Utf8PathBuf>,
+    /// Take a broken-off run up again: no point twice, none lost.
+    #[arg(long)]
+    resume: Option<Utf8PathBuf>,
+    /// Print the facts as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Scan) -> Result<(), Failure> {
+    let (path, target) = match (&arguments.out, &arguments.resume) {
+        (_, Some(path)) => (path, Target::Resume(path)),
+        (Some(path), None) => (path, Target::New(path)),
+        (None, None) => return Err(Failure::bad_input("give --out RUN or --resume RUN")),
+    };
+    let operator = std::io::stdin().is_terminal().then(|| ByFunction::new(ask));
+    let bars = Bars::default();
+    let operator = operator.as_ref().map(|operator| operator as &dyn Operator);
+    let summary = scan::run(&arguments.station, &arguments.plan, target, operator, &bars)?;
+    if arguments.json {
+        screen::say(serde_json::to_string(&summary).map_err(Failure::instrument)?);
+        return Ok(());
+    }
+    screen::say(format_args!(
+        "{} points, {} readings, {} spectra in {} → {path}",
+        summary.points,
+        summary.readings,
+        summary.spectra,
+        duration(summary.duration_s)
+    ));
+    for (count, what) in [
+        (
+            summary.without_number,
+            "readings have no number (over range, under range, failed)",
+        ),
+        (summary.unsettled, "points did not settle"),
+        (summary.retries, "answers were lost or damaged and asked again"),
+    ] {
+        if count > 0 {
+            screen::say(format_args!("{count} {what}"));
+        }
+    }
+    Ok(())
+}
+
+/// Asks the person at the terminal.
+fn ask(prompt: &str) -> Result<String, String> {
+    let mut stderr = std::io::stderr().lock();
+    let _ = write!(stderr, "\n{prompt}\nDone? Your name (empty: not done): ");
+    let _ = stderr.flush();
+    drop(stderr);
+    let mut answer = String::new();
+    std::io::stdin()
+        .lock()
+        .read_line(&mut answer)
+        .map_err(|error| error.to_string())?;
+    let who = answer.trim();
+    if who.is_empty() {
+        Err("the answer was empty".to_owned())
+    } else {
+        Ok(who.to_owned())
+    }
+}
