@@ -5,9 +5,11 @@ use std::sync::Arc;
 use async_trait::async_trait;
 use isolux_scan::{Operator, Request};
 
+type Ask = dyn Fn(&str) -> Result<String, String> + Send + Sync;
+
 /// Asks through a function of the front end that blocks until the person answers.
 #[derive(Clone)]
-pub struct ByFunction(Arc<dyn Fn(&str) -> Result<String, String> + Send + Sync>);
+pub struct ByFunction(Arc<Ask>);
 
 impl ByFunction {
     /// `ask` shows the words and returns who did it, or why not.
