@@ -124,7 +124,7 @@ fn asks(source: &Source, plan: &Plan) -> bool {
 }
 
 /// What would be refused by the disk is refused before the instruments are opened.
-fn refuse(target: Target<'_>) -> Result<(), Failure> {
+pub(crate) fn refuse(target: Target<'_>) -> Result<(), Failure> {
     match target {
         Target::New(path) => {
             let occupied = path.is_file() || std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some());

@@ -11,6 +11,8 @@ mod plan;
 mod predict;
 mod reading;
 mod reduce;
+mod report;
+mod run;
 mod scan;
 mod simulate;
 mod twins;
@@ -18,26 +20,28 @@ mod twins;
 use clap::Subcommand;
 use isolux_app::Failure;
 
-/// Everything that `isolux` can be told to do. One line a command here, one arm in [`run`].
+/// Everything that `isolux` can be told to do, in the order of a day. One line a command here, one arm in [`run`].
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    Run(run::Run),
+    Init(init::Init),
+    Devices(devices::Devices),
     Check(check::Check),
     Home(hand::Home),
-    Init(init::Init),
     Move(hand::Move),
-    Plan(plan::Plan),
-    Read(hand::Read),
-    Scan(scan::Scan),
     Stop(hand::Stop),
+    Read(hand::Read),
     Warmup(hand::Warmup),
-    Convert(convert::Convert),
-    Devices(devices::Devices),
-    Diagnose(diagnose::Diagnose),
-    Inspect(inspect::Inspect),
-    Predict(predict::Predict),
-    Virtual(twins::Virtual),
-    Simulate(simulate::Simulate),
+    Plan(plan::Plan),
+    Scan(scan::Scan),
     Reduce(reduce::Reduce),
+    Convert(convert::Convert),
+    Inspect(inspect::Inspect),
+    Simulate(simulate::Simulate),
+    Predict(predict::Predict),
+    Diagnose(diagnose::Diagnose),
+    Report(report::Report),
+    Virtual(twins::Virtual),
 }
 
 /// Runs one command to its end.
@@ -46,23 +50,25 @@ pub enum Command {
 /// What the use case answers; its kind is the exit code.
 pub fn run(command: Command) -> Result<(), Failure> {
     match command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
+        Command::Devices(arguments) => devices::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Home(arguments) => hand::home(&arguments),
-        Command::Init(arguments) => init::run(&arguments),
         Command::Move(arguments) => hand::move_to(&arguments),
-        Command::Plan(arguments) => plan::run(&arguments),
-        Command::Read(arguments) => hand::read(&arguments),
-        Command::Scan(arguments) => scan::run(&arguments),
         Command::Stop(arguments) => hand::stop(&arguments),
+        Command::Read(arguments) => hand::read(&arguments),
         Command::Warmup(arguments) => hand::warm_up(&arguments),
-        Command::Convert(arguments) => convert::run(&arguments),
-        Command::Devices(arguments) => devices::run(&arguments),
-        Command::Diagnose(arguments) => diagnose::run(&arguments),
-        Command::Inspect(arguments) => inspect::run(&arguments),
-        Command::Predict(arguments) => predict::run(&arguments),
-        Command::Virtual(arguments) => twins::run(&arguments),
-        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Scan(arguments) => scan::run(&arguments),
         Command::Reduce(arguments) => reduce::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Predict(arguments) => predict::run(&arguments),
+        Command::Diagnose(arguments) => diagnose::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
+        Command::Virtual(arguments) => twins::run(&arguments),
     }
 }
 

@@ -37,7 +37,7 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         (Some(path), None) => (path, Target::New(path)),
         (None, None) => return Err(Failure::bad_input("give --out RUN or --resume RUN")),
     };
-    let operator = std::io::stdin().is_terminal().then(|| ByFunction::new(ask));
+    let operator = operator();
     let bars = Bars::default();
     let operator = operator.as_ref().map(|operator| operator as &dyn Operator);
     let summary = scan::run(&arguments.station, &arguments.plan, target, operator, &bars)?;
@@ -65,6 +65,11 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// The person at the terminal, if there is one.
+pub fn operator() -> Option<ByFunction> {
+    std::io::stdin().is_terminal().then(|| ByFunction::new(ask))
 }
 
 /// Asks the person at the terminal.

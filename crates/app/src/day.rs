@@ -1,0 +1,269 @@
+//! The whole day: check, warm up, scan, reduce, simulate, compare, diagnose, report.
+//!
+//! Without a job it plays in the built-in virtual darkroom, in virtual time. The run directory is the day's folder; what
+//! follows from it is in its `results/`, with no wall clock in it, so that the same run gives the same bytes.
+
+mod compare;
+mod page;
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_model::Scene;
+use isolux_record::{Job, Plan, Run};
+use isolux_sim::simulation::{Method, Simulation};
+use isolux_spectrum::Quantities;
+use serde::Serialize;
+
+pub use compare::Comparison;
+
+use crate::catalogue::Catalogue;
+use crate::files::{self, Overwrite};
+use crate::progress::{Event, Progress};
+use crate::reduce::{Reduced, with_u};
+use crate::scan::{Operator, Target};
+use crate::scene::{self, Changes};
+use crate::stage::{self, Stage};
+use crate::{Failure, bench, diagnose, init, reduce, scan, simulate};
+
+/// What a day is made of.
+#[derive(Debug, Clone, Default)]
+pub struct Wishes {
+    /// The job; without one the built-in virtual darkroom with its plan.
+    pub job: Option<Utf8PathBuf>,
+    /// The folder of the day; without one a fresh `day`, `day-2`, ….
+    pub out: Option<Utf8PathBuf>,
+}
+
+/// A finished day.
+pub struct Day {
+    /// Its folder.
+    pub folder: Utf8PathBuf,
+    /// The report.
+    pub report: Utf8PathBuf,
+    /// The numbers that matter, one sentence each.
+    pub sentences: Vec<String>,
+}
+
+/// Everything that the report shows, computed from the record.
+pub(crate) struct Evening {
+    pub reduced: Reduced,
+    pub simulation: Simulation,
+    pub colour: Option<Quantities>,
+    pub comparison: Option<Comparison>,
+    pub diagnosis: Option<Vec<String>>,
+}
+
+/// Runs the day.
+///
+/// # Errors
+/// Bad input (exit 2) before anything moves; 1 when the lamp does not become stable; 3 when an instrument fails or an axis
+/// cannot be verified at rest; 130 when interrupted. What was recorded until then stays readable.
+pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Progress) -> Result<Day, Failure> {
+    let folder = match &wishes.out {
+        Some(folder) => folder.clone(),
+        None => fresh_folder(),
+    };
+    let job = wishes
+        .job
+        .as_ref()
+        .map(|job| Job::load(job))
+        .transpose()
+        .map_err(Failure::bad_input)?;
+    // A scene that cannot be read is refused before the scan, not after it.
+    if let Some(job) = &job {
+        scene::table(job.scene(), &Changes::default())?;
+    }
+    match &job {
+        Some(job) => {
+            scan::run(job.station(), job.plan(), Target::New(&folder), operator, progress)?;
+        }
+        None => virtual_scan(&folder, progress)?,
+    }
+    finish(&folder, job.as_ref(), progress)
+}
+
+/// The scan in the built-in virtual darkroom.
+fn virtual_scan(folder: &Utf8Path, progress: &dyn Progress) -> Result<(), Failure> {
+    let (station, calibration) = init::virtual_station()?;
+    let source = bench::Source::from_text(&station, &calibration)?;
+    let plan = Plan::parse(Utf8Path::new("built-in plan"), init::PLAN).map_err(Failure::bad_input)?;
+    scan::refuse(Target::New(folder))?;
+    stage::play(true, async {
+        let stage = Stage::open(true)?;
+        let cancel = stage::on_signals()?;
+        let catalogue = Catalogue::new(stage.links.clone());
+        let mut devices = source.open(&catalogue).await?;
+        let now = jiff::Timestamp::now();
+        scan::on(
+            &source,
+            &mut devices,
+            &plan,
+            Target::New(folder),
+            None,
+            &cancel,
+            now,
+            progress,
+        )
+        .await
+    })?;
+    Ok(())
+}
+
+/// From the record to the report.
+fn finish(folder: &Utf8Path, job: Option<&Job>, progress: &dyn Progress) -> Result<Day, Failure> {
+    let results = folder.join("results");
+    progress.event(Event::Began {
+        step: "reduce",
+        total: None,
+    });
+    let reduced = reduce::run(folder, None, &[], None, Overwrite::Never)?;
+    progress.event(Event::Ended(&format!("flux {}", with_u(&reduced.reduction.flux))));
+
+    let mut evening = light(folder, reduced, job.map(Job::scene), progress)?;
+    simulate::write(&results, &evening.simulation, Overwrite::Never)?;
+    if let Some(comparison) = &evening.comparison {
+        let text = format!("{:#}\n", serde_json::to_value(comparison).map_err(Failure::instrument)?);
+        files::write(&results.join("comparison.json"), text.as_bytes(), Overwrite::Never)?;
+    }
+
+    let model = results.join("luminaire.model.toml");
+    let (model, observations) = match job.and_then(Job::diagnose) {
+        Some((model, observations)) => (model.to_owned(), observations.to_vec()),
+        None => (model, vec![folder.to_owned()]),
+    };
+    let answer = diagnose::run(
+        &diagnose::Request {
+            model,
+            observations,
+            out: results.join("diagnosis"),
+            held_out: None,
+            seed: 1,
+            accept: false,
+            overwrite: Overwrite::Never,
+        },
+        progress,
+    )?;
+    let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
+    files::write(&results.join("diagnosis.json"), &answer_file, Overwrite::Never)?;
+    evening.diagnosis = Some(diagnose::words(&answer));
+
+    let report = results.join("report.html");
+    files::write(&report, page::page(&evening).as_bytes(), Overwrite::Never)?;
+    Ok(Day {
+        sentences: sentences(&evening),
+        folder: folder.to_owned(),
+        report,
+    })
+}
+
+/// Simulates the sensor and compares the axis.
+fn light(
+    folder: &Utf8Path,
+    reduced: Reduced,
+    sensor: Option<&Utf8Path>,
+    progress: &dyn Progress,
+) -> Result<Evening, Failure> {
+    progress.event(Event::Began {
+        step: "simulate",
+        total: None,
+    });
+    let mut simulation = {
+        let scene = match sensor {
+            Some(file) => scene_of_the_day(file, folder)?,
+            None => scene::load(folder, &Changes::default())?,
+        };
+        simulate::solve(&scene, Method::Inverse)?
+    };
+    progress.event(Event::Ended(&format!(
+        "{} × {} pixels in {:.2} s, mean {:.4} {}",
+        simulation.facts.pixels[0],
+        simulation.facts.pixels[1],
+        simulation.facts.elapsed_s,
+        simulation.facts.mean,
+        simulation.facts.unit
+    )));
+    // No wall clock in results: the time of the solver is for the terminal. NaN is written as null.
+    simulation.facts.elapsed_s = f64::NAN;
+    let colour = reduced
+        .reduction
+        .spectral
+        .as_ref()
+        .map(|spectral| isolux_spectrum::quantities(&spectral.spectrum));
+    let comparison = compare::on_axis(folder, &reduced)?;
+    Ok(Evening {
+        reduced,
+        simulation,
+        colour,
+        comparison,
+        diagnosis: None,
+    })
+}
+
+/// The job's sensor, lit with the luminaire that the day measured, whatever model the scene names.
+fn scene_of_the_day(file: &Utf8Path, folder: &Utf8Path) -> Result<Scene, Failure> {
+    let (at, mut table) = scene::table(file, &Changes::default())?;
+    let model = std::path::absolute(folder.join("results/luminaire.model.toml")).map_err(Failure::instrument)?;
+    let model = Utf8PathBuf::try_from(model).map_err(Failure::bad_input)?;
+    table.remove("luminaire");
+    table.insert("model".to_owned(), model.as_str().into());
+    let text = toml::to_string(&table).map_err(Failure::bad_input)?;
+    Scene::parse(&at, &text).map_err(Failure::bad_input)
+}
+
+/// Writes the report of a run that was reduced: `isolux report`.
+///
+/// # Errors
+/// Bad input (exit 2) when there is no run, no result, or the file exists.
+pub fn report(folder: &Utf8Path, out: &Utf8Path, overwrite: Overwrite, progress: &dyn Progress) -> Result<(), Failure> {
+    files::refuse_existing(out, overwrite)?;
+    let run = Run::read(folder).map_err(Failure::bad_input)?;
+    let results = folder.join("results");
+    let reduction = isolux_reduce::reduce(&run, &isolux_reduce::Options::default(), None)
+        .map_err(|error| Failure::bad_input(format!("{folder}: {error}")))?;
+    let reduced = Reduced {
+        run,
+        reduction,
+        folder: results,
+        files: Vec::new(),
+    };
+    let evening = light(folder, reduced, None, progress)?;
+    files::write(out, page::page(&evening).as_bytes(), overwrite)
+}
+
+/// The last lines of the day.
+fn sentences(evening: &Evening) -> Vec<String> {
+    let reduction = &evening.reduced.reduction;
+    let facts = &evening.simulation.facts;
+    let mut lines = vec![format!("luminous flux         {}", with_u(&reduction.flux))];
+    if let Some(cct) = reduction.spectral.as_ref().and_then(|spectral| spectral.cct.as_ref()) {
+        lines.push(format!("CCT                   {}", with_u(cct)));
+    }
+    let u = facts.u_mean.map_or_else(
+        || "uncertainty not known".to_owned(),
+        |u| format!("± {u:.4} {} (k = 1)", facts.unit),
+    );
+    lines.push(format!("mean on the sensor    {:.4} {u}", facts.mean));
+    if let Some(comparison) = &evening.comparison {
+        lines.extend(comparison.sentences());
+    }
+    lines
+}
+
+/// `day`, or the first of `day-2`, `day-3`, … that does not exist.
+fn fresh_folder() -> Utf8PathBuf {
+    let mut folder = Utf8PathBuf::from("day");
+    let mut number = 1;
+    while folder.exists() {
+        number += 1;
+        folder = Utf8PathBuf::from(format!("day-{number}"));
+    }
+    folder
+}
+
+/// A number with its unit and standard uncertainty, for tables.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stated {
+    /// The number.
+    pub value: f64,
+    /// Its standard uncertainty (k = 1).
+    pub u: f64,
+}

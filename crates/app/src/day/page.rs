@@ -1,0 +1,319 @@
+//! The report of a day: one HTML file with its pictures.
+
+use isolux_record::Role;
+use isolux_reduce::Quantity;
+use isolux_report::axes::{Frame, Scale, number};
+use isolux_report::html::{Page, Tile};
+use isolux_report::plots::{PolarOptions, SpectrumOptions, cartesian, polar, spectrum};
+use isolux_report::svg::{Anchor, Stroke, Svg, colour};
+
+use super::Evening;
+use crate::reduce::with_u;
+use crate::simulate;
+
+/// The page.
+pub(super) fn page(evening: &Evening) -> String {
+    let header = &evening.reduced.run.header;
+    let name = header
+        .station
+        .document()
+        .name
+        .clone()
+        .or_else(|| header.plan.document().name.clone());
+    let mut page = Page::new(&name.unwrap_or_else(|| "Day at the goniophotometer".to_owned()));
+    page.paragraph(&format!(
+        "{}, {}; standard uncertainties, k = 1",
+        header.started_utc, header.program
+    ));
+    if let Some(comparison) = &evening.comparison {
+        let (sentence, good) = comparison.verdict();
+        page.verdict(&sentence, good);
+    }
+    page.tiles(&tiles(evening));
+    distribution(&mut page, evening);
+    light(&mut page, evening);
+    sensor(&mut page, evening);
+    comparison(&mut page, evening);
+    if let Some(words) = &evening.diagnosis {
+        page.heading("Diagnosis of the run");
+        page.preformatted(&words.join("\n"));
+    }
+    record(&mut page, evening);
+    page.finish()
+}
+
+fn tiles(evening: &Evening) -> Vec<Tile> {
+    let reduction = &evening.reduced.reduction;
+    let of = |name: &str, quantity: &Quantity| {
+        let (value, u) = digits(quantity);
+        Tile {
+            name: name.to_owned(),
+            value: format!("{value} {}", quantity.unit),
+            note: format!("± {u} {}", quantity.unit),
+        }
+    };
+    let plain = |name: &str, value: String, note: &str| Tile {
+        name: name.to_owned(),
+        value,
+        note: note.to_owned(),
+    };
+    let mut tiles = vec![
+        of("luminous flux", &reduction.flux),
+        of("maximum intensity", &reduction.i_max),
+    ];
+    if let Some(beam) = reduction.grid.distribution.beam_angle(0) {
+        tiles.push(plain(
+            "beam angle, C0",
+            format!("{:.1}°", beam.full_angle_deg()),
+            "half-peak divergence",
+        ));
+    }
+    if let Some(spectral) = &reduction.spectral {
+        tiles.extend(spectral.cct.as_ref().map(|cct| of("colour temperature", cct)));
+        tiles.push(of("efficacy of radiation", &spectral.ler));
+    }
+    if let Some(colour) = &evening.colour {
+        tiles.extend(
+            colour
+                .duv
+                .map(|duv| plain("Duv", format!("{duv:+.4}"), "from the Planckian locus")),
+        );
+        tiles.extend(colour.ra.map(|ra| plain("Ra", format!("{ra:.1}"), "CIE 13.3")));
+        tiles.extend(
+            colour
+                .rf
+                .zip(colour.rg)
+                .map(|(rf, rg)| plain("Rf, Rg", format!("{rf:.1}, {rg:.1}"), "TM-30")),
+        );
+    }
+    let facts = &evening.simulation.facts;
+    let unit = unit(facts.unit);
+    let u = facts
+        .u_mean
+        .map_or_else(|| "uncertainty not known".to_owned(), |u| format!("± {u:.3} {unit}"));
+    tiles.push(plain("mean on the sensor", format!("{:.3} {unit}", facts.mean), &u));
+    tiles
+}
+
+fn distribution(page: &mut Page, evening: &Evening) {
+    let reduction = &evening.reduced.reduction;
+    let options = PolarOptions {
+        title: String::new(),
+        per_lamp_flux_lm: Some(reduction.flux.value),
+    };
+    page.heading("Luminous intensity distribution");
+    page.figure(
+        &polar(&reduction.grid.distribution, &options),
+        "C0–C180 solid red, C90–C270 dashed blue, cd/klm.",
+    );
+    page.figure(&cartesian(&reduction.grid.distribution, &options), "The same over γ.");
+    let rows: Vec<Vec<String>> = [&reduction.flux, &reduction.i_max]
+        .iter()
+        .zip(["luminous flux", "maximum intensity"])
+        .map(|(quantity, name)| {
+            let mut row = vec![name.to_owned(), with_u(quantity)];
+            row.extend(quantity.parts.values().map(|part| number(*part)));
+            row
+        })
+        .collect();
+    let mut head = vec!["", "value"];
+    head.extend(reduction.flux.parts.keys());
+    page.paragraph(
+        "Where the uncertainty comes from: each column is a part in the unit of the row; parts add in squares.",
+    );
+    page.table(&head, &rows);
+}
+
+fn light(page: &mut Page, evening: &Evening) {
+    let Some(spectral) = &evening.reduced.reduction.spectral else {
+        return;
+    };
+    page.heading("Spectrum");
+    let options = SpectrumOptions {
+        title: String::new(),
+        value_label: "spectral irradiance in W/(m²·nm)".to_owned(),
+    };
+    page.figure(
+        &spectrum(&spectral.spectrum, &options),
+        &format!("On the axis at {} mm.", spectral.distance_mm),
+    );
+}
+
+fn sensor(page: &mut Page, evening: &Evening) {
+    let facts = &evening.simulation.facts;
+    let unit = unit(facts.unit);
+    page.heading("Irradiance on the sensor");
+    page.figure(
+        &simulate::picture(&evening.simulation).figure("noise-free, inverse method"),
+        &format!(
+            "{} × {} mm, {} × {} pixels.",
+            facts.size_mm[0], facts.size_mm[1], facts.pixels[0], facts.pixels[1]
+        ),
+    );
+    page.table(
+        &[
+            "mean",
+            "smallest",
+            "largest",
+            "min/mean",
+            "effects in the map",
+            "effects that belong elsewhere",
+        ],
+        &[vec![
+            format!("{:.5} {unit}", facts.mean),
+            format!("{:.5} {unit}", facts.min),
+            format!("{:.5} {unit}", facts.max),
+            format!("{:.5}", facts.uniformity_min_over_mean),
+            list(&facts.effects_applied),
+            list(&facts.effects_not_applicable),
+        ]],
+    );
+}
+
+fn comparison(page: &mut Page, evening: &Evening) {
+    let Some(comparison) = &evening.comparison else { return };
+    page.heading("Simulated against measured, on the axis");
+    let row = |what: &str, stated: &super::Stated, lx: &super::Stated| {
+        vec![
+            what.to_owned(),
+            format!("{:.4} ± {:.4} W/m²", stated.value, stated.u),
+            format!("{:.1} ± {:.1} lx", lx.value, lx.u),
+            String::new(),
+        ]
+    };
+    let mut rows = vec![row(
+        "measured, spectroradiometer",
+        &comparison.measured_w_m2,
+        &comparison.measured_lx,
+    )];
+    let mut simulated = row(
+        "simulated, disc of 1 mm",
+        &comparison.simulated_w_m2,
+        &comparison.simulated_lx,
+    );
+    simulated[3] = format!("{:+.2} %, {:+.1} σ", 100.0 * comparison.gap_rel, comparison.gap_sigma);
+    rows.push(simulated);
+    if let Some(near) = &comparison.near_field {
+        rows.push(vec![
+            format!("with near_field, ring of {:.1} mm", near.radius_mm),
+            format!("{:.4} W/m²", near.simulated_w_m2),
+            String::new(),
+            format!("{:+.2} %, {:+.1} σ", 100.0 * near.gap_rel, near.gap_sigma),
+        ]);
+    }
+    page.table(&["", "irradiance", "illuminance", "gap"], &rows);
+    page.paragraph(
+        "The distribution comes from the lux meter far away, the spectrum from another instrument close by; nothing was \
+         fitted between them. One distance cannot tell near_field from an axial offset of the light centre or an error of \
+         the short distance: a second short distance would.",
+    );
+}
+
+fn record(page: &mut Page, evening: &Evening) {
+    let reduction = &evening.reduced.reduction;
+    page.heading("The record");
+    page.figure(
+        &reference(evening),
+        "Visits to the reference point (C 0°, γ 0°), relative to their mean.",
+    );
+    if let Some(closing) = &reduction.closing {
+        page.paragraph(&format!(
+            "Closing half-plane C 360° against C 0°: rms {:.3} cd over {} directions, largest {:+.3} cd at γ {}°; mean square {:.2} of \
+             what noise and rounding allow.",
+            closing.rms_cd, closing.directions, closing.max_cd, closing.max_gamma_deg, closing.chi2_per_direction
+        ));
+    }
+    page.paragraph(&format!(
+        "{} of {} readings make the distribution, read at {} mm.",
+        reduction.readings.0, reduction.readings.1, reduction.distance_mm
+    ));
+    for note in &reduction.notes {
+        page.paragraph(note);
+    }
+    let devices: Vec<Vec<String>> = evening
+        .reduced
+        .run
+        .header
+        .device
+        .iter()
+        .map(|device| {
+            vec![
+                device.role.clone(),
+                device.model.clone(),
+                device.serial.clone().unwrap_or_default(),
+                device.open.clone(),
+            ]
+        })
+        .collect();
+    page.table(&["instrument", "model", "serial number", "opened as"], &devices);
+}
+
+/// Reference readings over time with their digit.
+fn reference(evening: &Evening) -> String {
+    let visits: Vec<(f64, f64, f64)> = evening
+        .reduced
+        .run
+        .readings
+        .rows
+        .iter()
+        .filter(|row| row.role == Role::Reference)
+        .filter_map(|row| Some((row.time_s? / 60.0, row.illuminance_lx?, row.u_lx?)))
+        .collect();
+    let mean = visits.iter().map(|visit| visit.1).sum::<f64>() / visits.len().max(1) as f64;
+    let relative = |lx: f64| 100.0 * (lx / mean - 1.0);
+    let mut svg = Svg::new(560.0, 300.0, "reference readings over time");
+    let values = visits
+        .iter()
+        .flat_map(|v| [relative(v.1 + 2.0 * v.2), relative(v.1 - 2.0 * v.2)]);
+    let frame = Frame {
+        left: 70.0,
+        top: 16.0,
+        width: 470.0,
+        height: 230.0,
+        x: Scale::around(visits.iter().map(|visit| visit.0), false),
+        y: Scale::around(values, true),
+    };
+    frame.draw(&mut svg, "time since the lamp was switched on in min", "change in %");
+    for &(minute, lx, u) in &visits {
+        svg.line(
+            frame.at(minute, relative(lx - u)),
+            frame.at(minute, relative(lx + u)),
+            Stroke::solid(colour::DATA, 1.0),
+        );
+        svg.circle(frame.at(minute, relative(lx)), 2.5, colour::DATA, None);
+    }
+    if visits.is_empty() {
+        svg.text(
+            (305.0, 130.0),
+            12.0,
+            Anchor::Middle,
+            colour::MUTED,
+            "the plan had no visits",
+        );
+    }
+    svg.finish()
+}
+
+fn digits(quantity: &Quantity) -> (String, String) {
+    let text = with_u(quantity);
+    let mut parts = text.split(" ± ");
+    let value = parts.next().unwrap_or_default().to_owned();
+    let u = parts
+        .next()
+        .and_then(|rest| rest.split(' ').next())
+        .unwrap_or_default()
+        .to_owned();
+    (value, u)
+}
+
+fn unit(unit: &str) -> &str {
+    if unit == "W/m2" { "W/m²" } else { unit }
+}
+
+fn list(names: &[&str]) -> String {
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
+}

@@ -1,0 +1,57 @@
+//! `isolux run`.
+
+use camino::{Utf8Path, Utf8PathBuf};
+use clap::Args;
+use isolux_app::{Failure, day};
+
+use crate::screen;
+
+/// The whole day: check, warm up, scan, reduce, simulate, compare, diagnose, report.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: isolux run --out day\n\
+Without a job the built-in virtual darkroom plays the day in virtual time, in under a minute. `isolux init DIR` writes a job \
+to start from; `isolux run DIR/job.toml --out day` runs it.")]
+pub struct Run {
+    /// The job: station, plan, scene.
+    job: Option<Utf8PathBuf>,
+    /// Folder of the day; without it a fresh one beside where you are.
+    #[arg(long)]
+    out: Option<Utf8PathBuf>,
+    /// Show the report in the browser at the end.
+    #[arg(long)]
+    open: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Run) -> Result<(), Failure> {
+    let wishes = day::Wishes {
+        job: arguments.job.clone(),
+        out: arguments.out.clone(),
+    };
+    let operator = super::scan::operator();
+    let operator = operator
+        .as_ref()
+        .map(|operator| operator as &dyn isolux_app::scan::Operator);
+    let day = day::run(&wishes, operator, &screen::Bars::default())?;
+    for sentence in &day.sentences {
+        screen::say(sentence);
+    }
+    screen::say(format_args!("results               {}", day.folder.join("results")));
+    screen::say(format_args!("report                {}", day.report));
+    if arguments.open && !show(&day.report) {
+        screen::say("(no browser could be started; open the report by hand)");
+    }
+    Ok(())
+}
+
+/// Hands the report to the desktop's own opener.
+fn show(report: &Utf8Path) -> bool {
+    let opener = if cfg!(target_os = "macos") {
+        "open"
+    } else if cfg!(windows) {
+        "explorer"
+    } else {
+        "xdg-open"
+    };
+    std::process::Command::new(opener).arg(report).spawn().is_ok()
+}
