@@ -127,6 +127,8 @@ impl VirtualRoom {
                     let room = room.clone();
                     open.spawn(async move { room.serve(instrument, stream).await });
                 }
+                // Nobody is left to open another stream; those that are open go on.
+                open.join_all().await;
             });
         }
         Ok(Serving { tasks })
