@@ -1,0 +1,1 @@
+//! Recorded sessions of every driver; the tests play them back.
