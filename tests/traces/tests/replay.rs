@@ -12,8 +12,8 @@ use std::time::Duration;
 use isolux_axes::ZaberDriver;
 use isolux_darkroom::Darkroom;
 use isolux_device::{
-    Axis, AxisFactory, AxisScale, AxisSettings, LuxMeter, LuxMeterFactory, Sense, SpectroradiometerFactory,
-    SwitchFactory, Target, ThermometerFactory,
+    AxisFactory, AxisScale, AxisSettings, LuxMeterFactory, Sense, SpectroradiometerFactory, SwitchFactory, Target,
+    ThermometerFactory,
 };
 use isolux_luxmeter::T10aDriver;
 use isolux_spectroradiometer::OceanOoiDriver;
@@ -104,7 +104,7 @@ async fn ooi(links: Arc<dyn Links>) -> Vec<String> {
             raw.counts.iter().map(|count| u64::from(*count)).sum::<u64>(),
             linear.iter().sum::<f64>()
         ),
-        format!("{:?}", properties.irradiance_factor.as_ref().map(|factor| factor.len())),
+        format!("{:?}", properties.irradiance_factor.as_ref().map(Vec::len)),
     ]
 }
 
