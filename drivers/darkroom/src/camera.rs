@@ -231,7 +231,10 @@ impl Geometry {
         let in_housing = lean(tilt.angle_deg.to_radians(), tilt.azimuth_deg.to_radians());
         let stage = DVec2::from_angle(flaws.stage_lateral.azimuth_deg.to_radians()) * flaws.stage_lateral.offset_mm;
         let source = &flaws.source_tilt;
-        let source_lean = lean(source.angle_deg.to_radians(), source.azimuth_deg.to_radians());
+        let source_lean = lean(
+            source.angle_deg.to_radians(),
+            source.azimuth_deg.to_radians() + std::f64::consts::PI,
+        );
         let output = match (pose.lamp, pose.time_s) {
             (false, _) => 0.0,
             (true, Some(time_s)) => relative_output(flaws, time_s, 0.0),
@@ -449,7 +452,7 @@ mod tests {
             },
         );
         assert!(tilted.iter().zip(&stated).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));
-        // A lamp that leans to +x is brighter there.
+        // A lamp whose γ is larger on the side of +x is darker there.
         let leaning = lux(
             &room_with(&[("source_tilt", "angle_deg", 3.0)]),
             &MapPose {
@@ -457,7 +460,7 @@ mod tests {
                 ..MapPose::default()
             },
         );
-        assert!(leaning[4 * 8 + 7] > leaning[4 * 8]);
+        assert!(leaning[4 * 8 + 7] < leaning[4 * 8]);
     }
 
     #[test]

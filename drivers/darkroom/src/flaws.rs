@@ -205,7 +205,7 @@ flaws! {
     spectral_mismatch: SpectralMismatch {
         /// Mismatch factor at γ = 0.
         factor = 1.0,
-        /// Its change per degree of γ.
+        /// Its relative change per degree of γ.
         slope_per_deg = 0.0,
     }
     /// The lamp's lumens per watt differ from those of the spectrum that was measured.
@@ -266,7 +266,7 @@ flaws! {
     source_tilt: SourceTilt {
         /// Angle, degrees.
         angle_deg = 0.0,
-        /// Direction to which its axis leans, degrees from x to y.
+        /// The side on which γ becomes larger by the tilt, degrees from x to y.
         azimuth_deg = 0.0,
     }
     /// Glass plates before the sensor, with all reflections between their faces.

@@ -244,7 +244,7 @@ impl Room {
         }
         // The colour of an LED depends on the angle from which its phosphor is seen.
         let seen_deg = ray.direction.z.clamp(-1.0, 1.0).acos().to_degrees();
-        directional * (mismatch.factor + mismatch.slope_per_deg * seen_deg)
+        directional * mismatch.factor * (1.0 + mismatch.slope_per_deg * seen_deg)
     }
 }
 
