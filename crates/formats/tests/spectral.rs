@@ -164,6 +164,8 @@ fn damage_is_told_at_its_line() {
     refused("nm,v\n380,1\n38S,2\n390,3\n", "x.csv", "csv-number", 3);
     refused("nm,v\n38O,1\n385,2\n390,3\n", "x.csv", "csv-number", 2);
     refused("38O,1\n385,2\n390,3\n395,4\n", "x.csv", "csv-number", 1);
+    refused("nm,v\nO80,1\n385,2\n390,3\n", "x.csv", "csv-number", 2);
+    refused("nm,v\n380,1\nO85,2\n390,3\n", "x.csv", "csv-number", 3);
     refused("nm,v\n380,1\n385,NaN\n390,3\n", "x.csv", "csv-number", 3);
     refused("nm,v\n380,1\n385,1e300\n390,3\n", "x.csv", "csv-number", 3);
     refused("nm,v\n380,1\n385\n390,3\n", "x.csv", "csv-cells", 3);
@@ -235,6 +237,38 @@ fn what_is_assumed_is_said() {
     );
     let outlier = even(0.0).replace("400,4\n", "400,40000\n");
     assert_eq!(finding(&outlier, "x.csv", "spectrum-outlier").line, Some(6));
+}
+
+#[test]
+fn vendors_texts() {
+    let sekonic = "Title,x\nTcp [K],3262\nSpectral Data 380[nm],0.1\nSpectral Data 480[nm],0.2\nSpectral Data 580[nm],0.3\n\n\
+        Spectral Data 380[nm],0.1\nSpectral Data 381[nm],0.2\nSpectral Data 382[nm],0.3\nSpectral Data 383[nm],0.4\n\nbin1,0.9,0.2\n";
+    assert_eq!(points(sekonic, "x.csv").last(), Some(&(383.0, 0.4)));
+    assert_eq!(finding(sekonic, "x.csv", "csv-blocks").line, Some(7));
+    let two = "[nm],,\n380,1,2\n385,2,3\n390,3,4\nIrradiance [E],\nTime,a,b\n[nm],\n380,5,6\n385,7,8\n390,7,8\n";
+    let (file, findings) = spectrum(two, "x.csv");
+    assert_eq!(file.value, [1.0, 2.0, 3.0]);
+    assert!(findings.iter().any(|f| f.code == "csv-blocks" && f.line == Some(5)));
+    let numbered = "wavelength,1,2\n380,5,6\n385,7,8\n390,7,8\n";
+    assert_eq!(spectrum(numbered, "x.csv").0.series[0].name, "1");
+}
+
+#[test]
+fn swapped_values_in_a_smooth_curve_are_told() {
+    let value = |w: f64| (-((w - 480.0) / 40.0).powi(2)).exp();
+    let rows: Vec<(f64, f64)> = (0..60)
+        .map(|i| 380.0 + 5.0 * f64::from(i))
+        .map(|w| (w, value(w)))
+        .collect();
+    let text = |rows: &[(f64, f64)]| {
+        let lines: Vec<String> = rows.iter().map(|(w, v)| format!("{w},{v}\n")).collect();
+        format!("nm,v\n{}", lines.concat())
+    };
+    assert!(read(text(&rows).as_bytes(), "x.csv").findings.is_empty());
+    let mut swapped = rows;
+    let (a, b) = (swapped[10].1, swapped[20].1);
+    (swapped[10].1, swapped[20].1) = (b, a);
+    assert_eq!(finding(&text(&swapped), "x.csv", "spectrum-spike").line, Some(12));
 }
 
 #[test]

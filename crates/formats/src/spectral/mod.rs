@@ -130,17 +130,20 @@ pub fn read(bytes: &[u8], file_name: &str) -> Option<Parsed<SpectrumFile>> {
     if cgats::looks_like(&text) {
         return Some(cgats::read(&text, findings));
     }
+    if is(&["ldt", "eul", "ies", "xml", "gldf", "tm33", "atla"]) {
+        return None;
+    }
     let format = match extension {
         "spd" => Format::Spd,
         "sp" => Format::Sp,
-        "csv" | "tsv" | "txt" | "dat" | "asc" | "jaz" | "irr" | "prn" | "isd" => Format::Csv,
-        _ if table::looks_like_vendor_text(&text) => Format::Csv,
-        _ => return None,
+        _ => Format::Csv,
     };
-    // A text of unknown name must show that it is a spectrum; `.ldt` content under another name is not.
-    let sure = matches!(extension, "spd" | "sp" | "csv" | "tsv") || table::looks_like_vendor_text(&text);
     let parsed = table::read(&text, findings, format);
-    (sure || parsed.document.is_some()).then_some(parsed)
+    // A text under another name must show that it is a spectrum; EULUMDAT content is none.
+    let named = is(&["spd", "sp", "csv", "tsv"]) || table::looks_like_vendor_text(&text);
+    let shown = parsed.document.as_ref().is_some_and(|file| file.value.len() >= 8)
+        && parsed.findings.iter().all(|f| f.code != "csv-no-heading");
+    (named || shown).then_some(parsed)
 }
 
 /// The outcome of a reader that gave up.

@@ -69,6 +69,7 @@ impl Draft {
         if self.whole {
             gaps(&self.points, findings);
             outliers(&self.points, findings);
+            spikes(&self.points, findings);
             negatives(&self.points, findings);
         }
         let blank = self.points.iter().find(|p| p.value.first().is_none_or(Option::is_none));
@@ -126,7 +127,25 @@ impl Draft {
                     .fix("write the unit into the heading"),
                 );
                 AxisUnit::Micrometre
+            } else if self.points.iter().all(|p| p.x > 2000.0) {
+                findings.push(
+                    Finding::warning(
+                        "spectrum-axis-unit",
+                        "the wavelengths have no unit and all lie above 2000: nm of the infrared, or Å, or 1/cm",
+                    )
+                    .at(first.0, first.1)
+                    .assumed("nm")
+                    .fix("write the unit into the heading"),
+                );
+                AxisUnit::Nanometre
             } else {
+                if !self.points.is_empty() {
+                    findings.push(
+                        Finding::note("spectrum-axis-unit", "the wavelengths have no unit")
+                            .at(first.0, first.1)
+                            .assumed("nm"),
+                    );
+                }
                 AxisUnit::Nanometre
             }
         });
@@ -164,7 +183,7 @@ impl Draft {
                 );
             }
             point.x = unit.to_nm(point.x);
-            if self.whole && !(1.0..=1e6).contains(&point.x) {
+            if self.whole && !(10.0..=1e6).contains(&point.x) {
                 self.whole = false;
                 findings.push(
                     Finding::error(
@@ -334,6 +353,57 @@ fn outliers(points: &[Point], findings: &mut Findings) {
                 .raw(&format!("{first:e}"))
                 .assumed("as written")
                 .fix("check decimal point and exponent"),
+            );
+        }
+    }
+}
+
+/// One or two values that leave a curve which is smooth on either side of them: swapped or mistyped numbers. A lamp with
+/// spectral lines has more of them, and they are none of our business.
+fn spikes(points: &[Point], findings: &mut Findings) {
+    let value: Vec<f64> = points
+        .iter()
+        .map(|p| p.value.first().copied().flatten().unwrap_or(0.0))
+        .collect();
+    let n = value.len();
+    if n < 24 {
+        return;
+    }
+    // How far each point lies off the line through its neighbours.
+    let off: Vec<f64> = (1..n - 1)
+        .map(|i| {
+            let t = (points[i].x - points[i - 1].x) / (points[i + 1].x - points[i - 1].x);
+            (value[i] - value[i - 1] - t * (value[i + 1] - value[i - 1])).abs()
+        })
+        .collect();
+    let largest = value.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let mut spikes = Vec::new();
+    for i in 0..off.len() {
+        let mut around: Vec<f64> = (i.saturating_sub(8)..(i + 9).min(off.len()))
+            .filter(|&k| k.abs_diff(i) > 1)
+            .map(|k| off[k])
+            .collect();
+        around.sort_by(f64::total_cmp);
+        let usual = around[around.len() * 3 / 4];
+        let beside = [i.checked_sub(1), Some(i + 1)]
+            .into_iter()
+            .flatten()
+            .all(|k| off.get(k).is_none_or(|o| *o <= 0.75 * off[i]));
+        if beside && off[i] > 12.0 * usual && off[i] > 0.02 * largest {
+            spikes.push(i + 1);
+        }
+    }
+    if spikes.len() <= 2 {
+        for i in spikes {
+            findings.push(
+                Finding::warning(
+                    "spectrum-spike",
+                    format!("the value {} leaves the smooth curve of its neighbours", value[i]),
+                )
+                .at(points[i].line, points[i].column)
+                .raw(&format!("{}", value[i]))
+                .assumed("as written")
+                .fix("check for swapped or mistyped numbers, or a single hot pixel"),
             );
         }
     }

@@ -37,7 +37,14 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings, format: Format) -> P
         draft.axis = wide.axis;
         draft.whole = wide.whole;
     } else {
-        tall(&rows, text, format, &mut draft, &mut findings);
+        let block = sekonic(&rows, &mut findings);
+        let body = block.unwrap_or(&rows);
+        tall(body, text, format, &mut draft, &mut findings);
+        if block.is_some() {
+            let first = draft.points.first().map_or(0, |point| point.line);
+            let before = rows.iter().position(|row| row.line == first).unwrap_or(0);
+            preamble(&rows[..before], None, &mut draft);
+        }
     }
     pixels(&draft, &rows, &mut findings);
     unfinished_line(text, &mut findings);
@@ -49,7 +56,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings, format: Format) -> P
 pub(super) fn unfinished_line(text: &Text<'_>, findings: &mut Findings) {
     if !text.ends_with_newline && text.len() > 1 {
         let last = text.line(text.len() - 1);
-        if last.trim_end().ends_with(|c: char| c.is_ascii_digit()) {
+        if last.contains(|c: char| c.is_ascii_digit()) && !last.contains(">>>>>") {
             findings.push(
                 Finding::warning(
                     "text-unfinished",
@@ -168,12 +175,29 @@ impl Row<'_> {
             .is_some_and(|c| number::read_up_to(without_nm(c), f64::MAX).is_ok())
     }
 
-    /// A row of data: at least two cells that are numbers, the first of them in the first two cells.
+    /// A row of data: a number in front and at least one more.
     fn is_data(&self) -> bool {
+        !self.comment && self.is_number(0) && (0..self.cells.len()).filter(|&k| self.is_number(k)).count() >= 2
+            || self.is_data_behind_a_blank()
+    }
+
+    /// As [`is_data`](Self::is_data), with an index or nothing in front.
+    fn is_data_behind_a_blank(&self) -> bool {
+        !self.comment && self.cells.first().is_some_and(|c| c.is_empty()) && self.is_number(1) && self.is_number(2)
+    }
+
+    /// A letter in place of the first digit, `O80,0.5`, in a line that is as long as `next` and stands under a heading.
+    fn torn(&self, next: &Row<'_>, above: Option<&Row<'_>>) -> bool {
+        let (first, like) = (self.cells.first(), next.cells.first());
+        let digits = |cell: &str| cell.chars().filter(char::is_ascii_digit).count();
+        let alike = first
+            .zip(like)
+            .is_some_and(|(a, b)| digits(a) >= 2 && a.chars().count() == b.chars().count());
         !self.comment
-            && self.cells.len() >= 2
-            && (self.is_number(0) || self.is_number(1))
-            && (0..self.cells.len()).filter(|&k| self.is_number(k)).count() >= 2
+            && alike
+            && self.cells.len() == next.cells.len()
+            && (1..self.cells.len()).all(|k| self.is_number(k))
+            && above.is_none_or(|row| row.comment || (0..row.cells.len()).all(|k| !row.is_number(k)))
     }
 
     /// A line that begins like data and is none: a damaged number or a lost cell.
@@ -183,11 +207,43 @@ impl Row<'_> {
     }
 }
 
-/// `380nm` and `380 [nm]` are 380.
+/// `380nm`, `380 [nm]` and Sekonic's `Spectral Data 380[nm]` are 380.
 fn without_nm(cell: &str) -> &str {
+    let cell = cell.strip_prefix(SEKONIC).map_or(cell, str::trim_start);
     cell.strip_suffix("[nm]")
         .or_else(|| cell.strip_suffix("nm"))
         .map_or(cell, str::trim_end)
+}
+
+/// In front of every wavelength of a Sekonic file, which holds the spectrum at 5 nm and again at 1 nm.
+const SEKONIC: &str = "Spectral Data ";
+
+/// The longest of a Sekonic file's blocks.
+fn sekonic<'r, 't>(rows: &'r [Row<'t>], findings: &mut Findings) -> Option<&'r [Row<'t>]> {
+    let x = |row: &Row<'_>| {
+        let cell = row.cells.first().filter(|c| c.starts_with(SEKONIC))?;
+        number::read(without_nm(cell)).ok().map(|n| n.value)
+    };
+    let blocks: Vec<&[Row<'_>]> = rows
+        .chunk_by(|a, b| match (x(a), x(b)) {
+            (Some(a), Some(b)) => b > a || a - b < 100.0,
+            (None, None) => true,
+            _ => false,
+        })
+        .filter(|block| block.first().is_some_and(|row| x(row).is_some()))
+        .collect();
+    let longest = blocks.iter().copied().max_by_key(|block| block.len())?;
+    if blocks.len() > 1 {
+        findings.push(
+            Finding::note(
+                "csv-blocks",
+                format!("the file holds {} spectra of one light", blocks.len()),
+            )
+            .at(longest[0].line, 1)
+            .assumed("the finest"),
+        );
+    }
+    Some(longest)
 }
 
 fn begins_like_a_number(cell: &str) -> bool {
@@ -290,6 +346,11 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
         .take_while(|&i| rows[i].nearly_data())
         .last()
         .unwrap_or(first);
+    let above = |i: usize| i.checked_sub(1).map(|k| &rows[k]);
+    let first = match first.checked_sub(1) {
+        Some(i) if i >= begin.map_or(0, |b| b + 1) && rows[i].torn(&rows[first], above(i)) => i,
+        _ => first,
+    };
     let end = (first..rows.len())
         .find(|&i| rows[i].text.contains(">>>>>"))
         .unwrap_or(rows.len());
@@ -301,16 +362,23 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
         .iter()
         .rposition(|row| row.is_data() || row.nearly_data())
         .unwrap_or(0);
-    for row in &body[last + 1..] {
-        if !row.comment {
-            findings.push(
-                Finding::note("csv-after-data", "this line stands after the data and is not read")
-                    .at(row.line, 1)
-                    .raw(row.text),
-            );
-        }
+    let after = &body[last + 1..];
+    if let Some(row) = after.iter().find(|row| !row.comment) {
+        findings.push(
+            Finding::note(
+                "csv-after-data",
+                format!(
+                    "{} lines stand after the data",
+                    after.iter().filter(|row| !row.comment).count()
+                ),
+            )
+            .at(row.line, 1)
+            .raw(row.text)
+            .assumed("a description: kept in the header"),
+        );
     }
-    let body = &body[..=last];
+    preamble(after, None, draft);
+    let body = first_table(&body[..=last], findings);
     let heading = heading(&rows[..first], body);
     preamble(&rows[..first], heading, draft);
 
@@ -329,7 +397,14 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
     draft.axis = names
         .get(columns.wavelength)
         .and_then(|name| AxisUnit::of(name))
-        .or_else(|| stated_unit(&rows[..first], names.is_empty()));
+        .or_else(|| stated_unit(&rows[..first], names.is_empty()))
+        .or_else(|| {
+            let cell = body.iter().find_map(|row| row.cells.get(columns.wavelength));
+            cell.filter(|cell| without_nm(cell) != **cell)
+                .map(|_| AxisUnit::Nanometre)
+        })
+        // Pairs of pbrt and Mitsuba are in nm by definition.
+        .or((format != Format::Csv && !small(body, columns.wavelength)).then_some(AxisUnit::Nanometre));
     draft.names = columns
         .values
         .iter()
@@ -412,6 +487,33 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
     }
 }
 
+/// The rows before a second table: three lines without data, then wavelengths that begin anew.
+fn first_table<'r, 't>(body: &'r [Row<'t>], findings: &mut Findings) -> &'r [Row<'t>] {
+    let x = |row: &Row<'_>| number::read(without_nm(row.cells.first().copied().unwrap_or(""))).map(|n| n.value);
+    let mut quiet = 0;
+    for (i, row) in body.iter().enumerate() {
+        if !row.is_data() {
+            quiet += 1;
+            continue;
+        }
+        if quiet >= 3
+            && let (Some(Ok(before)), Ok(now)) = (body.get(i - quiet - 1).map(x), x(row))
+            && now <= before
+        {
+            findings.push(
+                Finding::warning("csv-blocks", "a second table stands in this file and is not read")
+                    .at(body[i - quiet].line, 1)
+                    .raw(body[i - quiet].text)
+                    .assumed("the first table")
+                    .fix("put each table into a file of its own"),
+            );
+            return &body[..i - quiet];
+        }
+        quiet = 0;
+    }
+    body
+}
+
 /// The heading: the last line before the data that has a cell for every column, or a comment that has.
 fn heading<'r, 't>(before: &'r [Row<'t>], body: &[Row<'t>]) -> Option<&'r Row<'t>> {
     let width = common_width(body);
@@ -468,7 +570,12 @@ fn preamble(before: &[Row<'_>], heading: Option<&Row<'_>>, draft: &mut Draft) {
 fn stated_unit(before: &[Row<'_>], without_heading: bool) -> Option<AxisUnit> {
     before.iter().find_map(|row| {
         let lower = row.text.to_lowercase();
-        let about_axis = lower.contains("xunit")
+        let alone = row.cells.first().copied().unwrap_or("");
+        let unit_alone = ["[nm]", "(nm)", "nm", "[µm]", "µm", "um", "cm-1", "1/cm"]
+            .contains(&alone.to_lowercase().as_str())
+            && row.cells.iter().skip(1).all(|cell| cell.is_empty());
+        let about_axis = unit_alone
+            || lower.contains("xunit")
             || lower.contains("x unit")
             || lower.contains("x-axis")
             || lower.contains("xaxis")
@@ -520,6 +627,21 @@ impl Columns {
         let wavelength = named
             .or_else(|| (0..width).find(|&k| numbers(k) && ordered(k)))
             .unwrap_or(0);
+        if names.is_empty() && width > 2 {
+            findings.push(
+                Finding::warning(
+                    "csv-no-heading",
+                    format!("{width} columns stand here without a heading"),
+                )
+                .at(body[0].line, 1)
+                .raw(body[0].text)
+                .assumed(format!(
+                    "column {} holds the wavelengths, the others are series",
+                    wavelength + 1
+                ))
+                .fix("write a heading that names the columns"),
+            );
+        }
         let mut values = Vec::new();
         for k in (0..width).filter(|&k| k != wavelength) {
             let name = names.get(k).copied().unwrap_or("");
@@ -544,6 +666,13 @@ impl Columns {
         }
         Self { wavelength, values }
     }
+}
+
+/// Whether all wavelengths are too small for nm.
+fn small(body: &[Row<'_>], wavelength: usize) -> bool {
+    body.iter()
+        .filter_map(|row| number::read(without_nm(row.cells.get(wavelength)?)).ok())
+        .all(|n| n.value < 30.0)
 }
 
 /// What a heading says of the values: quantity and unit.

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use super::axis::AxisUnit;
+use super::axis::{AxisUnit, is_wavelength_heading};
 use super::points::Point;
 use super::table::{LARGEST, Row};
 use crate::finding::{Finding, Findings};
@@ -39,7 +39,11 @@ pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) 
             })
             .collect(),
         names: Vec::new(),
-        axis: head.cells[..first].iter().find_map(|c| AxisUnit::of(c)),
+        axis: head.cells[..first]
+            .iter()
+            .filter(|c| is_wavelength_heading(c))
+            .chain(&head.cells[first..])
+            .find_map(|c| AxisUnit::of(&c.replace(|d: char| d.is_ascii_digit(), " "))),
         header: Map::new(),
         whole: true,
     };
@@ -79,13 +83,13 @@ pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) 
     Some(wide)
 }
 
-/// The row whose cells, after at most three words, are at least eight rising wavelengths.
+/// The row whose cells, after at most twenty words, are at least eight rising wavelengths.
 fn heading(rows: &[Row<'_>]) -> Option<(usize, usize)> {
     rows.iter().take(60).enumerate().find_map(|(index, row)| {
         let first = row.cells.iter().position(|c| wavelength(c).is_some())?;
         let x: Vec<f64> = row.cells[first..].iter().map_while(|c| wavelength(c)).collect();
         let all = x.len() == row.cells.len() - first;
-        (first <= 3 && all && x.len() >= 8 && x.windows(2).all(|p| p[1] > p[0]) && (100.0..5e4).contains(&x[0]))
+        (first <= 20 && all && x.len() >= 8 && x.windows(2).all(|p| p[1] > p[0]) && (100.0..5e4).contains(&x[0]))
             .then_some((index, first))
     })
 }
