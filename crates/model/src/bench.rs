@@ -227,7 +227,7 @@ impl Model {
                 };
                 let light = place.light(self.luminaire());
                 // What was refitted changes this small light as it changes the direction that most of it takes.
-                albedo * light.illuminance_lx * self.direction_factor(&directions, light.c_deg, light.gamma_deg)
+                albedo * light.illuminance_lx * directions.factor(light.c_deg, light.gamma_deg)
             };
             chain.floor.iter().map(of_floor).sum()
         };

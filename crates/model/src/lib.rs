@@ -19,6 +19,7 @@ mod photometric_file;
 mod pose;
 mod refined;
 mod scene;
+mod sector;
 mod shine;
 mod spectrum;
 

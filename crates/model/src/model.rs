@@ -18,6 +18,7 @@ use crate::lobe::Lobe;
 use crate::luminaire::{Luminaire, Spectral};
 use crate::photometric_file::{PhotometricFileError, read_distribution, read_spectrum};
 use crate::refined::Refined;
+use crate::sector::Sectors;
 
 /// A luminaire and the effects that are believed to act.
 #[derive(Debug, Clone)]
@@ -344,6 +345,7 @@ impl Model {
                     act,
                     Act::Emitter(_)
                         | Act::Direction(_)
+                        | Act::Part(_)
                         | Act::Lamp(_)
                         | Act::Path(_)
                         | Act::Placement(_)
@@ -369,11 +371,11 @@ impl Model {
     /// [`DistributionError`] if a factor is not finite.
     pub fn distribution(&self) -> Result<IntensityDistribution, DistributionError> {
         let directions = self.directions();
-        if directions.is_empty() && self.refined.is_unity() {
+        if directions.are_unity() {
             return Ok(self.luminaire.distribution().clone());
         }
         let base = self.luminaire.distribution();
-        let turns = !directions.is_empty() || self.refined.depends_on_c();
+        let turns = directions.turn();
         let c_deg = if turns {
             with_steps(base.c_deg(), 360.0, 5.0)
         } else {
@@ -383,7 +385,7 @@ impl Model {
         let mut intensity_cd = Vec::with_capacity(c_deg.len() * gamma_deg.len());
         for c in &c_deg {
             for gamma in &gamma_deg {
-                intensity_cd.push(base.intensity_cd_at(*c, *gamma) * self.direction_factor(&directions, *c, *gamma));
+                intensity_cd.push(base.intensity_cd_at(*c, *gamma) * directions.factor(*c, *gamma));
             }
         }
         IntensityDistribution::new(c_deg, gamma_deg, intensity_cd)
@@ -430,7 +432,7 @@ impl Model {
             .flat_map(|(_, effect)| effect.acts().iter().map(move |act| (act, effect.values())))
     }
 
-    pub(crate) fn directions(&self) -> Vec<(DirectionLaw, &[f64])> {
+    pub(crate) fn direction_laws(&self) -> Vec<(DirectionLaw, &[f64])> {
         self.acts()
             .filter_map(|(act, values)| match act {
                 Act::Direction(law) => Some((*law, values)),
@@ -439,20 +441,12 @@ impl Model {
             .collect()
     }
 
-    pub(crate) fn direction_factor(&self, directions: &[(DirectionLaw, &[f64])], c_deg: f64, gamma_deg: f64) -> f64 {
-        let mut factor = self.refined.factor(c_deg, gamma_deg);
-        if !directions.is_empty() {
-            let ((sin_c, cos_c), (sin, cos)) = (c_deg.to_radians().sin_cos(), gamma_deg.to_radians().sin_cos());
-            let ray = Ray {
-                c_deg,
-                gamma_deg,
-                direction: DVec3::new(sin * cos_c, sin * sin_c, cos),
-            };
-            for (law, values) in directions {
-                factor *= law(values, &ray);
-            }
+    pub(crate) fn directions(&self) -> Directions<'_> {
+        Directions {
+            refined: &self.refined,
+            laws: self.direction_laws(),
+            sectors: Sectors::of(self),
         }
-        factor
     }
 
     pub(crate) fn effective_emitter(&self) -> Option<Emitter> {
@@ -482,6 +476,45 @@ impl Model {
             Some((second, effect)) => Err((second, format!("effect `{}` is there twice", effect.name()))),
             None => Ok(()),
         }
+    }
+}
+
+/// Everything that changes the far field: the refit, the effects on directions, dimmed parts.
+pub(crate) struct Directions<'m> {
+    refined: &'m Refined,
+    laws: Vec<(DirectionLaw, &'m [f64])>,
+    sectors: Option<Sectors>,
+}
+
+impl Directions<'_> {
+    fn are_unity(&self) -> bool {
+        self.laws.is_empty() && self.sectors.is_none() && self.refined.is_unity()
+    }
+
+    /// Whether the factor depends on C.
+    fn turn(&self) -> bool {
+        !self.laws.is_empty() || self.sectors.is_some() || self.refined.depends_on_c()
+    }
+
+    /// Factor on the intensity towards (C, γ).
+    pub fn factor(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        let mut factor = self.refined.factor(c_deg, gamma_deg);
+        if !self.laws.is_empty() || self.sectors.is_some() {
+            let ((sin_c, cos_c), (sin, cos)) = (c_deg.to_radians().sin_cos(), gamma_deg.to_radians().sin_cos());
+            let direction = DVec3::new(sin * cos_c, sin * sin_c, cos);
+            let ray = Ray {
+                c_deg,
+                gamma_deg,
+                direction,
+            };
+            for (law, values) in &self.laws {
+                factor *= law(values, &ray);
+            }
+            if let Some(sectors) = &self.sectors {
+                factor *= sectors.left_towards(direction);
+            }
+        }
+        factor
     }
 }
 

@@ -7,6 +7,7 @@ use crate::emitter::{Emitter, Node};
 use crate::lobe::Lobe;
 use crate::luminaire::{Luminaire, angles_deg};
 use crate::model::{DirectionLaw, Model};
+use crate::sector::Sectors;
 
 /// An area of this radius over distance, squared, counts as a point: its second-order term, about 1.2 times that for
 /// common lobes, is then below 6·10⁻⁶.
@@ -24,6 +25,7 @@ pub(crate) struct Shine<'m> {
     centre: Node,
     extent_mm: f64,
     lobe: Option<Lobe>,
+    sectors: Option<Sectors>,
     plain: bool,
 }
 
@@ -47,7 +49,7 @@ impl<'m> Shine<'m> {
                 _ => None,
             })
             .collect();
-        let directions = model.directions();
+        let directions = model.direction_laws();
         let plain = directions.is_empty() && model.refined().is_unity();
         let centre = Node {
             position_mm,
@@ -63,6 +65,7 @@ impl<'m> Shine<'m> {
             centre,
             extent_mm,
             lobe,
+            sectors: Sectors::of(model),
             plain,
         }
     }
@@ -91,6 +94,13 @@ impl<'m> Shine<'m> {
     /// Illuminance in lx at `point_mm` on a plane whose normal reversed is `facing`: light along `facing` is normal.
     /// Light on the back of the plane does not count.
     pub fn illuminance_lx(&self, point_mm: DVec3, facing: DVec3) -> f64 {
+        let whole = self.whole_lx(point_mm, facing);
+        self.sectors
+            .as_ref()
+            .map_or(whole, |sectors| whole * sectors.left_at(point_mm))
+    }
+
+    fn whole_lx(&self, point_mm: DVec3, facing: DVec3) -> f64 {
         let reach = self.extent_mm / point_mm.length();
         if self.lobe.is_none() && reach * reach < POINT_LIKE {
             return self.of_node(&self.centre, point_mm, facing);

@@ -98,6 +98,8 @@ pub enum Act {
     Emitter(fn(&[f64]) -> Emitter),
     /// The luminaire shines otherwise in some directions: a factor.
     Direction(fn(&[f64], &Ray) -> f64),
+    /// Parts of the emitter give less: a factor on a part at an azimuth in degrees.
+    Part(fn(&[f64], f64) -> f64),
     /// The lamp shines otherwise at some times: a factor at t in s, none where the time is not known.
     Lamp(LampLaw),
     /// The path takes light away: a factor over a length in mm.

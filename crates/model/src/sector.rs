@@ -1,0 +1,160 @@
+//! What is missing of the light of a luminaire whose parts give unequally.
+
+use glam::DVec3;
+
+use crate::effects::Act;
+use crate::emitter::{Emitter, Node};
+use crate::luminaire::angles_deg;
+use crate::model::Model;
+
+/// The ring that stands for the LEDs of a luminaire whose emitter is a point or an area.
+const RADIUS_MM: f64 = 28.0;
+const AIM_DEG: f64 = 6.0;
+const LEDS: usize = 36;
+
+/// The parts of an emitter with what each still gives.
+pub(crate) struct Sectors {
+    parts: Vec<(Node, f64)>,
+    /// Mean intensity over C at every degree of γ: the lobe of a part.
+    lobe: Vec<f64>,
+}
+
+impl Sectors {
+    /// None where no effect dims a part.
+    pub fn of(model: &Model) -> Option<Self> {
+        let laws: Vec<_> = model
+            .acts()
+            .filter_map(|(act, values)| match act {
+                Act::Part(law) => Some((*law, values)),
+                _ => None,
+            })
+            .collect();
+        if laws.is_empty() {
+            return None;
+        }
+        let emitter = match model.emitter() {
+            leds @ Emitter::Leds { .. } => leds,
+            _ => Emitter::Leds {
+                position_mm: Vec::new(),
+                weight: Vec::new(),
+                radius_mm: vec![RADIUS_MM],
+                count: vec![LEDS],
+                aim_deg: AIM_DEG,
+            },
+        };
+        let parts = emitter
+            .nodes(1)
+            .into_iter()
+            .map(|node| {
+                let (azimuth_deg, _) = angles_deg(node.position_mm);
+                let given = laws.iter().map(|(law, values)| law(values, azimuth_deg)).product();
+                (node, given)
+            })
+            .collect();
+        let base = model.luminaire().distribution();
+        let planes = if base.is_rotational() { 1 } else { 24 };
+        let mean = |gamma_deg: f64| {
+            let sum: f64 = (0..planes)
+                .map(|k| base.intensity_cd_at(360.0 * f64::from(k) / f64::from(planes), gamma_deg))
+                .sum();
+            sum / f64::from(planes)
+        };
+        Some(Self {
+            parts,
+            lobe: (0..=180).map(|gamma| mean(f64::from(gamma))).collect(),
+        })
+    }
+
+    /// Share of the light at `point_mm` that is left.
+    pub fn left_at(&self, point_mm: DVec3) -> f64 {
+        self.left(|node| {
+            let path = point_mm - node.position_mm;
+            (path, path.length_squared())
+        })
+    }
+
+    /// Share of the far field towards `direction` that is left.
+    pub fn left_towards(&self, direction: DVec3) -> f64 {
+        self.left(|_| (direction, 1.0))
+    }
+
+    fn left(&self, path: impl Fn(&Node) -> (DVec3, f64)) -> f64 {
+        let (mut left, mut whole) = (0.0, 0.0);
+        for (node, given) in &self.parts {
+            let (path, square) = path(node);
+            let apart_deg = path
+                .normalize_or(DVec3::Z)
+                .dot(node.axis)
+                .clamp(-1.0, 1.0)
+                .acos()
+                .to_degrees();
+            let cell = (apart_deg as usize).min(179);
+            let intensity = self.lobe[cell] + (apart_deg - cell as f64) * (self.lobe[cell + 1] - self.lobe[cell]);
+            let light = node.weight * intensity.max(0.0) / square;
+            left += given * light;
+            whole += light;
+        }
+        if whole > 0.0 { left / whole } else { 1.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Effect, Luminaire, Spectral};
+    use isolux_photometry::IntensityDistribution;
+
+    /// LEDs of cos⁵ lobes, a third of the ring dimmed: a sum of its own, with the LEDs' own lobes.
+    #[test]
+    fn a_dimmed_third_takes_what_it_gave() {
+        let nodes = Emitter::Leds {
+            position_mm: vec![],
+            weight: vec![],
+            radius_mm: vec![28.0],
+            count: vec![36],
+            aim_deg: 6.0,
+        }
+        .nodes(1);
+        let light = |point: DVec3, dimmed: bool| -> f64 {
+            let of_node = |node: &Node| {
+                let path = point - node.position_mm;
+                let azimuth = node.position_mm.y.atan2(node.position_mm.x).to_degrees();
+                let apart: f64 = (azimuth - 70.0 + 180.0).rem_euclid(360.0) - 180.0;
+                let depth = if dimmed && apart.abs() < 120.0 {
+                    0.1 * (1.0 + (apart * 1.5).to_radians().cos())
+                } else {
+                    0.0
+                };
+                (1.0 - depth) * node.axis.dot(path.normalize()).max(0.0).powi(5) / path.length_squared()
+            };
+            nodes.iter().map(of_node).sum()
+        };
+        let gamma_deg: Vec<f64> = (0..=90).map(f64::from).collect();
+        let far = gamma_deg
+            .iter()
+            .map(|gamma| {
+                let (sin, cos) = gamma.to_radians().sin_cos();
+                light(DVec3::new(sin, 0.0, cos) * 1e7, false)
+            })
+            .collect();
+        let distribution = IntensityDistribution::new(vec![0.0], gamma_deg, far).unwrap();
+        let keys = [("depth_rel", 0.2), ("azimuth_deg", 70.0), ("width_deg", 120.0)];
+        let model = Model::of(Luminaire::new(distribution, Emitter::Point {}, Spectral::None))
+            .with_effects(vec![Effect::from_keys("dead_sector", keys).unwrap()]);
+        let sectors = Sectors::of(&model).unwrap();
+        for (c, gamma, distance) in [
+            (70f64, 50f64, 2000.0),
+            (250.0, 50.0, 2000.0),
+            (160.0, 30.0, 1000.0),
+            (0.0, 0.0, 1000.0),
+        ] {
+            let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
+            let point = DVec3::new(sin * cos_c, sin * sin_c, cos) * distance;
+            let (found, truth) = (sectors.left_at(point), light(point, true) / light(point, false));
+            assert!(
+                (found - truth).abs() < 0.05 * (1.0 - truth),
+                "C {c}, γ {gamma}: {found} for {truth}"
+            );
+        }
+    }
+}
