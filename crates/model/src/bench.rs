@@ -166,7 +166,8 @@ impl<'m> Chain<'m> {
             let radius_mm = law(self.values[*index]);
             if radius_mm != 0.0 {
                 let angle = radius_mm / axes.distance_mm;
-                direct_lx += angle * angle / 8.0 * laplacian(shine, &mounting);
+                // The second term is the flat disc's: at its edge cos³ ε of the incidence.
+                direct_lx += angle * angle * (laplacian(shine, &mounting) / 8.0 - 0.75 * direct_lx);
             }
         }
         direct_lx * self.detector_factor(&axes, &mounting)

@@ -9,7 +9,7 @@ pub(super) static DETECTOR_APERTURE: EffectSpec = EffectSpec {
     standard_name: "angular size of the detector",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
-    formula: "I + ⅛ (a/d)² ∇²I, a the radius of the aperture",
+    formula: "I + (a/d)² (⅛ ∇²I − ¾ I), a the radius of the flat aperture",
     source: "mean over a disc, to second order",
     parameters: &[
         amplitude("diameter_mm", "mm", (0.0, 60.0), 20.0, READINGS),
