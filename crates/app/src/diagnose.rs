@@ -10,6 +10,7 @@ use isolux_record::observation::{Need, Observations, open};
 use sha2::{Digest as _, Sha256};
 
 use crate::Failure;
+use crate::diagnosis_report::report;
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
 
@@ -77,7 +78,8 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
         .map_err(|error| Failure::bad_input(format!("{}: {error}", names(&request.observations))))?;
     progress.event(Event::Ended(&found.document.sentence));
     let out = files::output_folder(&request.out, request.overwrite)?;
-    write(request, &out, &model, &found)?;
+    let diff = diff(&model.beside_its_files().to_toml(), &found.after.beside_its_files().to_toml());
+    write(request, &out, &model, &found, &diff)?;
     if let Some(path) = &accepted {
         files::write(path, found.after.to_toml().as_bytes(), request.overwrite)?;
     }
@@ -85,10 +87,7 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
         .filter(|_| !found.of_bench.is_empty())
         .map(|run| format!("isolux reduce {run} --with {}", out.join("model.after.toml")));
     Ok(Answer {
-        diff: diff(
-            &model.beside_its_files().to_toml(),
-            &found.after.beside_its_files().to_toml(),
-        ),
+        diff,
         document: found.document,
         accepted,
         reduce_with,
@@ -241,7 +240,7 @@ fn next_version(path: &Utf8Path) -> Utf8PathBuf {
     path.with_file_name(format!("{base}.v{version}.{extension}"))
 }
 
-fn write(request: &Request, out: &Utf8Path, model: &Model, found: &Diagnosis) -> Result<(), Failure> {
+fn write(request: &Request, out: &Utf8Path, model: &Model, found: &Diagnosis, diff: &[String]) -> Result<(), Failure> {
     for (name, from) in model.files() {
         let name = Utf8Path::new(&name).file_name().unwrap_or("distribution").to_owned();
         let target = out.join(name);
@@ -259,6 +258,11 @@ fn write(request: &Request, out: &Utf8Path, model: &Model, found: &Diagnosis) ->
     for (name, plan) in &found.plans {
         write(name, plan.as_bytes())?;
     }
+    let report = report(found, diff);
+    for (name, svg) in &report.pictures {
+        write(name, svg.as_bytes())?;
+    }
+    write("report.html", report.page.as_bytes())?;
     let mut json = serde_json::to_vec_pretty(&found.document).map_err(Failure::instrument)?;
     json.push(b'\n');
     write("diagnosis.json", &json)

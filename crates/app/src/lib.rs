@@ -12,6 +12,7 @@ pub mod convert;
 pub mod day;
 pub mod devices;
 pub mod diagnose;
+mod diagnosis_report;
 pub mod failure;
 pub mod files;
 pub mod hand;

@@ -62,6 +62,8 @@ pub struct Diagnosis {
     pub left: Vec<f64>,
     /// What the added effects change, in s·u of each row: the fit through the residuals.
     pub explained: Vec<f64>,
+    /// What the model after expects of each row, in the file's unit.
+    pub level: Vec<f64>,
     /// Names of effects of the bench: `reduce --with` can take them out.
     pub of_bench: Vec<&'static str>,
 }
@@ -117,7 +119,11 @@ pub fn diagnose(
     let scaled = |prediction: &DVector<f64>| (&measured - prediction).component_div(&sigma);
     let before = scaled(&outcome.baseline.prediction);
     let left = scaled(&outcome.after.prediction);
-    let explained = (&outcome.after.prediction - &outcome.baseline.prediction).component_div(&sigma);
+    let mut explained = &outcome.after.prediction - &outcome.baseline.prediction;
+    if let Some(unexplained) = &outcome.unexplained {
+        explained += &unexplained.pattern;
+    }
+    explained.component_div_assign(&sigma);
     let gap = gap(
         &believed,
         &outcome,
@@ -182,7 +188,12 @@ pub fn diagnose(
         rows,
         before: before.iter().copied().collect(),
         left: left.iter().copied().collect(),
-        explained: explained.iter().copied().collect(),
+        explained: if outcome.unexplained.is_some() || !outcome.after.hypotheses.is_empty() {
+            explained.iter().copied().collect()
+        } else {
+            vec![0.0; before.len()]
+        },
+        level: outcome.after.prediction.iter().copied().collect(),
         of_bench,
     })
 }

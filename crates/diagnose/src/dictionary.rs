@@ -9,7 +9,7 @@ use crate::scan::{Candidate, Who};
 use crate::table::Coordinate;
 
 /// Prior probability, given that there is something, that the catalogue has no name for it.
-const OUTSIDE_CATALOGUE: f64 = 0.2;
+pub const OUTSIDE_CATALOGUE: f64 = 0.15;
 /// A rival whose pattern is this close (R²) to a named effect's adds nothing: the name stands for it.
 const SAME_PATTERN: f64 = 0.9;
 /// An effect with more shapes than this is a search through frequencies, not a smooth pattern.

@@ -148,7 +148,8 @@ fn time(build: &mut Builder<'_>, order: &[usize]) {
     let at = |quantile: f64| times[((times.len() - 1) as f64 * quantile) as usize];
     let place = |row: &Row| (row.time_s - first) / (last - first);
     for acts in [Acts::Relative, Acts::Light, Acts::Everywhere] {
-        let from = usize::from(acts == Acts::Relative);
+        // The constant is the level (relative) or has a name (stray light, offset).
+        let from = 1;
         for terms in [2, 4] {
             let columns: Vec<_> = (from..from + terms)
                 .map(|k| std::f64::consts::PI * k as f64)

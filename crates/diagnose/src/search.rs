@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::basis::Basis;
-use crate::dictionary::Dictionary;
+use crate::dictionary::{Dictionary, OUTSIDE_CATALOGUE};
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::{Fit, Whitener, fit, nuisance_tangents};
 use crate::forward::{Forward, Hypothesis};
@@ -803,9 +803,19 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let (best_evidence, best_explained) = entries.first().map_or((0.0, 0.0), |entry| (entry.1, entry.2));
         // What the formulas are allowed to be wrong by adds to the noise of every comparison.
         let sharpness = 1.0 / (1.0 + self.settings.model_form.powi(2) * best_explained.max(0.0));
+        // Only the likelihood is blunted by that, never what was believed before.
+        let unnamed_priors = entries.iter().filter(|entry| matches!(entry.0, Label::Unnamed(_))).count();
+        let prior = |label: Label| match label {
+            Label::Named(_) => ((1.0 - OUTSIDE_CATALOGUE) / self.forward.effects().len().max(1) as f64).ln(),
+            Label::Unnamed(_) => (OUTSIDE_CATALOGUE / unnamed_priors.max(1) as f64).ln(),
+        };
+        let best_prior = entries.first().map_or(0.0, |entry| prior(entry.0));
         let weights: Vec<f64> = entries
             .iter()
-            .map(|entry| ((entry.1 - best_evidence) * sharpness).exp())
+            .map(|entry| {
+                let believed = prior(entry.0) - best_prior;
+                ((entry.1 - best_evidence - believed) * sharpness + believed).exp()
+            })
             .collect();
         let nothing = (-best_evidence * sharpness).exp();
         let total = weights.iter().sum::<f64>() + nothing;

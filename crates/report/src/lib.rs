@@ -4,6 +4,7 @@
 //! its styles inside one file, so that it opens on a machine without a network.
 
 pub mod axes;
+pub mod diagnosis;
 pub mod html;
 pub mod map;
 pub mod plots;
