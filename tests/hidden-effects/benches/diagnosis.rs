@@ -63,14 +63,10 @@ fn main() {
                     "detected" | "only that name" => false,
                     _ => !met,
                 });
-                if bad || answer.removed.is_some_and(|r| r < 0.9) {
-                    let _ = writeln!(
-                        out,
-                        "  {class:?} seed {} {:?} → {answer:?} strength {:?}",
-                        order.seed, order.hidden, case.strength
-                    );
-                    let _ = out.flush();
-                }
+                let mark = if bad || answer.removed.is_some_and(|r| r < 0.9) { "✗" } else { "·" };
+                let strength = &case.strength;
+                let _ = writeln!(out, "{mark} {class:?} seed {} {:?} → {answer:?} strength {strength:?}", order.seed, order.hidden);
+                let _ = out.flush();
                 for (goal, met) in judged {
                     let entry = scores.entry(goal).or_default();
                     entry.0 += usize::from(met);

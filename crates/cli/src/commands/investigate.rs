@@ -1,0 +1,78 @@
+//! `isolux investigate`.
+
+use std::io::{BufRead, IsTerminal, Write};
+
+use camino::Utf8PathBuf;
+use clap::Args;
+use isolux_app::scan::Operator;
+use isolux_app::{Failure, diagnose, investigate};
+
+use super::scan::operator;
+use crate::screen::{self, Bars};
+
+/// Diagnose, carry out the measurement that would settle the answer, diagnose again. Asks before it moves anything.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: isolux investigate station.toml luminaire.model.toml run --out investigation")]
+pub struct Investigate {
+    /// The bench, STATION.toml.
+    station: Utf8PathBuf,
+    /// The model, MODEL.toml.
+    model: Utf8PathBuf,
+    /// The run to begin with.
+    run: Utf8PathBuf,
+    /// The folder for diagnoses and further runs.
+    #[arg(long)]
+    out: Utf8PathBuf,
+    /// At most so many further measurements.
+    #[arg(long, default_value_t = 3)]
+    rounds: usize,
+    /// Seed of the simulated scans.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Move without asking.
+    #[arg(long)]
+    yes: bool,
+    /// Print the last diagnosis.json instead of words.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Investigate) -> Result<(), Failure> {
+    if !arguments.yes && !std::io::stdin().is_terminal() {
+        return Err(Failure::bad_input("investigate asks before it moves the axes, and nobody is at the terminal")
+            .help("run it at a terminal, or give --yes"));
+    }
+    let asked = investigate::Investigation {
+        station: arguments.station.clone(),
+        model: arguments.model.clone(),
+        run: arguments.run.clone(),
+        out: arguments.out.clone(),
+        rounds: arguments.rounds,
+        seed: arguments.seed,
+    };
+    let person = operator();
+    let person = person.as_ref().map(|operator| operator as &dyn Operator);
+    let go = |question: &str| arguments.yes || asks(question);
+    let (answer, runs) = investigate::run(&asked, person, &go, &Bars::default())?;
+    if arguments.json {
+        screen::say(serde_json::to_string_pretty(&answer.document).map_err(Failure::instrument)?);
+    } else {
+        diagnose::words(&answer).into_iter().for_each(screen::say);
+        let names: Vec<&str> = runs.iter().map(|run| run.as_str()).collect();
+        screen::say(format_args!("from {}; written: {}", names.join(", "), arguments.out));
+    }
+    if answer.document.verdict == diagnose::Verdict::Unexplained {
+        return Err(Failure::no(&answer.document.sentence));
+    }
+    Ok(())
+}
+
+fn asks(question: &str) -> bool {
+    let mut stderr = std::io::stderr().lock();
+    let _ = write!(stderr, "\n{question} [y/N] ");
+    let _ = stderr.flush();
+    drop(stderr);
+    let mut answer = String::new();
+    std::io::stdin().lock().read_line(&mut answer).is_ok() && matches!(answer.trim(), "y" | "Y" | "yes")
+}
