@@ -78,7 +78,10 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
         .map_err(|error| Failure::bad_input(format!("{}: {error}", names(&request.observations))))?;
     progress.event(Event::Ended(&found.document.sentence));
     let out = files::output_folder(&request.out, request.overwrite)?;
-    let diff = diff(&model.beside_its_files().to_toml(), &found.after.beside_its_files().to_toml());
+    let diff = diff(
+        &model.beside_its_files().to_toml(),
+        &found.after.beside_its_files().to_toml(),
+    );
     write(request, &out, &model, &found, &diff)?;
     if let Some(path) = &accepted {
         files::write(path, found.after.to_toml().as_bytes(), request.overwrite)?;

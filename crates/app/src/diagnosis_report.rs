@@ -22,17 +22,37 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
     page.verdict(&document.sentence, good);
     let gap = &document.gap;
     let noise = &document.noise;
-    let tile = |name: &str, value: String, note: String| Tile { name: name.to_owned(), value, note };
+    let tile = |name: &str, value: String, note: String| Tile {
+        name: name.to_owned(),
+        value,
+        note,
+    };
     let mut tiles = vec![
-        tile("gap before", format!("{:.3} σ rms", gap.before), format!("{:.3} as given", gap.as_given)),
-        tile("gap after", format!("{:.3} σ rms", gap.after), format!("{:.3} expected of noise", gap.floor)),
+        tile(
+            "gap before",
+            format!("{:.3} σ rms", gap.before),
+            format!("{:.3} as given", gap.as_given),
+        ),
+        tile(
+            "gap after",
+            format!("{:.3} σ rms", gap.after),
+            format!("{:.3} expected of noise", gap.floor),
+        ),
     ];
     if let Some(held) = &gap.held_out {
         let note = format!("{:.3} → {:.3} on {} readings", held.before, held.after, held.readings);
-        tiles.push(tile("removed, held out", format!("{:.1} %", 100.0 * held.removed), note));
+        tiles.push(tile(
+            "removed, held out",
+            format!("{:.1} %", 100.0 * held.removed),
+            note,
+        ));
     }
     let k = (noise.p_global * (noise.n_null + 1) as f64).round() as usize - 1;
-    tiles.push(tile("disagreement", format!("{k} of {}", noise.n_null), "simulated noise-only scans reach it".to_owned()));
+    tiles.push(tile(
+        "disagreement",
+        format!("{k} of {}", noise.n_null),
+        "simulated noise-only scans reach it".to_owned(),
+    ));
     tiles.push(tile(
         "noise",
         format!("{:.3} × stated", noise.scale),
@@ -44,11 +64,17 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
     let (panels, x, y) = panels(found);
     if !panels.is_empty() {
         let svg = residual_maps(&panels, x, y);
-        page.figure(&svg, "Residuals before and after, (measured − predicted)/(s·u), on one fixed scale.");
+        page.figure(
+            &svg,
+            "Residuals before and after, (measured − predicted)/(s·u), on one fixed scale.",
+        );
         pictures.push(("residuals.svg", svg));
     }
     if let Some((coordinate, svg)) = along(found) {
-        let caption = format!("Residuals of the baseline along {}, with what was found.", coordinate.name());
+        let caption = format!(
+            "Residuals of the baseline along {}, with what was found.",
+            coordinate.name()
+        );
         page.figure(&svg, &caption);
         pictures.push(("coordinate.svg", svg));
     }
@@ -57,7 +83,12 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
         .iter()
         .map(|place| {
             let range = format!("{:.4} … {:.4}", place.range[0], place.range[1]);
-            vec![place.coordinate.to_owned(), range, format!("{:.1}", place.significance_sigma), place.note.clone()]
+            vec![
+                place.coordinate.to_owned(),
+                range,
+                format!("{:.1}", place.significance_sigma),
+                place.note.clone(),
+            ]
         })
         .collect();
     if !rows.is_empty() {
@@ -73,7 +104,11 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
                     Some(coordinate) => format!("no name, along {coordinate}"),
                     None => row.name.clone(),
                 };
-                vec![name, format!("{:.1} %", 100.0 * row.posterior), format!("{:.1}", row.significance_sigma)]
+                vec![
+                    name,
+                    format!("{:.1} %", 100.0 * row.posterior),
+                    format!("{:.1}", row.significance_sigma),
+                ]
             })
             .collect();
         page.table(&["who", "probability", "σ"], &rows);
@@ -133,12 +168,23 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
         .blind_spots
         .iter()
         .map(|spot| {
-            let amplitude = spot.amplitude_at_5_sigma.map_or_else(|| "never".to_owned(), |a| format!("{a:.4}"));
+            let amplitude = spot
+                .amplitude_at_5_sigma
+                .map_or_else(|| "never".to_owned(), |a| format!("{a:.4}"));
             let flag = if spot.blind { "blind" } else { "" };
-            vec![spot.effect.to_owned(), spot.parameter.to_owned(), amplitude, spot.plausible_max.to_string(), flag.to_owned()]
+            vec![
+                spot.effect.to_owned(),
+                spot.parameter.to_owned(),
+                amplitude,
+                spot.plausible_max.to_string(),
+                flag.to_owned(),
+            ]
         })
         .collect();
-    page.table(&["effect", "parameter", "shows at 5 σ from", "plausible up to", ""], &rows);
+    page.table(
+        &["effect", "parameter", "shows at 5 σ from", "plausible up to", ""],
+        &rows,
+    );
     if !diff.is_empty() {
         page.heading("Change of the model file");
         page.preformatted(&diff.join("\n"));
@@ -146,7 +192,10 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
     for note in &document.notes {
         page.paragraph(note);
     }
-    Report { pictures, page: page.finish() }
+    Report {
+        pictures,
+        page: page.finish(),
+    }
 }
 
 /// Panels of half-planes (one a distance, rows in order of measurement) or of maps.
@@ -172,7 +221,11 @@ fn panels(found: &Diagnosis) -> (Vec<Panel>, &'static str, &'static str) {
             .collect();
         return (panels, "x", "y (as the lamp sees the sensor)");
     }
-    let mut distances: Vec<f64> = rows.iter().map(|row| row.distance_mm).filter(|d| d.is_finite()).collect();
+    let mut distances: Vec<f64> = rows
+        .iter()
+        .map(|row| row.distance_mm)
+        .filter(|d| d.is_finite())
+        .collect();
     distances.sort_by(f64::total_cmp);
     distances.dedup();
     let panels = distances
@@ -181,7 +234,15 @@ fn panels(found: &Diagnosis) -> (Vec<Panel>, &'static str, &'static str) {
             let pick: Vec<usize> = (0..rows.len())
                 .filter(|&i| rows[i].distance_mm == distance && rows[i].light == Light::Lit && rows[i].travel != 0.0)
                 .collect();
-            (pick.len() > 4).then(|| panel(format!("{distance} mm"), found, &pick, |row| row.gamma_deg, |row| row.c_deg))
+            (pick.len() > 4).then(|| {
+                panel(
+                    format!("{distance} mm"),
+                    found,
+                    &pick,
+                    |row| row.gamma_deg,
+                    |row| row.c_deg,
+                )
+            })
         })
         .collect();
     (panels, "signed γ", "C")
@@ -204,7 +265,13 @@ fn panel(name: String, found: &Diagnosis, indices: &[usize], x: fn(&Row) -> f64,
         before[line * xs.len() + column] = found.before[i];
         after[line * xs.len() + column] = found.left[i];
     }
-    Panel { name, columns: xs.len(), rows: ys.len(), before, after }
+    Panel {
+        name,
+        columns: xs.len(),
+        rows: ys.len(),
+        before,
+        after,
+    }
 }
 
 /// Residuals against the coordinate of the strongest pattern.

@@ -41,12 +41,15 @@ pub fn run(
     for round in 1.. {
         let out = asked.out.join(format!("diagnosis-{round}"));
         let answer = diagnosed(asked, &runs, &out, progress)?;
-        let next = answer
-            .document
-            .next_measurement
-            .iter()
-            .find_map(|next| next.plan.as_ref().filter(|plan| plan.ends_with(".plan.toml")).map(|plan| (next, plan)));
-        let Some((next, plan)) = next.filter(|_| round <= asked.rounds) else { return Ok((answer, runs)) };
+        let next = answer.document.next_measurement.iter().find_map(|next| {
+            next.plan
+                .as_ref()
+                .filter(|plan| plan.ends_with(".plan.toml"))
+                .map(|plan| (next, plan))
+        });
+        let Some((next, plan)) = next.filter(|_| round <= asked.rounds) else {
+            return Ok((answer, runs));
+        };
         let question = format!(
             "{} ({plan}): {} and {} would lie {:.1} σ apart, {:.0} min. May the axes move?",
             next.what, next.splits[0], next.splits[1], next.expected_sigma, next.minutes

@@ -18,6 +18,7 @@ pub mod files;
 pub mod hand;
 pub mod init;
 pub mod inspect;
+pub mod investigate;
 pub mod operator;
 pub mod plan;
 pub mod plot;

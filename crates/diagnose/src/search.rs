@@ -804,7 +804,10 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         // What the formulas are allowed to be wrong by adds to the noise of every comparison.
         let sharpness = 1.0 / (1.0 + self.settings.model_form.powi(2) * best_explained.max(0.0));
         // Only the likelihood is blunted by that, never what was believed before.
-        let unnamed_priors = entries.iter().filter(|entry| matches!(entry.0, Label::Unnamed(_))).count();
+        let unnamed_priors = entries
+            .iter()
+            .filter(|entry| matches!(entry.0, Label::Unnamed(_)))
+            .count();
         let prior = |label: Label| match label {
             Label::Named(_) => ((1.0 - OUTSIDE_CATALOGUE) / self.forward.effects().len().max(1) as f64).ln(),
             Label::Unnamed(_) => (OUTSIDE_CATALOGUE / unnamed_priors.max(1) as f64).ln(),

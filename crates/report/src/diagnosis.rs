@@ -26,7 +26,13 @@ pub fn residual_maps(panels: &[Panel], x: &str, y: &str) -> String {
     let wide = panels.iter().all(|panel| panel.columns > 2 * panel.rows);
     // Maps are square and many: several side by side; half-planes are wide and few: one under the other.
     let (per_line, width) = if wide { (1, 340.0) } else { (3, 110.0) };
-    let height_of = |panel: &Panel| if wide { (14.0 * panel.rows as f64).clamp(24.0, 240.0) } else { width };
+    let height_of = |panel: &Panel| {
+        if wide {
+            (14.0 * panel.rows as f64).clamp(24.0, 240.0)
+        } else {
+            width
+        }
+    };
     let lines: Vec<&[Panel]> = panels.chunks(per_line).collect();
     let line_height = |line: &[Panel]| line.iter().map(height_of).fold(0.0, f64::max) + 26.0;
     let total: f64 = lines.iter().map(|line| line_height(line)).sum();
@@ -45,7 +51,13 @@ pub fn residual_maps(panels: &[Panel], x: &str, y: &str) -> String {
             top += line_height(line);
         }
     }
-    svg.text((30.0, total + 52.0), 11.0, Anchor::Start, colour::MUTED, &format!("→ {x},  ↑ {y}"));
+    svg.text(
+        (30.0, total + 52.0),
+        11.0,
+        Anchor::Start,
+        colour::MUTED,
+        &format!("→ {x},  ↑ {y}"),
+    );
     scale_bar(&mut svg, 2.0 * half + 30.0, 44.0, 160.0);
     svg.finish()
 }
@@ -59,11 +71,25 @@ fn draw(svg: &mut Svg, panel: &Panel, values: &[f64], (left, top): (f64, f64), (
             let value = values[row * panel.columns + column];
             if value.is_finite() {
                 let y = top + (panel.rows - 1 - row) as f64 * cell_h;
-                svg.rectangle(left + column as f64 * cell_w, y, cell_w + 0.3, cell_h + 0.3, &diverging(value / LIMIT_SIGMA), None);
+                svg.rectangle(
+                    left + column as f64 * cell_w,
+                    y,
+                    cell_w + 0.3,
+                    cell_h + 0.3,
+                    &diverging(value / LIMIT_SIGMA),
+                    None,
+                );
             }
         }
     }
-    svg.rectangle(left, top, width, height, "none", Some(Stroke::solid(colour::MUTED, 0.6)));
+    svg.rectangle(
+        left,
+        top,
+        width,
+        height,
+        "none",
+        Some(Stroke::solid(colour::MUTED, 0.6)),
+    );
 }
 
 fn scale_bar(svg: &mut Svg, left: f64, top: f64, height: f64) {
@@ -74,14 +100,24 @@ fn scale_bar(svg: &mut Svg, left: f64, top: f64, height: f64) {
         svg.rectangle(left, top + k as f64 * step, 14.0, step + 0.3, &diverging(t), None);
     }
     for (place, label) in [(0.0, "+5 σ"), (0.5, "0"), (1.0, "−5 σ")] {
-        svg.text((left + 18.0, top + place * height + 4.0), 10.0, Anchor::Start, colour::INK, label);
+        svg.text(
+            (left + 18.0, top + place * height + 4.0),
+            10.0,
+            Anchor::Start,
+            colour::INK,
+            label,
+        );
     }
 }
 
 /// Blue below, white at nothing, red above; clipped at ±1. Reads the same for red–green blindness.
 fn diverging(t: f64) -> String {
     let t = t.clamp(-1.0, 1.0);
-    let end = if t < 0.0 { [5.0, 80.0, 160.0] } else { [178.0, 24.0, 30.0] };
+    let end = if t < 0.0 {
+        [5.0, 80.0, 160.0]
+    } else {
+        [178.0, 24.0, 30.0]
+    };
     let strength = t.abs().powf(0.8);
     let mix = |k: usize| (250.0 + (end[k] - 250.0) * strength).round() as u8;
     format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2))
@@ -91,7 +127,11 @@ fn diverging(t: f64) -> String {
 pub fn residuals_along(label: &str, points: &[(f64, f64)], fit: &[(f64, f64)]) -> String {
     let mut svg = Svg::new(640.0, 340.0, "Residuals along the strongest coordinate");
     let xs = points.iter().map(|(x, _)| *x);
-    let reach = points.iter().map(|(_, y)| y.abs()).fold(LIMIT_SIGMA, f64::max).min(4.0 * LIMIT_SIGMA);
+    let reach = points
+        .iter()
+        .map(|(_, y)| y.abs())
+        .fold(LIMIT_SIGMA, f64::max)
+        .min(4.0 * LIMIT_SIGMA);
     let frame = Frame {
         left: 70.0,
         top: 20.0,
@@ -110,16 +150,29 @@ pub fn residuals_along(label: &str, points: &[(f64, f64)], fit: &[(f64, f64)]) -
         svg.line(low, high, Stroke::solid(colour::DATA, 1.4));
         svg.circle(frame.at(x, inside(mean)), 3.2, colour::DATA, None);
     }
-    let mean_fit: Vec<(f64, f64)> = binned(fit, 60).into_iter().map(|(x, mean, _)| frame.at(x, inside(mean))).collect();
+    let mean_fit: Vec<(f64, f64)> = binned(fit, 60)
+        .into_iter()
+        .map(|(x, mean, _)| frame.at(x, inside(mean)))
+        .collect();
     svg.polyline(mean_fit, Stroke::solid(colour::MODEL, 2.2));
-    svg.text((590.0, 36.0), 11.0, Anchor::End, colour::DATA, "● mean ± standard error");
+    svg.text(
+        (590.0, 36.0),
+        11.0,
+        Anchor::End,
+        colour::DATA,
+        "● mean ± standard error",
+    );
     svg.text((590.0, 52.0), 11.0, Anchor::End, colour::MODEL, "— what was found");
     svg.finish()
 }
 
 /// Mean and its standard error (unit σ) in bins of equal count; ties in x stay together.
 fn binned(points: &[(f64, f64)], bins: usize) -> Vec<(f64, f64, f64)> {
-    let mut sorted: Vec<(f64, f64)> = points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
+    let mut sorted: Vec<(f64, f64)> = points
+        .iter()
+        .copied()
+        .filter(|(x, y)| x.is_finite() && y.is_finite())
+        .collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let size = sorted.len().div_ceil(bins.max(1)).max(1);
     let mut result = Vec::new();
@@ -141,22 +194,40 @@ fn binned(points: &[(f64, f64)], bins: usize) -> Vec<(f64, f64, f64)> {
 /// The gap as bars: each entry a name with before, after and the noise floor, in σ rms.
 pub fn gap_bars(entries: &[(&str, f64, f64, f64)]) -> String {
     let mut svg = Svg::new(460.0, 60.0 + 74.0 * entries.len() as f64, "Gap before and after");
-    let top = entries.iter().map(|(_, before, after, floor)| before.max(*after).max(*floor)).fold(0.1, f64::max);
+    let top = entries
+        .iter()
+        .map(|(_, before, after, floor)| before.max(*after).max(*floor))
+        .fold(0.1, f64::max);
     let scale = |value: f64| 300.0 * value / (1.1 * top);
     for (k, (name, before, after, floor)) in entries.iter().enumerate() {
         let y = 20.0 + 74.0 * k as f64;
         svg.text((10.0, y), 12.0, Anchor::Start, colour::INK, name);
-        for (place, value, fill, word) in [(0.0, before, colour::BAD, "before"), (1.0, after, colour::GOOD, "after")] {
+        for (place, value, fill, word) in [
+            (0.0, before, colour::BAD, "before"),
+            (1.0, after, colour::GOOD, "after"),
+        ] {
             let y = y + 8.0 + 24.0 * place;
             svg.rectangle(60.0, y, scale(*value), 18.0, fill, None);
             svg.text((54.0, y + 13.0), 11.0, Anchor::End, colour::MUTED, word);
-            svg.text((66.0 + scale(*value), y + 13.0), 11.0, Anchor::Start, colour::INK, &format!("{value:.3} σ"));
+            svg.text(
+                (66.0 + scale(*value), y + 13.0),
+                11.0,
+                Anchor::Start,
+                colour::INK,
+                &format!("{value:.3} σ"),
+            );
         }
         let x = 60.0 + scale(*floor);
         svg.line((x, y + 2.0), (x, y + 56.0), Stroke::dashed(colour::INK, 1.2));
     }
     let bottom = 36.0 + 74.0 * entries.len() as f64;
-    svg.text((10.0, bottom), 11.0, Anchor::Start, colour::MUTED, "dashed: what noise alone would leave");
+    svg.text(
+        (10.0, bottom),
+        11.0,
+        Anchor::Start,
+        colour::MUTED,
+        "dashed: what noise alone would leave",
+    );
     svg.finish()
 }
 
@@ -176,6 +247,9 @@ mod tests {
         let points: Vec<(f64, f64)> = (0..100).map(|k| (f64::from(k / 50), f64::from(k % 2))).collect();
         let bins = binned(&points, 10);
         assert_eq!(bins.len(), 2);
-        assert!(bins.iter().all(|(_, mean, u)| (mean - 0.5).abs() < 1e-12 && (u - 50f64.sqrt().recip()).abs() < 1e-12));
+        assert!(
+            bins.iter()
+                .all(|(_, mean, u)| (mean - 0.5).abs() < 1e-12 && (u - 50f64.sqrt().recip()).abs() < 1e-12)
+        );
     }
 }

@@ -63,9 +63,17 @@ fn main() {
                     "detected" | "only that name" => false,
                     _ => !met,
                 });
-                let mark = if bad || answer.removed.is_some_and(|r| r < 0.9) { "✗" } else { "·" };
+                let mark = if bad || answer.removed.is_some_and(|r| r < 0.9) {
+                    "✗"
+                } else {
+                    "·"
+                };
                 let strength = &case.strength;
-                let _ = writeln!(out, "{mark} {class:?} seed {} {:?} → {answer:?} strength {strength:?}", order.seed, order.hidden);
+                let _ = writeln!(
+                    out,
+                    "{mark} {class:?} seed {} {:?} → {answer:?} strength {strength:?}",
+                    order.seed, order.hidden
+                );
                 let _ = out.flush();
                 for (goal, met) in judged {
                     let entry = scores.entry(goal).or_default();

@@ -29,12 +29,16 @@ fn main() {
         seed: seed.parse().expect("the seed is a number"),
     };
     let case = case::make(&order).expect("the effect cannot be that strong");
-    case.write(std::path::Path::new(folder)).expect("the folder can be written");
+    case.write(std::path::Path::new(folder))
+        .expect("the folder can be written");
     if with_truth {
-        let truth = case.truth.iter().fold("value,sigma\n".to_owned(), |mut text, (value, sigma)| {
-            let _ = writeln!(text, "{value},{sigma}");
-            text
-        });
+        let truth = case
+            .truth
+            .iter()
+            .fold("value,sigma\n".to_owned(), |mut text, (value, sigma)| {
+                let _ = writeln!(text, "{value},{sigma}");
+                text
+            });
         std::fs::write(std::path::Path::new(folder).join("truth.csv"), truth).expect("the folder can be written");
     }
 }

@@ -40,8 +40,10 @@ pub struct Investigate {
 /// Runs the command.
 pub fn run(arguments: &Investigate) -> Result<(), Failure> {
     if !arguments.yes && !std::io::stdin().is_terminal() {
-        return Err(Failure::bad_input("investigate asks before it moves the axes, and nobody is at the terminal")
-            .help("run it at a terminal, or give --yes"));
+        return Err(
+            Failure::bad_input("investigate asks before it moves the axes, and nobody is at the terminal")
+                .help("run it at a terminal, or give --yes"),
+        );
     }
     let asked = investigate::Investigation {
         station: arguments.station.clone(),

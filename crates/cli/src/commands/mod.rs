@@ -7,6 +7,7 @@ mod diagnose;
 mod hand;
 mod init;
 mod inspect;
+mod investigate;
 mod plan;
 mod predict;
 mod reading;
@@ -37,6 +38,7 @@ pub enum Command {
     Reduce(reduce::Reduce),
     Convert(convert::Convert),
     Inspect(inspect::Inspect),
+    Investigate(investigate::Investigate),
     Simulate(simulate::Simulate),
     Predict(predict::Predict),
     Diagnose(diagnose::Diagnose),
@@ -64,6 +66,7 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Reduce(arguments) => reduce::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Investigate(arguments) => investigate::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
