@@ -240,6 +240,47 @@ fn what_is_assumed_is_said() {
 }
 
 #[test]
+fn jcamp_over_wavelength_is_read_with_its_checks() {
+    let file = |table: &str, unit: &str| {
+        format!(
+            "##TITLE= x\n##JCAMP-DX= 4.24 $$ y\n##DATA TYPE= UV/VIS SPECTRUM\n##XUNITS= {unit}\n##YUNITS= ABSORBANCE\n\
+             ##XFACTOR= 1\n##YFACTOR= 0.5\n##FIRSTX= 400\n##LASTX= 450\n##NPOINTS= 6\n##XYDATA= (X++(Y..Y))\n{table}\n##END=\n"
+        )
+    };
+    let good = file("400A2JT\n430A4jj", "NANOMETERS");
+    let expected = [
+        (400.0, 6.0),
+        (410.0, 6.5),
+        (420.0, 7.0),
+        (430.0, 7.0),
+        (440.0, 6.5),
+        (450.0, 6.0),
+    ];
+    // The second line repeats the last ordinate of the first as its check, so 420 is its place.
+    let checked = good.replace("430A4jj", "420A4%jj");
+    assert_eq!(points(&checked, "x.jdx"), expected);
+    assert_eq!(
+        finding(&checked.replace("420A4", "420A9"), "x.jdx", "jcamp-check").line,
+        Some(13)
+    );
+    assert_eq!(
+        finding(&checked.replace("420A4", "440A4"), "x.jdx", "jcamp-abscissa").line,
+        Some(13)
+    );
+    assert_eq!(
+        finding(&checked.replace("NPOINTS= 6", "NPOINTS= 7"), "x.jdx", "jcamp-points").line,
+        Some(10)
+    );
+    refused(checked.trim_end().trim_end_matches("##END="), "x.jdx", "jcamp-end", 13);
+    refused(&checked.replace("A2JT", "A2J?"), "x.jdx", "jcamp-number", 12);
+    let numbers = file("20000 1 2 3 4 5 6", "1/CM")
+        .replace("400", "20000")
+        .replace("450", "25000");
+    assert_eq!(points(&numbers, "x.jdx").last(), Some(&(500.0, 0.5)));
+    refused(&file("400 1 2 3 4 5 6", "HZ"), "x.jdx", "jcamp-refused", 4);
+}
+
+#[test]
 fn vendors_texts() {
     let sekonic = "Title,x\nTcp [K],3262\nSpectral Data 380[nm],0.1\nSpectral Data 480[nm],0.2\nSpectral Data 580[nm],0.3\n\n\
         Spectral Data 380[nm],0.1\nSpectral Data 381[nm],0.2\nSpectral Data 382[nm],0.3\nSpectral Data 383[nm],0.4\n\nbin1,0.9,0.2\n";
