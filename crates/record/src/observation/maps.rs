@@ -195,7 +195,12 @@ impl MapSet {
         let cells = (0..maps.len() as u32)
             .flat_map(|map| (0..ny as u32).flat_map(move |iy| (0..nx as u32).map(move |ix| Cell { map, iy, ix })))
             .collect();
-        (!maps.is_empty()).then(|| Self { maps, cells, values: None, ..self.clone() })
+        (!maps.is_empty()).then(|| Self {
+            maps,
+            cells,
+            values: None,
+            ..self.clone()
+        })
     }
 
     /// Maps from `maps.toml`, with the values of the CSV of the same name beside it or of the images that it names.
