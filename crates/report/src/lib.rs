@@ -9,4 +9,3 @@ pub mod html;
 pub mod map;
 pub mod plots;
 pub mod svg;
-pub mod viewer;
