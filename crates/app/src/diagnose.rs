@@ -225,9 +225,8 @@ fn fingerprint(path: &Utf8Path) -> Result<String, Failure> {
     if table != file && table.exists() {
         hash.update(files::read(&table)?);
     }
-    use std::fmt::Write as _;
     Ok(hash.finalize().iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
+        let _ = std::fmt::Write::write_fmt(&mut text, format_args!("{byte:02x}"));
         text
     }))
 }

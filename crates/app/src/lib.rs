@@ -28,8 +28,10 @@ pub mod rays;
 pub mod reduce;
 pub mod scan;
 pub mod scene;
+pub mod sensor_view;
 pub mod simulate;
 pub mod stage;
+pub mod sweep;
 pub mod twins;
 
 pub use failure::{Failure, FailureKind};

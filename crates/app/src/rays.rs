@@ -1,10 +1,12 @@
 //! Rays from the emitter to the sensor as a file, for pictures and other programs.
 
 use camino::Utf8Path;
+use glam::DVec3;
 use isolux_model::{Scene, Spectral};
 use isolux_sim::direct::{self, Hit};
 use isolux_sim::random::{Purpose, Random};
 use isolux_sim::simulation::Simulation;
+use isolux_sim::tm25;
 use serde::Serialize;
 
 use crate::Failure;
@@ -54,7 +56,7 @@ pub fn file(scene: &Scene, simulation: &Simulation, path: &Utf8Path, wanted: usi
     let seed = simulation.facts.seed.unwrap_or(1);
     let rays = rows(scene, simulation, wanted, seed)?;
     if path.extension() != Some("json") {
-        return Err(Failure::bad_input(format!("{path}: rays are written as .json")));
+        return Ok(tm25_bytes(scene, simulation, &rays, path));
     }
     let file = RayFile {
         format: "isolux-rays/1",
@@ -65,6 +67,40 @@ pub fn file(scene: &Scene, simulation: &Simulation, path: &Utf8Path, wanted: usi
     let mut text = serde_json::to_string(&file).map_err(Failure::instrument)?;
     text.push('\n');
     Ok(text.into_bytes())
+}
+
+/// The rays as IES TM-25: each carries Φ/N of the share that the first `rays` of the run are, in lm.
+fn tm25_bytes(scene: &Scene, simulation: &Simulation, rows: &[RayRow], path: &Utf8Path) -> Vec<u8> {
+    // All rays together carry what falls on the sensor.
+    let area_m2 = simulation.setup.sensor.pixel_area_m2() * simulation.setup.sensor.pixels() as f64;
+    let ler = simulation.facts.ler_lm_per_w.unwrap_or(1.0);
+    let flux_lm = simulation.facts.mean * ler * area_m2;
+    let each = flux_lm / rows.len().max(1) as f64;
+    let rays = rows
+        .iter()
+        .map(|row| {
+            let origin_mm = DVec3::from_array(row.origin_mm);
+            let direction = (DVec3::from_array(row.end_mm) - origin_mm).normalize_or(DVec3::Z);
+            tm25::FileRay {
+                origin_mm,
+                direction,
+                flux: each,
+                wavelength_nm: row.wavelength_nm,
+            }
+        })
+        .collect();
+    let set = tm25::RaySet {
+        rays,
+        luminous_flux_lm: Some(flux_lm),
+        radiant_flux_w: scene.model.ler_lm_per_w().map(|ler| flux_lm / ler),
+        luminous: true,
+    };
+    // A fixed time: the same run gives the same bytes.
+    tm25::write(
+        &set,
+        "2013-09-04T08:30:29+01:00",
+        path.file_stem().unwrap_or("luminaire"),
+    )
 }
 
 fn row(hit: &Hit, wavelength_nm: Option<f64>) -> RayRow {

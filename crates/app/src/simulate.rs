@@ -34,6 +34,8 @@ pub struct Request {
     pub tiff: bool,
     /// Also `irradiance.csv`.
     pub csv: bool,
+    /// Also `sensor.html`: map, sections, and the scene in three dimensions.
+    pub html: bool,
 }
 
 /// Simulates and writes `irradiance.npy`, `irradiance.png`, `result.json`.
@@ -77,6 +79,10 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
         let bytes = array_files::csv(map, nx, ny, facts.size_mm, column);
         files::write(&folder.join("irradiance.csv"), &bytes, request.overwrite)?;
     }
+    if request.html {
+        let page = crate::sensor_view::page(&scene, &simulation)?;
+        files::write(&folder.join("sensor.html"), page.as_bytes(), request.overwrite)?;
+    }
     if let Some((path, bytes)) = rays {
         files::write(path, &bytes, request.overwrite)?;
     }
@@ -100,6 +106,7 @@ pub fn solve(scene: &isolux_model::Scene, method: Method) -> Result<Simulation, 
             }
             SimulationError::Direct(DirectError::NoRays) => "give --rays 2e9, or leave --method direct out",
             SimulationError::Direct(DirectError::Dark { .. }) => "check the distribution's flux with `isolux inspect`",
+            SimulationError::Responsivity { .. } => "the file has the columns wavelength_nm,qe",
             SimulationError::Setup(_) => "check the sensor's pose in the scene",
         };
         Failure::bad_input(error).help(help)

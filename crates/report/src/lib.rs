@@ -9,3 +9,4 @@ pub mod html;
 pub mod map;
 pub mod plots;
 pub mod svg;
+pub mod viewer;

@@ -5,20 +5,19 @@
 //! rays that leave through those cells is drawn from its binomial law, and only they are emitted. *Expected*: the counts of
 //! the pixels are drawn from their Poisson law on the inverse result. Results depend on the seed alone.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::batch::{self, LANES, Tracer};
 use crate::emission::{Emission, Ray, first_number};
-use crate::random::{Purpose, Random, unit32, unit53};
+use crate::random::{Purpose, Random, unit53};
 use crate::sensor::Sensor;
 use crate::source::Source;
 
 /// Rays of one piece of work.
 const CHUNK: u64 = 1 << 16;
-/// Counters that run side by side in the vector units.
-const LANES: usize = 16;
 
 /// Which of the three equal laws makes the counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,29 +108,27 @@ pub fn traced(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result<
     let cone = emission.cone();
     let highest = (cone * 4_294_967_296.0).min(4_294_967_295.0) as u32;
     let count = counters(sensor);
-    let place = Place {
-        sensor,
-        count: &count,
-        random,
-        extinction_per_mm: source.extinction_per_mm(),
-    };
-    (0..rays.div_ceil(CHUNK)).into_par_iter().for_each(|chunk| {
-        let (from, to) = (chunk * CHUNK, ((chunk + 1) * CHUNK).min(rays));
-        let mut first = from;
-        let mut words = [[0_u32; LANES]; 2];
-        while first < to {
-            if leaves(random.key(), first, Purpose::Ray as u32, highest, &mut words) {
-                for (lane, (&high, &low)) in words[0].iter().zip(&words[1]).enumerate() {
-                    let index = first + lane as u64;
-                    let u = unit53(high, low);
-                    if u < cone && index < to {
-                        record(&emission, place, u, index, 1);
+    let tracer = Tracer::new(&emission, sensor, &count, random, source.extinction_per_mm());
+    (0..rays.div_ceil(CHUNK))
+        .into_par_iter()
+        .for_each_init(Vec::new, |pending, chunk| {
+            let (mut first, to) = (chunk * CHUNK, ((chunk + 1) * CHUNK).min(rays));
+            pending.clear();
+            let mut words = [[0_u32; LANES]; 2];
+            while first < to {
+                if leaves(random.key(), first, Purpose::Ray as u32, highest, &mut words) {
+                    for (lane, (&high, &low)) in words[0].iter().zip(&words[1]).enumerate() {
+                        let index = first + lane as u64;
+                        let u = unit53(high, low);
+                        if u < cone && index < to {
+                            pending.push((u, index));
+                        }
                     }
                 }
+                first += LANES as u64;
             }
-            first += LANES as u64;
-        }
-    });
+            tracer.follow(pending, 1);
+        });
     Ok(counted(count, &emission, sensor, rays))
 }
 
@@ -148,19 +145,24 @@ pub fn thinned(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result
     follow(inside as f64)?;
     let random = Random::new(seed, Purpose::Ray);
     let count = counters(sensor);
-    let place = Place {
-        sensor,
-        count: &count,
-        random,
-        extinction_per_mm: source.extinction_per_mm(),
-    };
-    (0..inside.div_ceil(CHUNK)).into_par_iter().for_each(|chunk| {
-        for index in chunk * CHUNK..((chunk + 1) * CHUNK).min(inside) {
-            // Block 2: a thinned ray shares no number with the traced ray of the same index.
-            let u = first_number(random.words(index, 2)) * cone;
-            record(&emission, place, u, index, 3);
-        }
-    });
+    let tracer = Tracer::new(&emission, sensor, &count, random, source.extinction_per_mm());
+    (0..inside.div_ceil(CHUNK))
+        .into_par_iter()
+        .for_each_init(Vec::new, |pending, chunk| {
+            let (mut first, to) = (chunk * CHUNK, ((chunk + 1) * CHUNK).min(inside));
+            pending.clear();
+            while first < to {
+                // Block 2: a thinned ray shares no number with the traced ray of the same index.
+                let index = std::array::from_fn(|lane| first + lane as u64);
+                let words = batch::words(random.key(), &index, 2, random.purpose());
+                for lane in 0..LANES.min((to - first) as usize) {
+                    let u = unit53(words[0][lane], words[1][lane]) * cone;
+                    pending.push((u, index[lane]));
+                }
+                first += LANES as u64;
+            }
+            tracer.follow(pending, 3);
+        });
     Ok(counted(count, &emission, sensor, rays))
 }
 
@@ -224,15 +226,6 @@ pub fn hits(source: &Source, sensor: &Sensor, wanted: usize, seed: u64) -> Resul
         .collect())
 }
 
-/// What every ray needs besides its numbers.
-#[derive(Clone, Copy)]
-struct Place<'a> {
-    sensor: &'a Sensor,
-    count: &'a [AtomicU64],
-    random: Random,
-    extinction_per_mm: f64,
-}
-
 fn prepared(source: &Source, sensor: &Sensor, rays: u64) -> Result<Emission, DirectError> {
     if rays == 0 {
         return Err(DirectError::NoRays);
@@ -270,29 +263,6 @@ fn counted(count: Vec<AtomicU64>, emission: &Emission, sensor: &Sensor, rays: u6
         rays,
         flux_lm: emission.flux_lm(),
         pixel_area_m2: sensor.pixel_area_m2(),
-    }
-}
-
-/// Follows the ray of a first number; `block` numbers its further words.
-#[inline]
-fn record(emission: &Emission, place: Place<'_>, u: f64, index: u64, block: u32) {
-    let Place {
-        sensor,
-        count,
-        random,
-        extinction_per_mm,
-    } = place;
-    if let Some(ray) = emission.ray(u, random.words(index, block))
-        && let Some((end, [ix, iy])) = landing(&ray, sensor)
-    {
-        if extinction_per_mm > 0.0 {
-            let through = (-extinction_per_mm * (end - ray.origin).length()).exp();
-            if unit32(random.words(index, block + 2)[0]) >= through {
-                return;
-            }
-        }
-        // Whole numbers add up to the same in any order.
-        count[iy * sensor.nx + ix].fetch_add(1, Ordering::Relaxed);
     }
 }
 

@@ -31,17 +31,22 @@ pub struct Ray {
 
 /// One cell of a refined grid.
 #[derive(Debug, Clone)]
-struct Cell {
+pub(crate) struct Cell {
     part: u32,
     gamma: f64,
-    d_gamma: f64,
-    sin_gamma: f64,
-    cos_gamma: f64,
-    sin_c: f64,
-    cos_c: f64,
-    d_c: f64,
+    pub(crate) d_gamma: f64,
+    pub(crate) sin_gamma: f64,
+    pub(crate) cos_gamma: f64,
+    pub(crate) sin_c: f64,
+    pub(crate) cos_c: f64,
+    pub(crate) d_c: f64,
     /// Intensities at (C, γ) corners: low-low, low-high γ, high-low, high-high.
-    corner: [f64; 4],
+    pub(crate) corner: [f64; 4],
+    /// Mean over C at the lower and the upper γ, sine of the upper γ, and the integral of (linear × sine) between them.
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    pub(crate) end_sine: f64,
+    pub(crate) whole: f64,
 }
 
 /// The emitter's rays, sorted by whether they can reach a given sensor.
@@ -130,8 +135,14 @@ impl Emission {
         })
     }
 
+    /// Shape and aim of the part that a cell belongs to.
     #[inline]
-    fn cell_of(&self, u: f64) -> Option<&Cell> {
+    pub(crate) fn part(&self, cell: &Cell) -> &(Shape, Option<DMat3>) {
+        &self.parts[cell.part as usize]
+    }
+
+    #[inline]
+    pub(crate) fn cell_of(&self, u: f64) -> Option<&Cell> {
         let last = *self.cumulative.last()?;
         if u >= last {
             return None;
@@ -166,9 +177,7 @@ impl Cell {
     #[inline]
     fn direction(&self, u: f64, w: f64) -> DVec3 {
         let [ll, lh, hl, hh] = self.corner;
-        // γ: the mean over C is linear in γ.
-        let (low, high) = (0.5 * (ll + hl), 0.5 * (lh + hh));
-        let (t, sin_gamma, cos_gamma) = self.gamma(u, low, high);
+        let (t, sin_gamma, cos_gamma) = self.gamma(u);
         // C: linear between the values at this γ.
         let s = linear(w, ll + t * (lh - ll), hl + t * (hh - hl));
         let (sin, cos) = small_sin_cos(s * self.d_c);
@@ -179,33 +188,29 @@ impl Cell {
     /// Inverts ∫ (low + (high − low)·t)·sin γ by Newton, kept in [0, 1], from the inverse of the linear density through
     /// its ends. Returns t, sin γ and cos γ.
     #[inline]
-    fn gamma(&self, u: f64, low: f64, high: f64) -> (f64, f64, f64) {
-        let h = self.d_gamma;
+    fn gamma(&self, u: f64) -> (f64, f64, f64) {
+        let (h, low, high) = (self.d_gamma, self.low, self.high);
         let slope = (high - low) / h;
-        let integral = |t: f64| {
+        let aim = u * self.whole;
+        let mut t = linear(u, low * self.sin_gamma, high * self.end_sine);
+        for _ in 0..3 {
             let (sin, cos) = small_sin_cos(t * h);
             let sin_gamma = self.sin_gamma * cos + self.cos_gamma * sin;
             let cos_gamma = self.cos_gamma * cos - self.sin_gamma * sin;
-            // cos γ0 − cos γ and sin γ − sin γ0 without cancellation: 2 sin²(x/2) = 1 − cos x.
-            let versine = if cos > 0.0 { sin * sin / (1.0 + cos) } else { 1.0 - cos };
+            // cos γ0 − cos γ and sin γ − sin γ0 without cancellation.
+            let versine = sin * sin / (1.0 + cos);
             let fall = self.sin_gamma * sin + self.cos_gamma * versine;
             let rise = self.cos_gamma * sin - self.sin_gamma * versine;
             let value = low * fall + slope * (rise - t * h * cos_gamma);
-            (value, (low + (high - low) * t) * sin_gamma * h, sin_gamma, cos_gamma)
-        };
-        let whole = integral(1.0);
-        let aim = u * whole.0;
-        let mut t = linear(u, low * self.sin_gamma, high * whole.2);
-        let mut at = integral(t);
-        for _ in 0..8 {
-            let step = (at.0 - aim) / at.1.max(1e-300);
-            t = (t - step).clamp(0.0, 1.0);
-            at = integral(t);
-            if step.abs() < 1e-8 {
-                break;
-            }
+            let density = (low + (high - low) * t) * sin_gamma * h;
+            t = (t - (value - aim) / density.max(1e-300)).clamp(0.0, 1.0);
         }
-        (t, at.2, at.3)
+        let (sin, cos) = small_sin_cos(t * h);
+        (
+            t,
+            self.sin_gamma * cos + self.cos_gamma * sin,
+            self.cos_gamma * cos - self.sin_gamma * sin,
+        )
     }
 }
 
@@ -221,12 +226,9 @@ fn linear(u: f64, a: f64, b: f64) -> f64 {
     }
 }
 
-/// Sine and cosine of an angle up to about 0.1 by their series.
+/// Sine and cosine of an angle up to 0.11 by their series.
 #[inline]
 fn small_sin_cos(x: f64) -> (f64, f64) {
-    if x.abs() > 0.11 {
-        return x.sin_cos();
-    }
     let y = x * x;
     let sin = x * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0))));
     let cos = 1.0 - 0.5 * y * (1.0 - y / 12.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0)));
@@ -314,15 +316,16 @@ impl Grid {
         let [from, to] = targets.gamma;
         // About 24 cells across the sensor, never wider than the series allow.
         let fine = ((to - from) / 24.0).clamp(1e-5, WIDTH);
-        let gamma = refined(&table.gamma_rad, from, to, fine);
+        let gamma = refined(&refined(&table.gamma_rad, 0.0, PI, WIDTH), from, to, fine);
         let coarse: Vec<f64> = if table.is_rotational() {
             vec![0.0, TAU]
         } else {
             table.c_rad.clone()
         };
+        let coarse = refined(&coarse, coarse[0], coarse[0] + TAU, 2.0 * WIDTH);
         let [middle, half] = targets.c;
         let c = if half >= PI {
-            refined(&coarse, coarse[0], coarse[0] + TAU, 2.0 * WIDTH)
+            coarse
         } else {
             let fine = (2.0 * half / 24.0).clamp(1e-5, 2.0 * WIDTH);
             let from = coarse[0] + (middle - half - coarse[0]).rem_euclid(TAU);
@@ -355,6 +358,10 @@ impl Grid {
                 cos_c,
                 d_c,
                 corner,
+                low: 0.5 * (corner[0] + corner[2]),
+                high: 0.5 * (corner[1] + corner[3]),
+                end_sine: (gamma + d_gamma).sin(),
+                whole: flux / d_c,
             },
             flux,
         )

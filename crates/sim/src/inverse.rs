@@ -206,14 +206,7 @@ impl Item<'_> {
         let bend = per_cd * (bend_gamma * turn_gamma + bend_c * turn_c);
         let ratio = turn_c.max(turn_gamma);
         let tolerance = QUICK_TOLERANCE * per_cd * local.middle_cd().abs();
-        let smooth = |order: i32| {
-            if order == 1 {
-                ratio * ratio
-            } else {
-                (0.7 * ratio).powi(2 * order)
-            }
-        };
-        let bound = |rule: &Rule| bend * rule.ramp + per_cd * local.middle_cd().abs() * smooth(rule.order);
+        let bound = |rule: &Rule| bend * rule.ramp + per_cd * local.middle_cd().abs() * rule.smooth(ratio);
         let rule = self.rules.iter().find(|rule| bound(rule) <= tolerance)?;
         Some(Estimate {
             value: local.mean(self.light, sight, rule),

@@ -3,12 +3,15 @@
 //! [`inverse`] integrates, without noise and with a bound on its own error; [`direct`] counts rays, in three samplings of
 //! one law; [`noise`] says what the counting does to a result.
 
+mod batch;
 pub mod blur;
+pub mod camera;
 pub mod direct;
 pub mod emission;
 pub mod inverse;
 mod local;
 pub mod noise;
+pub mod optics;
 mod patch;
 pub mod random;
 mod rules;
@@ -18,3 +21,4 @@ pub mod simulation;
 pub mod source;
 pub mod table;
 mod tiles;
+pub mod tm25;

@@ -22,8 +22,10 @@ pub(crate) struct Rule {
     w: Vec<[f64; LANES]>,
     /// Worst error on a ramp of unit slope per unit of reach, over directions and places.
     pub ramp: f64,
-    /// Rule's order: smooth integrands are exact to about ratio^(2·order).
-    pub order: i32,
+    /// Points a side of pixel and emitter.
+    orders: [usize; 2],
+    /// Their shares of the reach.
+    shares: [f64; 2],
 }
 
 /// Rules of rising cost for one pixel and one emitter patch (`None`: a point).
@@ -43,7 +45,8 @@ pub(crate) fn rules(pixel: &Patch, emitter: Option<&Patch>) -> Vec<Rule> {
         .map(|total| {
             let orders = split(total);
             let nodes = nodes(pixel, emitter, orders);
-            Rule::new(&nodes, &fine, rp + re, total as i32)
+            let reach = (rp + re).max(1e-300);
+            Rule::new(&nodes, &fine, reach, orders, [rp / reach, re / reach])
         })
         .collect()
 }
@@ -61,7 +64,14 @@ fn nodes(pixel: &Patch, emitter: Option<&Patch>, orders: [usize; 2]) -> Vec<(DVe
 }
 
 impl Rule {
-    fn new(nodes: &[(DVec3, f64)], fine: &Ramps, reach: f64, order: i32) -> Self {
+    /// Relative error on a smooth integrand, when the reach is `ratio` of the distance to its nearest singularity: n points
+    /// a side are exact to degree 2n − 1.
+    pub fn smooth(&self, ratio: f64) -> f64 {
+        let one = |k: usize| (self.shares[k] * ratio).powi(2 * self.orders[k] as i32);
+        one(0) + one(1)
+    }
+
+    fn new(nodes: &[(DVec3, f64)], fine: &Ramps, reach: f64, orders: [usize; 2], shares: [f64; 2]) -> Self {
         let ramp = Ramps::of(nodes, reach).worst_against(fine);
         let mut rule = Self {
             x: Vec::new(),
@@ -69,7 +79,8 @@ impl Rule {
             z: Vec::new(),
             w: Vec::new(),
             ramp,
-            order,
+            orders,
+            shares,
         };
         for chunk in nodes.chunks(LANES) {
             let lane =

@@ -67,6 +67,10 @@ impl Random {
         self.key
     }
 
+    pub(crate) fn purpose(&self) -> u32 {
+        self.purpose
+    }
+
     /// An endless sequence for `index`.
     pub fn sequence(&self, index: u64) -> Sequence {
         Sequence {

@@ -1,12 +1,12 @@
 //! One simulation of one scene: solver, effects, unit, and what the result is worth.
 
-use isolux_model::Scene;
+use isolux_model::{Scene, Spectral};
 use serde::Serialize;
 
 use crate::direct::{self, Counts, DirectError, Sampling};
 use crate::noise::{self, Interval};
 use crate::setup::{Setup, SetupError};
-use crate::{blur, inverse};
+use crate::{blur, camera, inverse};
 
 /// How the light is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +33,12 @@ pub enum SimulationError {
     /// The rays.
     #[error(transparent)]
     Direct(#[from] DirectError),
+    /// The camera's responsivity.
+    #[error("sensor.responsivity: {message}")]
+    Responsivity {
+        /// What is wrong, with file and line.
+        message: String,
+    },
 }
 
 /// A map and what it is worth.
@@ -105,8 +111,27 @@ pub struct Facts {
     pub pixels: [usize; 2],
     /// Width and height of the sensor, mm.
     pub size_mm: [f64; 2],
+    /// Mean photon irradiance, 1/(m²·s), 360–830 nm; null without a spectrum.
+    pub photon_irradiance_per_m2_s: Option<f64>,
+    /// Mean illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Mean irradiance in bands of 50 nm, W/m²; empty without a spectrum.
+    pub bands: Vec<Band>,
+    /// Mean electrons per second and pixel, with the scene's responsivity; null without one.
+    pub electrons_per_s_per_pixel: Option<f64>,
     /// What the operator should know.
     pub findings: Vec<String>,
+}
+
+/// Irradiance within a band of wavelengths.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Band {
+    /// First wavelength.
+    pub from_nm: f64,
+    /// First wavelength beyond.
+    pub to_nm: f64,
+    /// Mean over the sensor.
+    pub irradiance_w_m2: f64,
 }
 
 /// Simulates `scene` with `method`. `now` is the caller's clock in seconds, read round the solver.
@@ -181,6 +206,37 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         Method::Inverse => (None, None, None),
         Method::Direct { sampling, rays, seed } => (Some(sampling.word()), Some(rays), Some(seed)),
     };
+    let spectrum = match scene.model.luminaire().spectral() {
+        Spectral::Spectrum(spectrum) => Some(spectrum),
+        _ => None,
+    };
+    let bands = spectrum.map_or_else(Vec::new, |spectrum| {
+        (0..10)
+            .filter_map(|k| {
+                let (from_nm, to_nm) = (350.0 + 50.0 * f64::from(k), 400.0 + 50.0 * f64::from(k));
+                let irradiance_w_m2 = camera::band_irradiance(moments.mean, spectrum, from_nm, to_nm)?;
+                Some(Band {
+                    from_nm,
+                    to_nm,
+                    irradiance_w_m2,
+                })
+            })
+            .collect()
+    });
+    let electrons = match (spectrum, &scene.sensor.responsivity) {
+        (Some(spectrum), Some(path)) => {
+            let curve = isolux_model::read_spectrum(path).map_err(|error| SimulationError::Responsivity {
+                message: error.to_string(),
+            })?;
+            camera::photon_irradiance(moments.mean, spectrum, |nm| curve.at_nm(nm))
+                .map(|photons| photons * setup.sensor.pixel_area_m2())
+        }
+        (None, Some(_)) => {
+            findings.push("responsivity needs the model's spectrum; electrons are not computed".to_owned());
+            None
+        }
+        _ => None,
+    };
     let facts = Facts {
         method: if rays.is_some() { "direct" } else { "inverse" },
         sampling,
@@ -218,6 +274,11 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         ler_lm_per_w: setup.ler_lm_per_w,
         pixels: scene.sensor.pixels,
         size_mm: scene.sensor.size_mm,
+        photon_irradiance_per_m2_s: spectrum
+            .and_then(|spectrum| camera::photon_irradiance(moments.mean, spectrum, |_| 1.0)),
+        illuminance_lx: moments.mean * setup.ler_lm_per_w.unwrap_or(1.0),
+        bands,
+        electrons_per_s_per_pixel: electrons,
         findings,
     };
     let map = map.into_iter().map(|value| value as f32).collect();

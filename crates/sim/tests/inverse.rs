@@ -196,7 +196,7 @@ fn tiles_change_nothing() {
     let sensor = Sensor::new(&Pose {
         tilt_x_deg: 10.0,
         offset_mm: [3.0, 2.0],
-        ..pose(10.0, 40, 150.0)
+        ..pose(10.0, 32, 150.0)
     })
     .unwrap();
     let source = disc(&distribution, 0.5);

@@ -16,6 +16,7 @@ mod report;
 mod run;
 mod scan;
 mod simulate;
+mod sweep;
 mod twins;
 
 use clap::Subcommand;
@@ -40,6 +41,8 @@ pub enum Command {
     Inspect(inspect::Inspect),
     Investigate(investigate::Investigate),
     Simulate(simulate::Simulate),
+    Sweep(sweep::Sweep),
+    Merge(sweep::Merge),
     Predict(predict::Predict),
     Diagnose(diagnose::Diagnose),
     Report(report::Report),
@@ -68,6 +71,8 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Investigate(arguments) => investigate::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Merge(arguments) => sweep::merge(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),

@@ -60,6 +60,9 @@ pub struct Simulate {
     /// Also irradiance.csv.
     #[arg(long)]
     csv: bool,
+    /// Also sensor.html: map, sections, and the scene with rays in three dimensions.
+    #[arg(long)]
+    html: bool,
     /// Print result.json to standard output.
     #[arg(long)]
     json: bool,
@@ -128,6 +131,7 @@ pub fn run(arguments: &Simulate) -> Result<(), Failure> {
         rays_out,
         tiff: arguments.tiff,
         csv: arguments.csv,
+        html: arguments.html,
     };
     let facts = simulate::run(&request, &Bars::default())?;
     if arguments.json {

@@ -1,0 +1,457 @@
+//! `sweep`: one simulation for each combination of varied keys; `merge`: shards back into one result.
+//!
+//! A sweep is a list of points in the order of its keys (the last one runs fastest). A shard takes every N-th point; every
+//! point is computed from the scene alone with the sweep's seed, so that shards and the whole run give the same bytes.
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_model::Scene;
+use isolux_report::axes::{Frame, Scale};
+use isolux_report::svg::{Anchor, Stroke, Svg};
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::Failure;
+use crate::files::{self, Overwrite};
+use crate::progress::{Event, Progress};
+use crate::scene::{self, Changes};
+use crate::simulate::{self, Facts, Method, Sampling};
+
+/// `isolux-sweep/1`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    format: String,
+    scene: Utf8PathBuf,
+    #[serde(default = "inverse")]
+    method: String,
+    #[serde(default = "thinned")]
+    sampling: String,
+    #[serde(default)]
+    rays: Option<f64>,
+    #[serde(default)]
+    seed: Option<u64>,
+    vary: Table,
+}
+
+fn inverse() -> String {
+    "inverse".to_owned()
+}
+
+fn thinned() -> String {
+    "thinned".to_owned()
+}
+
+/// One point: the values of the varied keys and what came out. `elapsed_s` is left out, so that bytes repeat.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    index: usize,
+    vary: Vec<serde_json::Value>,
+    result: serde_json::Value,
+}
+
+/// The points of a sweep or of a shard of it, as `sweep.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    format: String,
+    keys: Vec<String>,
+    points: usize,
+    results: Vec<Point>,
+}
+
+/// Which part of the points is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// From 1.
+    pub number: usize,
+    /// Of how many.
+    pub of: usize,
+}
+
+/// Runs a sweep, or one shard of it.
+///
+/// # Errors
+/// Exit 2 for a sweep file that cannot be used; nothing is written then.
+pub fn run(
+    file: &Utf8Path,
+    out: &Utf8Path,
+    shard: Option<Shard>,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<usize, Failure> {
+    let text = String::from_utf8(files::read(file)?).map_err(|_| Failure::bad_input(format!("{file}: not UTF-8")))?;
+    let document: Document = toml::from_str(&text).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+    if document.format != "isolux-sweep/1" {
+        return Err(Failure::bad_input(format!(
+            "{file}: format is `{}`, not isolux-sweep/1",
+            document.format
+        )));
+    }
+    let method = method(file, &document)?;
+    let mut keys = Vec::new();
+    let mut values: Vec<Vec<Value>> = Vec::new();
+    flatten("", &document.vary, &mut keys, &mut values).map_err(|key| {
+        Failure::bad_input(format!("{file}: vary.{key}: expected a list of values"))
+            .help("such as \"sensor.distance_mm\" = [250.0, 500.0]")
+    })?;
+    let points: usize = values.iter().map(Vec::len).product();
+    if keys.is_empty() || points == 0 {
+        return Err(Failure::bad_input(format!("{file}: [vary] names no values")));
+    }
+    let scene_file = file.parent().unwrap_or(Utf8Path::new("")).join(&document.scene);
+    let chosen: Vec<usize> = (0..points)
+        .filter(|index| shard.is_none_or(|shard| index % shard.of + 1 == shard.number))
+        .collect();
+    // Every scene is read before the first is solved: a fault in the last point would cost the whole night.
+    let scenes: Vec<Scene> = chosen
+        .iter()
+        .map(|&index| {
+            let set = keys
+                .iter()
+                .zip(at(&values, index))
+                .map(|(key, value)| format!("{key}={value}"))
+                .collect();
+            scene::load(
+                &scene_file,
+                &Changes {
+                    set,
+                    ..Changes::default()
+                },
+            )
+        })
+        .collect::<Result<_, _>>()?;
+    progress.event(Event::Began {
+        step: "sweep",
+        total: Some(chosen.len() as u64),
+    });
+    let mut results = Vec::new();
+    for (done, (&index, scene)) in chosen.iter().zip(&scenes).enumerate() {
+        progress.event(Event::At {
+            done: done as u64,
+            what: "solving",
+        });
+        let facts = simulate::solve(scene, method)?.facts;
+        let vary = at(&values, index)
+            .map(|value| serde_json::to_value(value).unwrap_or_default())
+            .collect();
+        results.push(Point {
+            index,
+            vary,
+            result: lasting(&facts)?,
+        });
+    }
+    let table = Results {
+        format: "isolux-sweep-result/1".to_owned(),
+        keys,
+        points,
+        results,
+    };
+    let folder = files::output_folder(out, overwrite)?;
+    write(&folder, &table, overwrite)?;
+    progress.event(Event::Ended(&format!("{} of {points} points", chosen.len())));
+    Ok(chosen.len())
+}
+
+/// Puts shards together; the bytes are those of one run.
+///
+/// # Errors
+/// Exit 2 when shards belong to different sweeps, overlap with different results, or leave points out.
+pub fn merge(shards: &[Utf8PathBuf], out: &Utf8Path, overwrite: Overwrite) -> Result<usize, Failure> {
+    let mut whole: Option<Results> = None;
+    for folder in shards {
+        let path = folder.join("sweep.json");
+        let table: Results = serde_json::from_slice(&files::read(&path)?)
+            .map_err(|error| Failure::bad_input(format!("{path}: {error}")))?;
+        match &mut whole {
+            None => whole = Some(table),
+            Some(whole) if whole.keys == table.keys && whole.points == table.points => {
+                for point in table.results {
+                    match whole.results.iter().find(|have| have.index == point.index) {
+                        Some(have) if *have == point => {}
+                        Some(_) => {
+                            return Err(Failure::bad_input(format!(
+                                "{path}: point {} has another result",
+                                point.index
+                            ))
+                            .help("shards of different versions or scenes cannot be merged"));
+                        }
+                        None => whole.results.push(point),
+                    }
+                }
+            }
+            Some(_) => return Err(Failure::bad_input(format!("{path}: belongs to another sweep"))),
+        }
+    }
+    let Some(mut whole) = whole else {
+        return Err(Failure::bad_input("no shard given"));
+    };
+    whole.results.sort_by_key(|point| point.index);
+    if let Some(missing) =
+        (0..whole.points).find(|index| whole.results.get(*index).is_none_or(|point| point.index != *index))
+    {
+        return Err(
+            Failure::bad_input(format!("point {missing} of {} is in no shard", whole.points))
+                .help("run the missing shard; an interrupted shard writes nothing"),
+        );
+    }
+    let folder = files::output_folder(out, overwrite)?;
+    write(&folder, &whole, overwrite)?;
+    Ok(whole.points)
+}
+
+fn method(file: &Utf8Path, document: &Document) -> Result<Method, Failure> {
+    let wrong =
+        |key: &str, word: &str, known: &str| Failure::bad_input(format!("{file}: {key} = `{word}`: known are {known}"));
+    match document.method.as_str() {
+        "inverse" => Ok(Method::Inverse),
+        "direct" => {
+            let sampling = match document.sampling.as_str() {
+                "traced" => Sampling::Traced,
+                "thinned" => Sampling::Thinned,
+                "expected" => Sampling::Expected,
+                word => return Err(wrong("sampling", word, "traced, thinned, expected")),
+            };
+            let rays = document.rays.unwrap_or(2e9);
+            if !(1.0..9e15).contains(&rays) {
+                return Err(Failure::bad_input(format!(
+                    "{file}: rays = {rays}: at least 1 is needed"
+                )));
+            }
+            Ok(Method::Direct {
+                sampling,
+                rays: rays as u64,
+                seed: document.seed.unwrap_or(1),
+            })
+        }
+        word => Err(wrong("method", word, "inverse, direct")),
+    }
+}
+
+/// Keys may be written quoted and dotted or as nested tables.
+fn flatten(prefix: &str, table: &Table, keys: &mut Vec<String>, values: &mut Vec<Vec<Value>>) -> Result<(), String> {
+    for (key, value) in table {
+        let key = if prefix.is_empty() {
+            key.clone()
+        } else {
+            format!("{prefix}.{key}")
+        };
+        match value {
+            Value::Array(list) => {
+                keys.push(key);
+                values.push(list.clone());
+            }
+            Value::Table(inner) => flatten(&key, inner, keys, values)?,
+            _ => return Err(key),
+        }
+    }
+    Ok(())
+}
+
+/// Values of point `index`; the last key runs fastest.
+fn at(values: &[Vec<Value>], index: usize) -> impl Iterator<Item = &Value> {
+    let mut strides = vec![1; values.len()];
+    for k in (0..values.len().saturating_sub(1)).rev() {
+        strides[k] = strides[k + 1] * values[k + 1].len();
+    }
+    values
+        .iter()
+        .zip(strides)
+        .map(move |(list, stride)| &list[index / stride % list.len()])
+}
+
+/// The facts without the wall clock.
+fn lasting(facts: &Facts) -> Result<serde_json::Value, Failure> {
+    let mut value = serde_json::to_value(facts).map_err(Failure::instrument)?;
+    if let Some(object) = value.as_object_mut() {
+        object.remove("elapsed_s");
+    }
+    Ok(value)
+}
+
+fn write(folder: &Utf8Path, table: &Results, overwrite: Overwrite) -> Result<(), Failure> {
+    let mut json = serde_json::to_string_pretty(table).map_err(Failure::instrument)?;
+    json.push('\n');
+    files::write(&folder.join("sweep.csv"), csv(table).as_bytes(), overwrite)?;
+    for (position, key) in table.keys.iter().enumerate() {
+        if let Some(svg) = chart(table, position) {
+            let name = format!(
+                "{}.svg",
+                key.replace(|letter: char| !letter.is_ascii_alphanumeric(), "_")
+            );
+            files::write(&folder.join(name), svg.as_bytes(), overwrite)?;
+        }
+    }
+    files::write(&folder.join("sweep.json"), json.as_bytes(), overwrite)
+}
+
+const COLUMNS: [&str; 8] = [
+    "unit",
+    "mean",
+    "u_mean_numeric",
+    "min",
+    "max",
+    "std",
+    "uniformity_min_over_mean",
+    "relative_error_per_pixel",
+];
+
+fn csv(table: &Results) -> String {
+    let mut text = table
+        .keys
+        .iter()
+        .cloned()
+        .chain(COLUMNS.map(str::to_owned))
+        .collect::<Vec<_>>()
+        .join(",");
+    text.push('\n');
+    for point in &table.results {
+        let plain = |value: &serde_json::Value| match value {
+            serde_json::Value::Null => String::new(),
+            serde_json::Value::String(text) => text.clone(),
+            serde_json::Value::Array(list) => list.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "),
+            other => other.to_string(),
+        };
+        let row: Vec<String> = point
+            .vary
+            .iter()
+            .map(plain)
+            .chain(COLUMNS.iter().map(|column| plain(&point.result[*column])))
+            .collect();
+        text.push_str(&row.join(","));
+        text.push('\n');
+    }
+    text
+}
+
+/// Mean and maximum against one key, a line for each combination of the others; `None` for a key without numbers.
+fn chart(table: &Results, position: usize) -> Option<String> {
+    let number = |value: &serde_json::Value| {
+        value
+            .as_f64()
+            .or_else(|| value.get(0).and_then(serde_json::Value::as_f64))
+    };
+    let mut lines: Vec<(String, Vec<[f64; 3]>)> = Vec::new();
+    for point in &table.results {
+        let x = number(&point.vary[position])?;
+        let others: Vec<String> = table
+            .keys
+            .iter()
+            .zip(&point.vary)
+            .enumerate()
+            .filter(|(k, _)| *k != position)
+            .map(|(_, (key, value))| format!("{key} {value}"))
+            .collect();
+        let entry = [x, point.result["mean"].as_f64()?, point.result["max"].as_f64()?];
+        let name = others.join(", ");
+        match lines.iter_mut().find(|line| line.0 == name) {
+            Some(line) => line.1.push(entry),
+            None => lines.push((name, vec![entry])),
+        }
+    }
+    let unit = match table.results.first()?.result["unit"].as_str()? {
+        "lx" => "lx",
+        _ => "W/m²",
+    };
+    let all = || lines.iter().flat_map(|line| line.1.iter());
+    let mut svg = Svg::new(760.0, 440.0, &table.keys[position]);
+    let frame = Frame {
+        left: 80.0,
+        top: 24.0,
+        width: 460.0,
+        height: 350.0,
+        x: Scale::around(all().map(|point| point[0]), false),
+        y: Scale::around(all().flat_map(|point| [point[1], point[2]]), true),
+    };
+    frame.draw(
+        &mut svg,
+        &table.keys[position],
+        &format!("mean (solid), maximum (dashed) / {unit}"),
+    );
+    let colours = ["#c22f2f", "#2f5fc2", "#2f8f4f", "#a05fb0", "#c28a2f", "#3f9fa8"];
+    for (k, (name, points)) in lines.iter().enumerate() {
+        let colour = colours[k % colours.len()];
+        svg.polyline(points.iter().map(|p| frame.at(p[0], p[1])), Stroke::solid(colour, 1.8));
+        svg.polyline(
+            points.iter().map(|p| frame.at(p[0], p[2])),
+            Stroke {
+                colour,
+                width: 1.2,
+                dash: "5 3",
+            },
+        );
+        for p in points {
+            svg.circle(frame.at(p[0], p[1]), 2.5, colour, None);
+        }
+        if lines.len() > 1 && k < 18 {
+            svg.text((556.0, 40.0 + 18.0 * k as f64), 11.0, Anchor::Start, colour, name);
+        }
+    }
+    Some(svg.finish())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    fn sweep(folder: &Utf8Path) -> Utf8PathBuf {
+        std::fs::write(folder.join("lamp.csv"), "gamma_deg,intensity_cd\n0,300\n30,200\n90,0\n").unwrap();
+        std::fs::write(
+            folder.join("scene.toml"),
+            "format = \"isolux-scene/1\"\n[luminaire]\ndistribution = \"lamp.csv\"\nler_lm_per_w = 300.0\n\
+             [sensor]\nsize_mm = [20.0, 20.0]\npixels = [4, 4]\ndistance_mm = 500.0\n",
+        )
+        .unwrap();
+        let file = folder.join("sweep.toml");
+        std::fs::write(
+            &file,
+            "format = \"isolux-sweep/1\"\nscene = \"scene.toml\"\nmethod = \"direct\"\nrays = 1e6\n[vary]\n\
+             \"sensor.distance_mm\" = [250.0, 500.0, 1000.0]\n\"luminaire.ler_lm_per_w\" = [255.1, 310.0]\n",
+        )
+        .unwrap();
+        file
+    }
+
+    #[test]
+    fn four_shards_merge_to_the_bytes_of_one_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = Utf8Path::from_path(folder.path()).unwrap();
+        let file = sweep(folder);
+        assert_eq!(
+            run(&file, &folder.join("whole"), None, Overwrite::Never, &Silent).unwrap(),
+            6
+        );
+        let shards: Vec<Utf8PathBuf> = (1..=4)
+            .map(|number| {
+                let out = folder.join(format!("shard{number}"));
+                run(&file, &out, Some(Shard { number, of: 4 }), Overwrite::Never, &Silent).unwrap();
+                out
+            })
+            .collect();
+        assert_eq!(merge(&shards, &folder.join("merged"), Overwrite::Never).unwrap(), 6);
+        for name in [
+            "sweep.json",
+            "sweep.csv",
+            "sensor_distance_mm.svg",
+            "luminaire_ler_lm_per_w.svg",
+        ] {
+            let read = |part: &str| std::fs::read(folder.join(part).join(name)).unwrap();
+            assert_eq!(read("whole"), read("merged"), "{name}");
+        }
+        let missing = merge(&shards[..3], &folder.join("torn"), Overwrite::Never).unwrap_err();
+        assert!(missing.message.contains("is in no shard"), "{}", missing.message);
+    }
+
+    #[test]
+    fn distance_and_efficacy_act_as_they_must() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = Utf8Path::from_path(folder.path()).unwrap();
+        let file = sweep(folder);
+        run(&file, &folder.join("out"), None, Overwrite::Never, &Silent).unwrap();
+        let table: Results = serde_json::from_slice(&std::fs::read(folder.join("out/sweep.json")).unwrap()).unwrap();
+        let mean = |index: usize| table.results[index].result["mean"].as_f64().unwrap();
+        assert_eq!(table.keys, ["luminaire.ler_lm_per_w", "sensor.distance_mm"]);
+        // Point 0: 255.1 lm/W at 250 mm; point 3: 310 lm/W there. The same rays, another efficacy.
+        assert!((mean(0) / mean(3) - 310.0 / 255.1).abs() < 1e-12);
+        assert!((mean(0) / mean(2) - 16.0).abs() < 4.0);
+    }
+}
