@@ -127,22 +127,19 @@ impl Source {
             .await
             .map_err(|error| failed("spectroradiometer", error))?;
         let properties = device.properties();
-        let (name, bytes, factor_w_m2_nm) = match &self.calibration {
-            Some((file, text)) => {
-                let table = parse_calibration(file, text).map_err(Failure::bad_input)?;
-                let factors = spectrum::factors_at(&properties.wavelength_nm, &table);
-                (file.file_name().unwrap_or("calibration"), text.clone(), factors)
-            }
-            None => {
-                let factors = properties.irradiance_factor.clone().ok_or_else(|| {
-                    Failure::bad_input("spectroradiometer: calibration = \"device\", but the instrument stores none")
-                        .help("name a CSV file of wavelength_nm,factor beside the station")
-                })?;
-                let text = factors
-                    .iter()
-                    .fold(String::new(), |text, factor| text + &format!("{factor:e}\n"));
-                ("device", text, factors)
-            }
+        let (name, bytes, factor_w_m2_nm) = if let Some((file, text)) = &self.calibration {
+            let table = parse_calibration(file, text).map_err(Failure::bad_input)?;
+            let factors = spectrum::factors_at(&properties.wavelength_nm, &table);
+            (file.file_name().unwrap_or("calibration"), text.clone(), factors)
+        } else {
+            let factors = properties.irradiance_factor.clone().ok_or_else(|| {
+                Failure::bad_input("spectroradiometer: calibration = \"device\", but the instrument stores none")
+                    .help("name a CSV file of wavelength_nm,factor beside the station")
+            })?;
+            let text = factors
+                .iter()
+                .fold(String::new(), |text, factor| text + &format!("{factor:e}\n"));
+            ("device", text, factors)
         };
         let sha256 = Sha256::digest(bytes.as_bytes())
             .iter()
