@@ -75,7 +75,11 @@ impl Stage {
         Ok(stage)
     }
 
-    fn in_room(document: Darkroom) -> Result<Self, Failure> {
+    /// In-memory links of the darkroom `document`. Must be called on the runtime.
+    ///
+    /// # Errors
+    /// Exit 3 when the twins cannot listen.
+    pub fn in_room(document: Darkroom) -> Result<Self, Failure> {
         let links = SystemLinks::default();
         let room = VirtualRoom::open(document);
         let serving = room.listen(&links.memory).map_err(Failure::instrument)?;

@@ -58,7 +58,7 @@ fn scan_in(
     let source = Source::from_text(&station, &calibration).unwrap();
     let plan = Plan::parse(Utf8Path::new("plan.toml"), PLAN).unwrap();
     stage::play(true, async {
-        let stage = Stage::with(Some(darkroom))?;
+        let stage = Stage::in_room(isolux_darkroom::Darkroom::parse(darkroom).unwrap())?;
         let cancel = Cancel::new();
         if let Some(seconds) = cancel_s {
             let cancel = cancel.clone();
