@@ -8,7 +8,6 @@ mod describe;
 pub mod distribution;
 pub mod eulumdat;
 pub mod finding;
-mod gldf;
 pub mod ies;
 mod number;
 mod plausible;
@@ -16,8 +15,6 @@ mod quantities;
 mod read;
 pub mod spectral;
 pub mod text;
-pub mod tm33;
-mod xml;
 
 pub use distribution::Distribution;
 pub use finding::{Finding, Findings, Severity};

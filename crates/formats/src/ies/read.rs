@@ -96,7 +96,6 @@ fn distribution(text: &Text<'_>, options: ReadOptions, findings: &mut Findings) 
         native,
         luminaire: scene.luminaire(),
         header,
-        eulumdat: None,
     })
 }
 
