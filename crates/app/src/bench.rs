@@ -34,19 +34,14 @@ impl Source {
     /// Bad input (exit 2) with file and line.
     pub fn load(file: &Utf8Path) -> Result<Self, Failure> {
         let station = Station::load(file).map_err(Failure::bad_input)?;
-        let calibration = match (station.spectroradiometer(), station.spectral_calibration(file)) {
-            (Some(_), None) => {
-                return Err(Failure::bad_input(format!(
-                    "{file}: spectroradiometer.calibration = \"device\" is not possible"
-                ))
-                .help("name a CSV file of wavelength_nm,factor beside the station"));
-            }
-            (_, Some(path)) => {
+        let calibration = match station.spectral_calibration(file) {
+            Some(path) => {
                 let text = isolux_record::document::read_text(&path).map_err(Failure::bad_input)?;
                 parse_calibration(&path, &text).map_err(Failure::bad_input)?;
                 Some((path, text))
             }
-            (None, None) => None,
+            // No spectroradiometer, or the calibration that it stores itself.
+            None => None,
         };
         Ok(Self {
             file: file.to_owned(),
@@ -124,27 +119,39 @@ impl Source {
     /// # Errors
     /// As [`open`](Self::open).
     pub async fn open_spectro(&self, catalogue: &Catalogue) -> Result<Option<CalibratedSpectro>, Failure> {
-        let (Some(settings), Some((file, text))) = (self.station.spectroradiometer(), &self.calibration) else {
+        let Some(settings) = self.station.spectroradiometer() else {
             return Ok(None);
         };
-        let table = parse_calibration(file, text).map_err(Failure::bad_input)?;
         let device = catalogue
             .spectroradiometer(&settings.open)
             .await
             .map_err(|error| failed("spectroradiometer", error))?;
         let properties = device.properties();
-        let sha256 = Sha256::digest(text.as_bytes())
+        let (name, bytes, factor_w_m2_nm) = if let Some((file, text)) = &self.calibration {
+            let table = parse_calibration(file, text).map_err(Failure::bad_input)?;
+            let factors = spectrum::factors_at(&properties.wavelength_nm, &table);
+            (file.file_name().unwrap_or("calibration"), text.clone(), factors)
+        } else {
+            let factors = properties.irradiance_factor.clone().ok_or_else(|| {
+                Failure::bad_input("spectroradiometer: calibration = \"device\", but the instrument stores none")
+                    .help("name a CSV file of wavelength_nm,factor beside the station")
+            })?;
+            let text = factors
+                .iter()
+                .fold(String::new(), |text, factor| text + &format!("{factor:e}\n"));
+            ("device", text, factors)
+        };
+        let sha256 = Sha256::digest(bytes.as_bytes())
             .iter()
             .fold(String::new(), |sum, byte| sum + &format!("{byte:02x}"));
         let calibration = SpectralCalibration {
-            file: file.file_name().unwrap_or("calibration").to_owned(),
+            file: name.to_owned(),
             sha256,
             saturation_counts: f64::from(properties.saturation_counts),
             full_scale_counts: f64::from(properties.full_scale_counts),
             nonlinearity: properties.nonlinearity.clone(),
             dark_pixels: [properties.dark_pixels.start, properties.dark_pixels.end],
         };
-        let factor_w_m2_nm = spectrum::factors_at(&properties.wavelength_nm, &table);
         Ok(Some(CalibratedSpectro {
             device,
             factor_w_m2_nm,

@@ -60,7 +60,7 @@ pub fn run(station: &Utf8Path, record: Option<&Utf8Path>, overwrite: Overwrite) 
     }
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
-        let stage = Stage::recording(in_memory, record)?;
+        let stage = Stage::recording(&source.station, &source.file, record)?;
         let catalogue = Catalogue::new(stage.links.clone());
         let mut report = Report {
             instruments: Vec::new(),

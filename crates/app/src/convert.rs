@@ -2,7 +2,7 @@
 
 use camino::Utf8Path;
 use isolux_formats::spectral::{self, SpectrumFile};
-use isolux_formats::{Content, Distribution, Finding, Format, Parsed, ReadOptions, Severity, eulumdat, ies};
+use isolux_formats::{Content, Distribution, Finding, Format, Parsed, ReadOptions, Severity, eulumdat, ies, tm33};
 
 use crate::files::{self, Overwrite};
 use crate::inspect::{self, Inspection};
@@ -144,7 +144,10 @@ fn encode_distribution(
             Ok((text, Vec::new()))
         }
         Some(Format::Eulumdat) => {
-            let written = eulumdat::write(&distribution.intensity, &distribution.eulumdat_header())?;
+            let written = match &distribution.eulumdat {
+                Some(document) => eulumdat::rewrite(document, &distribution.intensity),
+                None => eulumdat::write(&distribution.intensity, &distribution.eulumdat_header())?,
+            };
             Ok((written.bytes, written.findings))
         }
         Some(Format::Ies) => {
@@ -159,6 +162,18 @@ fn encode_distribution(
                 }
             };
             let written = ies::write(&distribution.intensity, &distribution.ies_facts(), edition);
+            Ok((written.bytes, written.findings))
+        }
+        Some(Format::Tm33) => {
+            let edition = match wishes.edition.as_deref() {
+                None | Some("2018") => tm33::Edition::E2018,
+                Some("2023") => tm33::Edition::E2023,
+                Some(other) => {
+                    let message = format!("TM-33 is written in editions 2018 and 2023, not {other}");
+                    return Err(Finding::error("convert-edition", message));
+                }
+            };
+            let written = tm33::write(distribution, edition);
             Ok((written.bytes, written.findings))
         }
         _ => Err(unwritable("a distribution", Utf8Path::new("this file"))),

@@ -225,8 +225,19 @@ pub fn report(folder: &Utf8Path, out: &Utf8Path, overwrite: Overwrite, progress:
         folder: results,
         files: Vec::new(),
     };
-    let evening = light(folder, reduced, None, progress)?;
+    let mut evening = light(folder, reduced, None, progress)?;
+    evening.diagnosis = verdict(&folder.join("results/diagnosis.json"))?;
     files::write(out, page::page(&evening).as_bytes(), overwrite)
+}
+
+/// The sentence of a diagnosis that was made before, if there is one.
+fn verdict(file: &Utf8Path) -> Result<Option<Vec<String>>, Failure> {
+    if !file.exists() {
+        return Ok(None);
+    }
+    let answer: serde_json::Value =
+        serde_json::from_slice(&files::read(file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+    Ok(answer["sentence"].as_str().map(|sentence| vec![sentence.to_owned()]))
 }
 
 /// The last lines of the day.
@@ -235,7 +246,8 @@ fn sentences(evening: &Evening) -> Vec<String> {
     let facts = &evening.simulation.facts;
     let mut lines = vec![format!("luminous flux         {}", with_u(&reduction.flux))];
     if let Some(cct) = reduction.spectral.as_ref().and_then(|spectral| spectral.cct.as_ref()) {
-        lines.push(format!("CCT                   {}", with_u(cct)));
+        // The calibration's spectral shape has no stated uncertainty, so what stands here is a part, and says so.
+        lines.push(format!("CCT                   {}, noise alone", with_u(cct)));
     }
     let u = facts.u_mean.map_or_else(
         || "uncertainty not known".to_owned(),

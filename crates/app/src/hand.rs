@@ -202,7 +202,7 @@ fn by_hand<T>(
     let source = Source::load(station)?;
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
-        let stage = Stage::open(in_memory)?;
+        let stage = Stage::of(&source.station, &source.file)?;
         let cancel: Cancel = stage::on_signals()?;
         let catalogue = Catalogue::new(stage.links.clone());
         let devices = source.open(&catalogue).await?;

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_model::{Effect, Model};
+use isolux_model::{BelongsTo, Effect, Emitter, Luminaire, Model, Spectral};
 use isolux_record::observation::ReadingCoordinates;
-use isolux_record::{Reading, Run};
+use isolux_record::{Reading, ReadingKind, Run};
 use isolux_reduce::{BenchInverse, Corrected, Correction, Options, Quantity, Reduction, Subtract};
 
 use crate::Failure;
@@ -94,12 +94,16 @@ pub fn run(
         .map_err(Failure::bad_input)?
         .map(Bench::new);
     let record = Run::read(run).map_err(Failure::bad_input)?;
-    let reduction = isolux_reduce::reduce(
+    let mut reduction = isolux_reduce::reduce(
         &record,
         &Options { without },
         bench.as_ref().map(|bench| bench as &dyn BenchInverse),
     )
     .map_err(|error| Failure::bad_input(format!("{run}: {error}")))?;
+    reduction.bench_effects = match &bench {
+        Some(bench) => bench.tables(),
+        None => floor(&record, &reduction).into_iter().collect(),
+    };
     let made =
         isolux_reduce::files(&reduction, &record, &run_files(run, &record)?, PROGRAM).map_err(Failure::bad_input)?;
     for file in &made {
@@ -128,12 +132,74 @@ fn run_files(folder: &Utf8Path, run: &Run) -> Result<Vec<(String, Vec<u8>)>, Fai
         .collect()
 }
 
+fn table(effect: &Effect) -> String {
+    let keys = effect.spec().parameters.iter().zip(effect.values());
+    keys.fold(format!("name = \"{}\"\n", effect.name()), |text, (parameter, value)| {
+        text + &format!("{} = {value:?}\n", parameter.key)
+    })
+}
+
+/// The floor whose diffuse reflection explains the baffled readings: its albedo, fitted to baffled − lamp_off over γ at the
+/// height that the station gives. None where the stray light is not twice its uncertainty; then it is not in the model, and
+/// what was subtracted of it is below a digit.
+fn floor(run: &Run, reduction: &Reduction) -> Option<String> {
+    const TRIAL_ALBEDO: f64 = 0.1;
+    let height_mm = run.header.station.bench().floor_mm?;
+    let levels = &reduction.levels;
+    let off = levels.lamp_off.or(levels.capped)?;
+    if levels.baffled.is_empty() || !reduction.subtract.stray {
+        return None;
+    }
+    let at: Vec<ReadingCoordinates> = levels
+        .baffled
+        .iter()
+        .map(|(gamma_deg, _)| ReadingCoordinates {
+            kind: ReadingKind::Baffled,
+            time_s: None,
+            c_deg: 0.0,
+            gamma_deg: *gamma_deg,
+            distance_mm: reduction.distance_mm,
+            travel: 0,
+            range: None,
+            ambient_c: None,
+        })
+        .collect();
+    let trial = Effect::from_keys("floor_reflection", [("albedo", TRIAL_ALBEDO), ("height_mm", height_mm)]).ok()?;
+    let lamp = Luminaire::new(reduction.grid.distribution.clone(), Emitter::Point {}, Spectral::None);
+    let predicted = Model::of(lamp).with_effects(vec![trial]).predict_readings(&at);
+    let (mut squares, mut product, mut sum) = (0.0, 0.0, 0.0);
+    let mut u_lx = 0.0_f64;
+    for (lux, (_, level)) in predicted.iter().zip(&levels.baffled) {
+        squares += lux * lux;
+        product += lux * (level.mean_lx - off.mean_lx);
+        sum += lux;
+        u_lx = u_lx.max(level.u_lx().hypot(off.u_lx()));
+    }
+    let albedo = TRIAL_ALBEDO * product / squares;
+    // The rounding is the same at every γ, so it does not average out over them.
+    let u = TRIAL_ALBEDO * sum * u_lx / squares;
+    (albedo.is_finite() && albedo > 2.0 * u)
+        .then(|| format!("name = \"floor_reflection\"\nalbedo = {albedo:.6}\nheight_mm = {height_mm:?}\n\n[effect.u]\nalbedo = {u:.6}\n"))
+}
+
 /// The bench effects of a model, turned around.
 struct Bench(Model);
 
 impl Bench {
     fn new(model: Model) -> Self {
         Self(model)
+    }
+
+    fn of_the_bench(&self) -> impl Iterator<Item = &Effect> {
+        self.0
+            .effects()
+            .iter()
+            .filter(|effect| effect.spec().belongs_to(BelongsTo::Bench))
+    }
+
+    /// Its effects as tables of a model file: the new model predicts the readings as they were read.
+    fn tables(&self) -> Vec<String> {
+        self.of_the_bench().map(table).collect()
     }
 
     fn has(&self, name: &str) -> bool {
@@ -180,6 +246,6 @@ impl BenchInverse for Bench {
     }
 
     fn effects(&self) -> Vec<String> {
-        self.0.effects().iter().map(Effect::name).map(str::to_owned).collect()
+        self.of_the_bench().map(Effect::name).map(str::to_owned).collect()
     }
 }

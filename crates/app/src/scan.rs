@@ -47,7 +47,7 @@ pub fn run(
     refuse(target)?;
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
-        let stage = Stage::open(in_memory)?;
+        let stage = Stage::of(&source.station, &source.file)?;
         let cancel = stage::on_signals()?;
         let catalogue = Catalogue::new(stage.links.clone());
         let mut devices = source.open(&catalogue).await?;

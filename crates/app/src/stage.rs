@@ -10,7 +10,7 @@ use isolux_scan::Cancel;
 use isolux_transport::{Links, Recorder, SystemLinks};
 use isolux_virtual::{BUILT_IN, Serving, VirtualRoom};
 
-use crate::{Failure, FailureKind};
+use crate::{Failure, FailureKind, capture};
 
 /// Whether a station lives in the virtual darkroom of this process: all its links are `memory:`.
 pub fn is_virtual(station: &Station) -> bool {
@@ -32,15 +32,41 @@ impl Stage {
     /// # Errors
     /// Never for the built-in darkroom as it is shipped.
     pub fn open(in_memory: bool) -> Result<Self, Failure> {
-        Self::with(in_memory.then_some(BUILT_IN))
+        if in_memory {
+            return Self::in_room(Darkroom::parse(BUILT_IN).map_err(Failure::bad_input)?);
+        }
+        Ok(Self {
+            links: Arc::new(SystemLinks::default()),
+            room: None,
+            _serving: None,
+        })
     }
 
-    /// As [`open`](Self::open), with every byte on the links written to `trace`.
+    /// Links for `station`, which stands in `file`: those of the machine, and in memory those of the darkroom that the station
+    /// names or of the built-in one. Must be called on the runtime.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) with file and line of the darkroom.
+    pub fn of(station: &Station, file: &Utf8Path) -> Result<Self, Failure> {
+        match station.darkroom() {
+            None => Self::open(is_virtual(station)),
+            Some(_) if !is_virtual(station) => Err(Failure::bad_input(format!(
+                "{file}: `darkroom` is the room behind memory: links, and this station has others"
+            ))
+            .help("remove the key, or write a station by `isolux virtual darkroom --in-memory --station-out FILE`")),
+            Some(darkroom) => {
+                let darkroom = file.parent().unwrap_or(Utf8Path::new("")).join(darkroom);
+                Self::in_room(capture::document(&darkroom)?)
+            }
+        }
+    }
+
+    /// As [`of`](Self::of), with every byte on the links written to `trace`.
     ///
     /// # Errors
     /// Exit 3 when the trace cannot be written.
-    pub fn recording(in_memory: bool, trace: Option<&Utf8Path>) -> Result<Self, Failure> {
-        let mut stage = Self::open(in_memory)?;
+    pub fn recording(station: &Station, file: &Utf8Path, trace: Option<&Utf8Path>) -> Result<Self, Failure> {
+        let mut stage = Self::of(station, file)?;
         if let Some(path) = trace {
             let failed = |error: std::io::Error| Failure::instrument(format!("{path}: cannot write: {error}"));
             let file = std::fs::File::create(path).map_err(failed)?;
@@ -49,20 +75,13 @@ impl Stage {
         Ok(stage)
     }
 
-    /// Links of the machine, and in memory those of the darkroom in `document`. Must be called on the runtime.
+    /// In-memory links of the darkroom `document`. Must be called on the runtime.
     ///
     /// # Errors
-    /// Bad input (exit 2) with the line of the document.
-    pub fn with(document: Option<&str>) -> Result<Self, Failure> {
+    /// Exit 3 when the twins cannot listen.
+    pub fn in_room(document: Darkroom) -> Result<Self, Failure> {
         let links = SystemLinks::default();
-        let Some(document) = document else {
-            return Ok(Self {
-                links: Arc::new(links),
-                room: None,
-                _serving: None,
-            });
-        };
-        let room = VirtualRoom::open(Darkroom::parse(document).map_err(Failure::bad_input)?);
+        let room = VirtualRoom::open(document);
         let serving = room.listen(&links.memory).map_err(Failure::instrument)?;
         Ok(Self {
             links: Arc::new(links),

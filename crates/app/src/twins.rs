@@ -5,7 +5,7 @@ use std::time::Duration;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_virtual::outlet::{self, Offer, Outlet};
-use isolux_virtual::station::{CALIBRATION_FILE, calibration, station};
+use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station, station_in};
 use isolux_virtual::{BUILT_IN, Instrument, Switches, VirtualRoom};
 
 use crate::files::{self, Overwrite};
@@ -113,6 +113,38 @@ pub fn serve(wishes: &Wishes, ready: impl FnOnce(&[Reachable])) -> Result<(), Fa
     })
 }
 
+/// Writes a station file for the room in memory of whatever process opens it, in virtual time: nothing is served.
+///
+/// # Errors
+/// Bad input (exit 2) with file and line, or where the station could not name the room; exit 3 when the disk refuses.
+pub fn write_in_memory(darkroom: Option<&Utf8Path>, out: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
+    let document = match darkroom {
+        Some(path) => capture::document(path)?,
+        None => Darkroom::parse(BUILT_IN).map_err(Failure::bad_input)?,
+    };
+    files::refuse_existing(out, overwrite)?;
+    files::refuse_existing(&beside(out), overwrite)?;
+    // A station names its room from where it stands itself.
+    let folder = |path: &Utf8Path| {
+        path.parent()
+            .filter(|folder| !folder.as_str().is_empty())
+            .map(Utf8Path::to_owned)
+    };
+    let named = match darkroom {
+        None => None,
+        Some(path) if folder(path) == folder(out) => path.file_name().map(str::to_owned),
+        Some(path) => {
+            let absolute = path
+                .canonicalize_utf8()
+                .map_err(|error| Failure::bad_input(format!("{path}: {error}")))?;
+            Some(absolute.into_string())
+        }
+    };
+    let text = station_in(named.as_deref(), &document, &in_memory());
+    files::write(&beside(out), calibration(&Room::new(document)).as_bytes(), overwrite)?;
+    files::write(out, text.as_bytes(), overwrite)
+}
+
 fn beside(station: &Utf8Path) -> Utf8PathBuf {
     station.with_file_name(CALIBRATION_FILE)
 }
@@ -157,5 +189,28 @@ async fn interrupted() -> Failure {
             help: None,
         },
         Err(error) => failed(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use isolux_record::Station;
+
+    #[test]
+    fn the_station_of_a_room_is_a_station() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = Utf8PathBuf::try_from(folder.path().to_owned()).unwrap();
+        let (darkroom, out) = (path.join("darkroom.toml"), path.join("station.toml"));
+        std::fs::write(&darkroom, "[flaws]\ngamma_zero = { offset_deg = 0.2 }\n").unwrap();
+        write_in_memory(Some(&darkroom), &out, Overwrite::Never).unwrap();
+        let station = Station::load(&out).unwrap();
+        assert_eq!(station.darkroom(), Some(Utf8Path::new("darkroom.toml")));
+        assert!(crate::stage::is_virtual(&station));
+        let calibration = isolux_record::document::read_text(&path.join(CALIBRATION_FILE)).unwrap();
+        isolux_record::spectra::parse_calibration(&path, &calibration).unwrap();
+        assert!(write_in_memory(Some(&darkroom), &out, Overwrite::Never).is_err());
+        let text = station_in(None, &Darkroom::default(), &in_memory());
+        assert_eq!(Station::parse(&out, &text).unwrap().darkroom(), None);
     }
 }

@@ -25,6 +25,8 @@ pub struct Distribution {
     pub luminaire: Luminaire,
     /// Every field that was read, decoded, and `encoding`.
     pub header: Map<String, Value>,
+    /// The document as it stood, where it was EULUMDAT in the format's own order of planes.
+    pub eulumdat: Option<Box<crate::eulumdat::Document>>,
 }
 
 /// A distribution in the coordinates of its file (photometry of type A or B).
@@ -222,6 +224,7 @@ pub fn read_csv(bytes: &[u8]) -> Parsed<Distribution> {
                     native: None,
                     luminaire: Luminaire::default(),
                     header,
+                    eulumdat: None,
                 });
             }
             Err(error) => findings.push(Finding::error("distribution-invalid", error.to_string())),

@@ -8,6 +8,7 @@ mod describe;
 pub mod distribution;
 pub mod eulumdat;
 pub mod finding;
+mod gldf;
 pub mod ies;
 mod number;
 mod plausible;
@@ -15,6 +16,8 @@ mod quantities;
 mod read;
 pub mod spectral;
 pub mod text;
+pub mod tm33;
+mod xml;
 
 pub use distribution::Distribution;
 pub use finding::{Finding, Findings, Severity};

@@ -105,7 +105,7 @@ fn poles(stored: &Stored<'_>, findings: &mut Findings) {
         // Planes measured one after the other scatter by a few per cent.
         let tolerance = 0.05 * median.abs().max(0.01 * peak);
         // Where all others agree to the digit, one that does not is no scatter of a measurement.
-        let lonely = planes >= 4 && different <= 2;
+        let lonely = planes >= 3 && different <= (planes / 3).min(2);
         if !lonely && spread <= tolerance {
             continue;
         }

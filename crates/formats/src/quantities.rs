@@ -1,5 +1,8 @@
 //! The quantities that a photometrist reads off a distribution.
 
+mod glare;
+pub(crate) mod utilisation;
+
 use isolux_photometry::IntensityDistribution;
 use serde_json::{Map, Value, json};
 
@@ -32,9 +35,9 @@ impl Distribution {
             "beam_angle_deg": angles(|grid, plane| grid.beam_angle(plane).map(|beam| beam.full_angle_deg())),
             "field_angle_deg": angles(|grid, plane| grid.field_angle(plane).map(|field| field.full_angle_deg())),
             "luminous_area_mm2": self.luminaire.luminous_area_mm2(),
-            "ugr": Value::Null,
-            "direct_ratios": Value::Null,
-            "cie_flux_code": Value::Null,
+            "ugr": glare::table(self),
+            "direct_ratios": utilisation::direct_ratios(grid),
+            "cie_flux_code": utilisation::cie_flux_code(grid, self.lamp_flux_lm),
         });
         match quantities {
             Value::Object(map) => map,

@@ -6,7 +6,7 @@ use crate::distribution::{self, Distribution};
 use crate::finding::{Finding, Findings};
 use crate::spectral::{self, SpectrumFile};
 use crate::text::Text;
-use crate::{eulumdat, ies};
+use crate::{eulumdat, gldf, ies, tm33};
 
 /// Files above this are refused: the finest goniophotometer grid fits several times, an accident does not.
 pub const LARGEST_FILE: usize = 64 * 1024 * 1024;
@@ -142,9 +142,15 @@ pub fn read_any_with(bytes: &[u8], file_name: &str, options: ReadOptions) -> Vec
         );
     }
     let distribution = |parsed: Parsed<Distribution>| vec![parsed.map(|d| Content::Distribution(Box::new(d)))];
+    if gldf::looks_like(bytes) {
+        return gldf::read(bytes, options);
+    }
     let head = Text::decode(&bytes[..bytes.len().min(64 * 1024)], &mut Findings::new());
     if ies::looks_like(&head) || (extension == "ies" && !eulumdat::looks_like(&head)) {
         return distribution(ies::read(bytes, options));
+    }
+    if tm33::looks_like(&head) {
+        return distribution(tm33::read(bytes));
     }
     if distribution::looks_like_csv(&head) {
         return distribution(distribution::read_csv(bytes));

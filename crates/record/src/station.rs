@@ -25,6 +25,9 @@ pub struct StationDocument {
     /// A name for people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
+    /// A `darkroom.toml` beside this file: the room behind links that begin with `memory:`. Without it the built-in one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub darkroom: Option<Utf8PathBuf>,
     /// Geometry.
     pub bench: Bench,
     /// The two axes.
@@ -275,6 +278,11 @@ impl Station {
     pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, DocumentError> {
         let source = Source { file, text };
         Self::try_from(source.parse::<StationDocument>(FORMAT)?).map_err(|fault| source.locate(&fault))
+    }
+
+    /// The `darkroom.toml` of a virtual station, as written: relative to the station file.
+    pub fn darkroom(&self) -> Option<&Utf8Path> {
+        self.0.darkroom.as_deref()
     }
 
     /// Geometry of the bench.

@@ -101,6 +101,9 @@ pub struct Reduction {
     pub without: BTreeSet<Correction>,
     /// Effects that a model took out.
     pub removed_effects: Vec<String>,
+    /// Further `[[effect]]` tables of the bench for the model file, without their heading: what a model took out, or what was
+    /// fitted to the stray light.
+    pub bench_effects: Vec<String>,
 }
 
 /// Closing half-plane against the first.
@@ -232,6 +235,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         notes,
         without: options.without.clone(),
         removed_effects: bench.map_or_else(Vec::new, BenchInverse::effects),
+        bench_effects: Vec::new(),
         grid,
         levels,
     })

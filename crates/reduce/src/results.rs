@@ -41,7 +41,7 @@ pub fn files(
         },
     ];
     files.extend(spectral_files(reduction, run, program));
-    let model = model_toml(reduction, run, run_files);
+    let model = model_toml(reduction, run_files);
     files.push(ResultFile {
         name: "luminaire.model.toml",
         bytes: model.into_bytes(),
@@ -171,7 +171,7 @@ fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Result
 
 /// The model of the run: its distribution and spectrum with a disc of 1 mm as emitter, and the offset, ambient and stray
 /// light that were taken out of the readings as effects of the bench, so that its predictions are readings again.
-fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8>)]) -> String {
+fn model_toml(reduction: &Reduction, run_files: &[(String, Vec<u8>)]) -> String {
     let mut text = String::from("format = \"isolux-model/1\"\n\n[luminaire]\ndistribution = \"luminaire.ldt\"\n");
     if let Some(spectral) = &reduction.spectral {
         text.push_str("spectrum = \"luminaire.spdx\"\n");
@@ -198,14 +198,14 @@ fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8>)])
         text.push_str(&format!("removed = {:?}\n", reduction.removed_effects));
     }
     text.push_str("\n[noise]\nu_scale = \"fit\"\n");
-    for effect in bench_effects(reduction, run) {
+    for effect in bench_effects(reduction) {
         text.push_str(&format!("\n[[effect]]\n{effect}"));
     }
     text
 }
 
 /// Offset and ambient light as the run measured them. A level within its uncertainty of nothing is still what was subtracted.
-fn bench_effects(reduction: &Reduction, _run: &Run) -> Vec<String> {
+fn bench_effects(reduction: &Reduction) -> Vec<String> {
     let [offset, ambient, _] = reduction.levels.parts_lx(0.0);
     let mut effects = Vec::new();
     if let Some(offset) = offset.filter(|_| reduction.subtract.dark) {
@@ -214,6 +214,7 @@ fn bench_effects(reduction: &Reduction, _run: &Run) -> Vec<String> {
     if let Some(ambient) = ambient.filter(|_| reduction.subtract.ambient) {
         effects.push(format!("name = \"ambient_stray\"\nilluminance_lx = {ambient:.6}\n"));
     }
+    effects.extend(reduction.bench_effects.iter().cloned());
     effects
 }
 

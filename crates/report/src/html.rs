@@ -90,9 +90,37 @@ impl Page {
         );
     }
 
+    /// Adds two SVG pictures with their captions side by side, above each other on a narrow screen.
+    pub fn pair(&mut self, left: (&str, &str), right: (&str, &str)) {
+        self.body.push_str("<div class=\"pair\">\n");
+        self.figure(left.0, left.1);
+        self.figure(right.0, right.1);
+        self.body.push_str("</div>\n");
+    }
+
     /// Adds preformatted text (a model file, a diff).
     pub fn preformatted(&mut self, text: &str) {
         let _ = writeln!(self.body, "<pre>{}</pre>", escape(text));
+    }
+
+    /// Adds preformatted text behind its summary, closed until somebody wants it.
+    pub fn details(&mut self, summary: &str, text: &str) {
+        let _ = writeln!(
+            self.body,
+            "<details><summary>{}</summary><pre>{}</pre></details>",
+            escape(summary),
+            escape(text)
+        );
+    }
+
+    /// Adds a list of files beside the page, each with what it is.
+    pub fn files(&mut self, files: &[(&str, &str)]) {
+        self.body.push_str("<ul class=\"files\">\n");
+        for (file, what) in files {
+            let file = escape(file);
+            let _ = writeln!(self.body, "<li><a href=\"{file}\">{file}</a> {}</li>", escape(what));
+        }
+        self.body.push_str("</ul>\n");
     }
 
     /// Adds raw HTML; the caller escapes.
@@ -133,8 +161,10 @@ h1 { font-size: 1.6rem; margin: 0 0 .5rem; } h2 { font-size: 1.15rem; margin: 2r
 .tile .name { color: var(--muted); font-size: .8rem; } .tile .value { font-size: 1.25rem; font-variant-numeric: tabular-nums; } .tile .note { color: var(--muted); font-size: .8rem; }
 .verdict { border-left: 4px solid var(--muted); padding: .5rem .9rem; background: #f6f7f9; font-size: 1.05rem; } .verdict.good { border-color: var(--good); } .verdict.bad { border-color: var(--bad); }
 figure { display: inline-block; vertical-align: top; margin: .5rem 1rem .5rem 0; max-width: 100%; } figure svg { max-width: 100%; height: auto; } figcaption { color: var(--muted); font-size: .85rem; max-width: 40rem; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 30rem), 1fr)); gap: 0 1.5rem; align-items: end; } .pair figure { margin-right: 0; } .pair figure svg { width: 100%; }
+details { margin: .75rem 0; } summary { cursor: pointer; color: var(--muted); } .files { columns: 2 24rem; padding-left: 1.2rem; color: var(--muted); }
 table { border-collapse: collapse; margin: .75rem 0; font-variant-numeric: tabular-nums; display: block; overflow-x: auto; } th, td { text-align: left; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid var(--line); } th { color: var(--muted); font-weight: 600; font-size: .85rem; }
-pre { background: #f6f7f9; padding: .75rem; overflow-x: auto; font-size: .85rem; }
+pre { background: #f6f7f9; padding: .75rem; white-space: pre-wrap; overflow-wrap: anywhere; font-size: .85rem; }
 @media print { body { margin: 0; max-width: none; } figure { break-inside: avoid; } }
 ";
 

@@ -26,6 +26,17 @@ pub fn in_memory() -> Vec<Outlet> {
 
 /// Text of a station file (`isolux-station/1`) for the instruments at `outlets`. It says what an operator knows: nominal
 /// distances, the certificates with their uncertainties, no flaw.
+///
+/// `darkroom` names the room's file where it is not the built-in one and the instruments are in memory.
+pub fn station_in(darkroom: Option<&str>, document: &Darkroom, outlets: &[Outlet]) -> String {
+    let text = station(document, outlets);
+    match darkroom {
+        Some(file) => text.replacen("\n\n", &format!("\ndarkroom = {file:?}\n\n"), 1),
+        None => text,
+    }
+}
+
+/// As [`station_in`], without naming the room's file.
 pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
     let address = |instrument: Instrument| {
         outlets

@@ -1,8 +1,8 @@
 //! The report of a day: one HTML file with its pictures.
 
-use isolux_record::Role;
+use isolux_record::{ReadingKind, Role};
 use isolux_reduce::Quantity;
-use isolux_report::axes::{Frame, Scale, number};
+use isolux_report::axes::{Frame, Scale};
 use isolux_report::html::{Page, Tile};
 use isolux_report::plots::{PolarOptions, SpectrumOptions, cartesian, polar, spectrum};
 use isolux_report::svg::{Anchor, Stroke, Svg, colour};
@@ -34,11 +34,9 @@ pub(super) fn page(evening: &Evening) -> String {
     light(&mut page, evening);
     sensor(&mut page, evening);
     comparison(&mut page, evening);
-    if let Some(words) = &evening.diagnosis {
-        page.heading("Diagnosis of the run");
-        page.preformatted(&words.join("\n"));
-    }
+    diagnosis(&mut page, evening);
     record(&mut page, evening);
+    results(&mut page, evening);
     page.finish()
 }
 
@@ -69,8 +67,13 @@ fn tiles(evening: &Evening) -> Vec<Tile> {
         ));
     }
     if let Some(spectral) = &reduction.spectral {
-        tiles.extend(spectral.cct.as_ref().map(|cct| of("colour temperature", cct)));
-        tiles.push(of("efficacy of radiation", &spectral.ler));
+        // These hold noise alone; the record's notes say what is missing.
+        let noise = |mut tile: Tile| {
+            tile.note.push_str(", noise alone");
+            tile
+        };
+        tiles.extend(spectral.cct.as_ref().map(|cct| noise(of("colour temperature", cct))));
+        tiles.push(noise(of("efficacy of radiation", &spectral.ler)));
     }
     if let Some(colour) = &evening.colour {
         tiles.extend(
@@ -102,17 +105,19 @@ fn distribution(page: &mut Page, evening: &Evening) {
         per_lamp_flux_lm: Some(reduction.flux.value),
     };
     page.heading("Luminous intensity distribution");
-    page.figure(
-        &polar(&reduction.grid.distribution, &options),
-        "C0–C180 solid red, C90–C270 dashed blue, cd/klm.",
+    page.pair(
+        (
+            &polar(&reduction.grid.distribution, &options),
+            "C0–C180 solid red, C90–C270 dashed blue, cd/klm.",
+        ),
+        (&cartesian(&reduction.grid.distribution, &options), "The same over γ."),
     );
-    page.figure(&cartesian(&reduction.grid.distribution, &options), "The same over γ.");
     let rows: Vec<Vec<String>> = [&reduction.flux, &reduction.i_max]
         .iter()
         .zip(["luminous flux", "maximum intensity"])
         .map(|(quantity, name)| {
             let mut row = vec![name.to_owned(), with_u(quantity)];
-            row.extend(quantity.parts.values().map(|part| number(*part)));
+            row.extend(quantity.parts.values().map(|part| two_digits(*part)));
             row
         })
         .collect();
@@ -168,6 +173,30 @@ fn sensor(page: &mut Page, evening: &Evening) {
             list(&facts.effects_not_applicable),
         ]],
     );
+    if let Some(digit_rel) = digit_of_the_peak(evening) {
+        page.paragraph(&format!(
+            "One digit of the lux meter at the distance of the scan is {:.2} % of the largest intensity: structure of that size in \
+             this map is rounding in the distribution, not light. The map spans {:.2} %.",
+            100.0 * digit_rel,
+            100.0 * (facts.max - facts.min) / facts.mean
+        ));
+    }
+}
+
+/// The largest digit of the lit readings at the scan's distance, relative to the largest intensity.
+fn digit_of_the_peak(evening: &Evening) -> Option<f64> {
+    let reduction = &evening.reduced.reduction;
+    let digit_lx = evening
+        .reduced
+        .run
+        .readings
+        .rows
+        .iter()
+        .filter(|row| row.kind == ReadingKind::Lit && row.distance_mm == reduction.distance_mm)
+        .filter_map(|row| row.digit_lx)
+        .fold(0.0, f64::max);
+    let digit_cd = digit_lx * (reduction.distance_mm / 1000.0).powi(2);
+    (digit_cd > 0.0 && reduction.i_max.value > 0.0).then(|| digit_cd / reduction.i_max.value)
 }
 
 fn comparison(page: &mut Page, evening: &Evening) {
@@ -207,6 +236,37 @@ fn comparison(page: &mut Page, evening: &Evening) {
          fitted between them. One distance cannot tell near_field from an axial offset of the light centre or an error of \
          the short distance: a second short distance would.",
     );
+}
+
+fn diagnosis(page: &mut Page, evening: &Evening) {
+    let Some(words) = &evening.diagnosis else { return };
+    page.heading("Diagnosis of the run");
+    let (patch, found): (Vec<&String>, Vec<&String>) = words.iter().partition(|line| line.starts_with("model "));
+    let lines = |lines: Vec<&String>| lines.into_iter().map(String::as_str).collect::<Vec<_>>().join("\n");
+    page.preformatted(&lines(found));
+    if !patch.is_empty() {
+        page.details("what it would change in the model file", &lines(patch));
+    }
+    page.files(&[("diagnosis/report.html", "the whole diagnosis, with its pictures")]);
+}
+
+fn results(page: &mut Page, evening: &Evening) {
+    page.heading("Files");
+    let mut files = vec![
+        ("luminaire.ldt", "EULUMDAT"),
+        ("luminaire.ies", "IES LM-63-2002"),
+        ("luminaire.spdx", "spectrum, IES TM-27"),
+        ("luminaire.spd", "spectrum, plain columns"),
+        ("luminaire.model.toml", "the model that simulates and predicts"),
+        ("irradiance.npy", "the map, 32-bit floats"),
+        ("irradiance.png", "the map in false colours"),
+        ("result.json", "numbers of the simulation"),
+        ("budget.json", "the uncertainty, part by part"),
+        ("comparison.json", "the axis at the short distance"),
+        ("provenance.json", "what was measured, with what, by which program"),
+    ];
+    files.retain(|(file, _)| evening.reduced.folder.join(file).exists());
+    page.files(&files);
 }
 
 fn record(page: &mut Page, evening: &Evening) {
@@ -304,6 +364,15 @@ fn digits(quantity: &Quantity) -> (String, String) {
         .unwrap_or_default()
         .to_owned();
     (value, u)
+}
+
+/// A part of an uncertainty: more than two digits of it would be noise.
+fn two_digits(part: f64) -> String {
+    if part == 0.0 {
+        return "0".to_owned();
+    }
+    let decimals = (1 - part.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{part:.decimals$}")
 }
 
 fn unit(unit: &str) -> &str {

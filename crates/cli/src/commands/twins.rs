@@ -47,6 +47,9 @@ struct Serve {
     /// Write a station file for these twins, and the spectroradiometer's calibration beside it.
     #[arg(long, value_name = "FILE")]
     station_out: Option<Utf8PathBuf>,
+    /// Serve nothing: the station of --station-out keeps the room in the memory of the process that opens it, in virtual time.
+    #[arg(long, requires = "station_out", conflicts_with_all = ["tcp", "lasts_s"])]
+    in_memory: bool,
     /// End by itself after this many seconds.
     #[arg(long, value_name = "SECONDS")]
     lasts_s: Option<f64>,
@@ -125,6 +128,14 @@ const fn overwrite(force: bool) -> Overwrite {
 }
 
 fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
+    if let (true, Some(station)) = (arguments.in_memory, &arguments.station_out) {
+        if twins != Twins::All {
+            return Err(Failure::bad_input("--in-memory is for a whole darkroom"));
+        }
+        twins::write_in_memory(arguments.darkroom.as_deref(), station, overwrite(arguments.force))?;
+        screen::say(format_args!("{:18} {station}", "station"));
+        return Ok(());
+    }
     let lasts = match arguments.lasts_s {
         Some(seconds) => Some(
             Duration::try_from_secs_f64(seconds)

@@ -4,7 +4,7 @@
 //! blocks are the landmarks: C rises, then falls back to the first γ, γ rises, and what follows is a whole number of
 //! planes. One explanation that fits exactly is an assumption with a finding; none is an error where it begins to fail.
 
-use super::stored_planes;
+use super::{slip, stored_planes};
 use crate::finding::{Finding, Findings};
 use crate::number;
 use crate::text::Text;
@@ -286,7 +286,14 @@ fn one_slip<'t>(text: &'t Text<'_>, end: usize, findings: &mut Findings) -> Opti
             }
         }
     }
-    let first_extra = fits.iter().position(|(slip, _)| matches!(slip, Slip::Extra(_)));
+    // A doubled line is seen; of the places where one may be missing, texts come before numbers.
+    let first_extra = fits
+        .iter()
+        .position(|(slip, _)| matches!(slip, Slip::Extra(_)))
+        .or_else(|| {
+            fits.iter()
+                .position(|(slip, _)| matches!(slip, Slip::Missing(0 | 7..=11)))
+        });
     if fits.is_empty() {
         return None;
     }
@@ -479,22 +486,7 @@ fn incomplete<'t>(text: &'t Text<'_>, end: usize, counts: Counts, findings: &mut
     }
     let mut intensity = stream(text, intensity_at, end);
     if !broken || intensity.len() + 1 < needed {
-        let there = intensity.len();
-        if there > needed {
-            let first = intensity[needed];
-            findings.push(trailing(&first, there - needed));
-        } else if there < needed {
-            let message = format!(
-                "{there} intensities are there, {needed} are needed ({} planes × {ng})",
-                stored_planes(isym, mc)
-            );
-            findings.push(
-                Finding::error("ldt-values-missing", message)
-                    .at(end, 1)
-                    .raw(text.line(end - 1))
-                    .fix("fetch the file again; a line may be missing or the file cut off"),
-            );
-        }
+        findings.extend(count_of_intensities(&intensity, needed, ng, text, end));
     }
     intensity.truncate(needed);
     let lines = (0..ratios_at).map(Some).collect();
@@ -508,6 +500,46 @@ fn incomplete<'t>(text: &'t Text<'_>, end: usize, counts: Counts, findings: &mut
         gamma,
         intensity,
         complete: false,
+    })
+}
+
+/// What is wrong with the number of intensities, at the line where it goes wrong if that shows.
+fn count_of_intensities(
+    intensity: &[Token<'_>],
+    needed: usize,
+    ng: usize,
+    text: &Text<'_>,
+    end: usize,
+) -> Option<Finding> {
+    let there = intensity.len();
+    let values: Vec<f64> = intensity.iter().map(|token| token.value().unwrap_or(0.0)).collect();
+    if there == needed + 1
+        && let Some(at) = slip::doubled(&values, ng)
+    {
+        let token = &intensity[at];
+        let message = "one intensity too many; the planes fit each other without this repeated line";
+        let finding = Finding::error("ldt-line-doubled", message).at(token.line + 1, token.column);
+        return Some(finding.raw(token.text).fix("remove the line"));
+    }
+    if there > needed {
+        return Some(trailing(&intensity[needed], there - needed));
+    }
+    if there + 1 == needed
+        && let Some(token) = slip::missing(&values, ng).and_then(|at| intensity.get(at))
+    {
+        let message = "one intensity too few; the planes fit each other with one more before this line";
+        let finding = Finding::error("ldt-line-missing", message).at(token.line + 1, token.column);
+        return Some(finding.raw(token.text).fix("put the missing line back"));
+    }
+    let message = format!(
+        "{there} intensities are there, {needed} are needed ({} planes × {ng})",
+        needed / ng
+    );
+    (there < needed).then(|| {
+        Finding::error("ldt-values-missing", message)
+            .at(end, 1)
+            .raw(text.line(end - 1))
+            .fix("fetch the file again; a line may be missing or the file cut off")
     })
 }
 

@@ -7,13 +7,14 @@
 mod expand;
 mod layout;
 mod read;
+mod slip;
 mod write;
 
 use isolux_photometry::Symmetry;
 use serde_json::{Map, Value, json};
 
 pub use read::{looks_like, read, read_document};
-pub use write::{Written, write, write_document};
+pub use write::{Written, rewrite, write, write_document};
 
 /// The document: header as read, stored planes in cd/klm.
 #[derive(Debug, Clone, PartialEq)]

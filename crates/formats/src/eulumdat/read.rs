@@ -1,6 +1,6 @@
 //! EULUMDAT bytes to the document and to absolute candela.
 
-use isolux_photometry::Symmetry;
+use isolux_photometry::{IntensityDistribution, Symmetry};
 use serde_json::Value;
 
 use super::expand;
@@ -245,25 +245,29 @@ fn steps(document: &Document, layout: &Layout<'_>, findings: &mut Findings) {
         if stated == 0.0 {
             continue;
         }
-        if let Some(odd) = odd {
+        let Some(odd) = odd else { continue };
+        let common = angles[1] - angles[0];
+        let even = angles.windows(2).all(|pair| (pair[1] - pair[0] - common).abs() < 1e-6);
+        let (from, to) = (angles[odd], angles[odd + 1]);
+        let message = format!(
+            "{name} goes from {from}° to {to}°, but line {} says that {name} is {stated}° apart",
+            line + 1
+        );
+        let finding = Finding::warning(code, message).assumed("the angles as listed");
+        // Angles that agree with each other speak against the step, one that does not speaks against itself.
+        findings.push(if even && angles.len() > 2 {
+            finding
+                .at(line + 1, 1)
+                .raw(&stated.to_string())
+                .fix(format!("write {common}"))
+        } else {
             let token = &tokens[odd + 1];
-            let message = format!(
-                "{name} goes from {}° to {}°, but line {} says that {name} is {stated}° apart",
-                angles[odd],
-                angles[odd + 1],
+            let fix = format!(
+                "correct the angle, or write 0 in line {} for angles that are not equidistant",
                 line + 1
             );
-            findings.push(
-                Finding::warning(code, message)
-                    .at(token.line + 1, token.column)
-                    .raw(token.text)
-                    .assumed("the angles as listed")
-                    .fix(format!(
-                        "correct the angle, or write 0 in line {} for angles that are not equidistant",
-                        line + 1
-                    )),
-            );
-        }
+            finding.at(token.line + 1, token.column).raw(token.text).fix(fix)
+        });
     }
 }
 
@@ -390,6 +394,7 @@ fn distribution(
         header.lorl_percent.map(|lorl| (lorl, line_of(22) + 1)),
         findings,
     );
+    stated_ratios(header, &intensity, &line_of, findings);
     let mut json = document.header_json();
     json.insert("encoding".into(), Value::from(text.encoding));
     json.insert("line_ending".into(), Value::from(text.line_ending));
@@ -402,7 +407,47 @@ fn distribution(
         native: None,
         luminaire: luminaire(header),
         header: json,
+        eulumdat: (!options.isym3_c90_first).then(|| Box::new(document.clone())),
     })
+}
+
+/// Downward flux fraction and direct ratios against the integral.
+fn stated_ratios(
+    header: &Header,
+    intensity: &IntensityDistribution,
+    line_of: &impl Fn(usize) -> usize,
+    findings: &mut Findings,
+) {
+    let (down, all) = (intensity.flux_between(0.0, 90.0).value(), intensity.flux().value());
+    if let Some(stated) = header.dff_percent
+        && all > 0.0
+        && (stated - 100.0 * down / all).abs() > 3.0
+    {
+        let message = format!(
+            "{:.1} % of the integral goes down; stated is {stated} %",
+            100.0 * down / all
+        );
+        findings.push(
+            Finding::warning("flux-dff", message)
+                .at(line_of(21) + 1, 1)
+                .assumed("the intensities")
+                .fix("correct the downward flux fraction, or look for damage in the intensities"),
+        );
+    }
+    let stated = header.direct_ratios;
+    let first = HEADER + 6 * header.lamp_sets.len();
+    if let Some(at) = (1..10).find(|&at| {
+        stated[at]
+            .zip(stated[at - 1])
+            .is_some_and(|(this, last)| this < last - 1e-9 && this > 0.0)
+    }) {
+        findings.push(
+            Finding::warning("ldt-direct-ratios", "the direct ratios do not rise with the room index")
+                .at(first + at + 1, 1)
+                .assumed("as they stand")
+                .fix("compare the ratios with the source; two may be swapped"),
+        );
+    }
 }
 
 fn sets(header: &Header, line_of: &impl Fn(usize) -> usize, findings: &mut Findings) {

@@ -7,6 +7,7 @@ use super::read::isym;
 use super::{Document, Header, stored_planes};
 use crate::finding::{Finding, Findings};
 use crate::number;
+use crate::quantities::utilisation::direct_ratios;
 
 /// A file's bytes, and what the format could not hold of what was to be written.
 #[derive(Debug, Clone)]
@@ -87,12 +88,40 @@ fn completed(header: &Header, intensity: &IntensityDistribution, flux: f64) -> H
         header.lorl_percent.get_or_insert(100.0 * integral / flux);
         header.dff_percent.get_or_insert(100.0 * down / integral);
     }
+    fill_ratios(&mut header, intensity);
     header.c_step_deg = Some(step(intensity.c_deg(), 360.0));
     header.gamma_step_deg = Some(step(intensity.gamma_deg(), 0.0));
     header
         .type_indicator
         .get_or_insert(if intensity.c_deg().len() == 1 { 1.0 } else { 3.0 });
     header
+}
+
+/// Direct ratios from the integral where none is stated: blank, or ten zeros.
+fn fill_ratios(header: &mut Header, intensity: &IntensityDistribution) {
+    let stated = header
+        .direct_ratios
+        .iter()
+        .any(|ratio| ratio.is_some_and(|ratio| ratio != 0.0));
+    if !stated && let Some(ratios) = direct_ratios(intensity) {
+        header.direct_ratios = ratios.map(Some);
+    }
+}
+
+/// The file as it was read, with blank LORL, DFF and direct ratios computed from the integral; every other field kept.
+pub fn rewrite(document: &Document, intensity: &IntensityDistribution) -> Written {
+    let mut document = document.clone();
+    let flux = document
+        .header
+        .lamp_sets
+        .first()
+        .and_then(|set| set.flux_lm)
+        .unwrap_or(1000.0);
+    let (c_step, gamma_step) = (document.header.c_step_deg, document.header.gamma_step_deg);
+    document.header = completed(&document.header, intensity, flux);
+    document.header.c_step_deg = c_step.or(document.header.c_step_deg);
+    document.header.gamma_step_deg = gamma_step.or(document.header.gamma_step_deg);
+    write_document(&document)
 }
 
 /// The common distance of the angles; 0 where they have none. `turn`: the angles close into a circle of that many degrees.
@@ -251,11 +280,7 @@ impl Lines {
         if wide > 0 {
             let message = format!("{wide} intensities need more than the field's 6 characters to stay what they are");
             let finding = Finding::note("ldt-intensity-wide", message).at(first, 1);
-            self.findings.push(
-                finding
-                    .assumed("nine significant digits")
-                    .fix("--strict-widths rounds them to 6 characters"),
-            );
+            self.findings.push(finding.assumed("nine significant digits"));
         }
     }
 }

@@ -96,6 +96,7 @@ fn distribution(text: &Text<'_>, options: ReadOptions, findings: &mut Findings) 
         native,
         luminaire: scene.luminaire(),
         header,
+        eulumdat: None,
     })
 }
 

@@ -182,20 +182,16 @@ impl<'s> Grid<'s> {
             .map_or(0.0, |k| self.weight[angle][k])
     }
 
-    /// Median and largest residual around, beyond the reach of the change.
+    /// A low and a middling residual around, beyond the reach of the change. Another wrong value nearby, or the
+    /// horizon at 90°, must not hide this one: the upper half is left out.
     fn surroundings(&self, plane: usize, from: usize, to: usize) -> (f64, f64) {
         let row = &self.residual[plane * self.ng..(plane + 1) * self.ng];
-        let mut around: Vec<f64> = (from.saturating_sub(6).max(2)..from)
-            .chain(to..(to + 6).min(self.ng - 2))
-            .map(|angle| row[angle].abs())
-            .collect();
+        let before = from.saturating_sub(6).max(2)..from;
+        let after = to..(to + 6).min(self.ng - 2);
+        let mut around: Vec<f64> = before.chain(after).map(|angle| row[angle].abs()).collect();
         around.sort_by(f64::total_cmp);
-        // Another wrong value nearby must not hide this one: the upper third is left out.
-        let largest = around.get(around.len() * 2 / 3).copied().unwrap_or(0.0);
-        (
-            around.get(around.len() / 2).copied().unwrap_or(0.0).max(self.step),
-            largest.max(self.step),
-        )
+        let at = |index: usize| around.get(index).copied().unwrap_or(0.0).max(self.step);
+        (at(around.len() / 3), at(around.len() / 2))
     }
 
     fn far_enough(&self, plane: usize, angle: usize, change: f64, (typical, largest): (f64, f64)) -> bool {

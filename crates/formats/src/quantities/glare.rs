@@ -1,0 +1,232 @@
+//! The UGR table of CIE 117 and CIE 190: standard rooms, luminaires spaced a quarter of the mounting height.
+//!
+//! Lengths are in units of H, the height of the luminaires above the eye. The room between the luminaires and the eye
+//! is solved for its inter-reflected light with three surfaces (ceiling, walls, floor cavity); the direct light on the
+//! floor follows from the direct ratios. The position index is Guth's formula.
+
+use std::f64::consts::PI;
+
+use serde_json::{Value, json};
+
+use super::utilisation::direct_ratios;
+use crate::Distribution;
+use crate::eulumdat::ROOM_INDICES;
+
+/// X (across the line of sight) and Y (along it) in H.
+const ROOMS: [[f64; 2]; 19] = [
+    [2.0, 2.0],
+    [2.0, 3.0],
+    [2.0, 4.0],
+    [2.0, 6.0],
+    [2.0, 8.0],
+    [2.0, 12.0],
+    [4.0, 2.0],
+    [4.0, 3.0],
+    [4.0, 4.0],
+    [4.0, 6.0],
+    [4.0, 8.0],
+    [4.0, 12.0],
+    [8.0, 4.0],
+    [8.0, 6.0],
+    [8.0, 8.0],
+    [8.0, 12.0],
+    [12.0, 4.0],
+    [12.0, 6.0],
+    [12.0, 8.0],
+];
+
+/// Ceiling, walls, floor cavity in %.
+const REFLECTANCES: [[f64; 3]; 5] = [
+    [70.0, 50.0, 20.0],
+    [70.0, 30.0, 20.0],
+    [50.0, 50.0, 20.0],
+    [50.0, 30.0, 20.0],
+    [30.0, 30.0, 20.0],
+];
+
+/// Spacing over H.
+const SPACING: f64 = 0.25;
+
+/// The table for the luminaire's own flux; null without a luminous area or without downward light.
+pub(super) fn table(distribution: &Distribution) -> Value {
+    let Some(source) = Source::new(distribution) else {
+        return Value::Null;
+    };
+    let view = |lengthwise: bool| -> Vec<Vec<Option<f64>>> {
+        ROOMS.iter().map(|&room| source.row(room, lengthwise)).collect()
+    };
+    json!({
+        "spacing_over_height": SPACING,
+        "reflectance_percent": REFLECTANCES,
+        "room_h": ROOMS,
+        "crosswise": view(false),
+        "endwise": view(true),
+    })
+}
+
+struct Source<'d> {
+    distribution: &'d Distribution,
+    /// Luminous area in m², seen along γ = 0.
+    area_m2: f64,
+    /// Luminous sides in m², seen from C0, C90, C180, C270.
+    side_m2: [f64; 4],
+    down_lm: f64,
+    up_lm: f64,
+    ratios: [f64; 10],
+}
+
+impl<'d> Source<'d> {
+    fn new(distribution: &'d Distribution) -> Option<Self> {
+        let luminaire = &distribution.luminaire;
+        let area_m2 = luminaire.luminous_area_mm2()? * 1e-6;
+        let (length, width) = (
+            luminaire.luminous_length_mm? * 1e-3,
+            luminaire.luminous_width_mm? * 1e-3,
+        );
+        let height = luminaire
+            .luminous_height_mm
+            .map(|height| height.unwrap_or(0.0).max(0.0) * 1e-3);
+        let breadth = if width == 0.0 { length } else { width };
+        // The side seen from C0 is as long as the luminaire, which lies along C90 to C270.
+        let side_m2 = [
+            length * height[0],
+            breadth * height[1],
+            length * height[2],
+            breadth * height[3],
+        ];
+        let grid = &distribution.intensity;
+        Some(Self {
+            distribution,
+            area_m2,
+            side_m2,
+            down_lm: grid.flux_between(0.0, 90.0).value(),
+            up_lm: grid.flux_between(90.0, 180.0).value(),
+            ratios: direct_ratios(grid)?,
+        })
+    }
+
+    /// One value a set of reflectances, for a room of X × Y.
+    fn row(&self, [x, y]: [f64; 2], lengthwise: bool) -> Vec<Option<f64>> {
+        let glare = self.glare(x, y, lengthwise);
+        REFLECTANCES
+            .iter()
+            .map(|reflectance| {
+                let background = self.background(x, y, reflectance.map(|percent| percent / 100.0));
+                let ugr = 8.0 * (0.25 / background * glare).log10();
+                ugr.is_finite().then(|| (ugr * 10.0).round() / 10.0)
+            })
+            .collect()
+    }
+
+    /// Σ L²·ω/p² over the luminaires ahead, times H² in m (it cancels against the background's 1/H²).
+    fn glare(&self, x: f64, y: f64, lengthwise: bool) -> f64 {
+        let mut sum = 0.0;
+        let (across, along) = ((x / SPACING).round() as usize, (y / SPACING).round() as usize);
+        for i in 0..across {
+            let t = (i as f64 + 0.5) * SPACING - x / 2.0;
+            for j in 0..along {
+                let r = (j as f64 + 0.5) * SPACING;
+                // The table of position indices ends at T/R = 3; what lies beyond does not glare (CIE 117).
+                if t.abs() / r > 3.0 {
+                    continue;
+                }
+                let distance = (t * t + r * r + 1.0).sqrt();
+                let gamma = (1.0 / distance).acos().to_degrees();
+                // From the luminaire to the eye: back along the line of sight and sideways.
+                let (view, side) = (-r, -t);
+                let c = if lengthwise {
+                    view.atan2(-side)
+                } else {
+                    side.atan2(view)
+                };
+                let c = c.to_degrees().rem_euclid(360.0);
+                let intensity = self.distribution.intensity.intensity_cd_at(c, gamma);
+                let projected = self.projected_m2(c, gamma);
+                if intensity > 0.0 && projected > 0.0 {
+                    let p = position_index(t, r);
+                    sum += intensity * intensity / (projected * distance * distance * p * p);
+                }
+            }
+        }
+        sum
+    }
+
+    fn projected_m2(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        let (sin_g, cos_g) = gamma_deg.to_radians().sin_cos();
+        let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
+        let [c0, c90, c180, c270] = self.side_m2;
+        let sides =
+            if cos_c > 0.0 { c0 } else { c180 } * cos_c.abs() + if sin_c > 0.0 { c90 } else { c270 } * sin_c.abs();
+        self.area_m2 * cos_g.abs() + sides * sin_g
+    }
+
+    /// Background luminance in cd/m², times H²: indirect illuminance of the walls over π.
+    fn background(&self, x: f64, y: f64, [ceiling, walls, floor]: [f64; 3]) -> f64 {
+        let luminaires = (x / SPACING).round() * (y / SPACING).round();
+        let room_index = x * y / (x + y);
+        let direct = interpolate(&ROOM_INDICES, &self.ratios, room_index).clamp(0.0, 1.0);
+        // Flux that first falls on ceiling, walls and floor.
+        let first = [self.up_lm, self.down_lm * (1.0 - direct), self.down_lm * direct].map(|flux| flux * luminaires);
+        let (plane, wall) = (x * y, 2.0 * (x + y));
+        let between = parallel_factor(x, y);
+        let to_wall = 1.0 - between;
+        let from_wall = to_wall * plane / wall;
+        let exchange = [
+            [0.0, to_wall, between],
+            [from_wall, 1.0 - 2.0 * from_wall, from_wall],
+            [between, to_wall, 0.0],
+        ];
+        let reflectance = [ceiling, walls, floor];
+        // Flux that leaves each surface after every reflection: b = ρ·(first + Fᵀ·b), summed until it is still.
+        let mut leaving = [0.0; 3];
+        for _ in 0..200 {
+            leaving = std::array::from_fn(|to| {
+                let arriving: f64 = (0..3).map(|from| leaving[from] * exchange[from][to]).sum();
+                reflectance[to] * (first[to] + arriving)
+            });
+        }
+        let indirect: f64 = (0..3).map(|from| leaving[from] * exchange[from][1]).sum();
+        indirect / wall / PI
+    }
+}
+
+/// Guth's position index for a source at T = `t` sideways, R = `r` ahead and H = 1 up.
+fn position_index(t: f64, r: f64) -> f64 {
+    let sigma = (t * t + 1.0).sqrt().atan2(r).to_degrees();
+    let tau = t.abs().atan2(1.0).to_degrees();
+    let linear = (35.2 - 0.31889 * tau - 1.22 * (-2.0 * tau / 9.0).exp()) * 1e-3 * sigma;
+    let square = (21.0 + 0.26667 * tau - 0.002963 * tau * tau) * 1e-5 * sigma * sigma;
+    (linear + square).exp()
+}
+
+/// View factor between the two opposite x × y faces of a box of height 1.
+fn parallel_factor(x: f64, y: f64) -> f64 {
+    let (a, b) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
+    let logarithm = (a * a * b * b / (1.0 + x * x + y * y)).sqrt().ln();
+    2.0 / (PI * x * y) * (logarithm + x * b * (x / b).atan() + y * a * (y / a).atan() - x * x.atan() - y * y.atan())
+}
+
+fn interpolate(grid: &[f64; 10], values: &[f64; 10], x: f64) -> f64 {
+    let at = grid.partition_point(|&k| k <= x).clamp(1, 9) - 1;
+    let fraction = ((x - grid[at]) / (grid[at + 1] - grid[at])).clamp(0.0, 1.0);
+    values[at] * (1.0 - fraction) + values[at + 1] * fraction
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn view_factor_of_a_cube_and_position_index_ahead() {
+        // Opposite faces of a cube: 0.1998 (published tables of view factors).
+        assert!((parallel_factor(1.0, 1.0) - 0.199_825).abs() < 1e-5);
+        // CIE 117, table of position indices: T/R = 0, H/R = 0.1 … 1.
+        for (height_over_r, published) in [(0.1, 1.26), (0.5, 2.86), (1.0, 7.0)] {
+            let p = position_index(0.0, 1.0 / height_over_r);
+            assert!(
+                (p / published - 1.0).abs() < 0.06,
+                "H/R {height_over_r}: {p} for {published}"
+            );
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! TM-33-18 (ATLA S001, UNI 11733) and TM-33-23.
+//!
+//! Read after the published schema of ATLA S001 and after samples of TM-33-23 (root `IESTM33-22`); the standards
+//! themselves are not free, so writing TM-33-23 is marked experimental.
+
+mod read;
+mod write;
+
+pub use read::{looks_like, read};
+pub use write::write;
+
+/// An edition that can be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Edition {
+    /// TM-33-18, root `LuminaireOpticalData`.
+    E2018,
+    /// TM-33-23, root `IESTM33-22`; experimental.
+    E2023,
+}

@@ -1,0 +1,197 @@
+//! The project's own corpus, hostile bytes, and every pair of formats there and back.
+//!
+//! `tests/golden` holds one small file a deviation; `tests/golden/expected.txt` what each must give. `ISOLUX_BLESS=1`
+//! writes that list anew, for a person to read before it is committed.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use isolux_formats::{Content, Distribution, Parsed, eulumdat, ies, read_any, tm33};
+use proptest::prelude::*;
+
+fn tests() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests")
+}
+
+fn files(folder: &str) -> Vec<(String, Vec<u8>)> {
+    let mut all: Vec<PathBuf> = std::fs::read_dir(tests().join(folder))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    all.sort();
+    let read = |path: &PathBuf| {
+        (
+            path.file_name().unwrap().to_string_lossy().into_owned(),
+            std::fs::read(path).unwrap(),
+        )
+    };
+    all.iter()
+        .filter(|path| !path.ends_with("expected.txt"))
+        .map(read)
+        .collect()
+}
+
+fn distribution(parsed: Vec<Parsed<Content>>) -> Option<Distribution> {
+    match parsed.into_iter().next()?.document? {
+        Content::Distribution(distribution) => Some(*distribution),
+        Content::Spectrum(_) => None,
+    }
+}
+
+#[test]
+fn golden_files_give_their_findings() {
+    let mut found = String::new();
+    for (name, bytes) in files("golden") {
+        for parsed in read_any(&bytes, &name) {
+            let readable = if parsed.document.is_some() {
+                "readable"
+            } else {
+                "unreadable"
+            };
+            writeln!(found, "{name} {readable}").unwrap();
+            for finding in &parsed.findings {
+                let line = finding.line.map_or("-".to_owned(), |line| line.to_string());
+                writeln!(found, "    {} {} line {line}", finding.severity.word(), finding.code).unwrap();
+            }
+            if let Some(Content::Distribution(d)) = &parsed.document {
+                let peak = d.intensity.peak().intensity.value();
+                let flux = d.intensity.flux().value();
+                writeln!(
+                    found,
+                    "    {} planes, {} γ, peak {peak:.3} cd, {flux:.2} lm",
+                    d.intensity.c_deg().len(),
+                    d.intensity.gamma_deg().len()
+                )
+                .unwrap();
+            }
+        }
+    }
+    let path = tests().join("golden/expected.txt");
+    if std::env::var("ISOLUX_BLESS").is_ok() {
+        std::fs::write(&path, &found).unwrap();
+    }
+    let expected = std::fs::read_to_string(&path).unwrap();
+    for (found, expected) in found.lines().zip(expected.lines()) {
+        assert_eq!(found, expected);
+    }
+    assert_eq!(found.lines().count(), expected.lines().count());
+}
+
+/// Absolute candela in the directions of `a`, within 1e-6 of each value or of a billionth of the peak.
+fn same_light(a: &Distribution, b: &Distribution, what: &str) {
+    let peak = a.intensity.peak().intensity.value().abs();
+    for (plane, &c) in a.intensity.c_deg().iter().enumerate() {
+        for (&gamma, &candela) in a.intensity.gamma_deg().iter().zip(a.intensity.row(plane)) {
+            let other = b.intensity.intensity_cd_at(c, gamma);
+            assert!(
+                (candela - other).abs() <= 1e-6 * candela.abs().max(1e-3 * peak),
+                "{what}: C{c} γ{gamma}: {candela} became {other}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_pair_of_formats_keeps_the_light() {
+    let mut shared: Vec<(String, Vec<u8>)> = files("good");
+    shared.extend(files("golden"));
+    for (name, bytes) in shared {
+        let Some(original) = distribution(read_any(&bytes, &name)) else {
+            continue;
+        };
+        let written = |target: &str, d: &Distribution| match target {
+            "ldt" => eulumdat::write(&d.intensity, &d.eulumdat_header()).unwrap().bytes,
+            "ies" => ies::write(&d.intensity, &d.ies_facts(), ies::Edition::E2002).bytes,
+            "2019.ies" => ies::write(&d.intensity, &d.ies_facts(), ies::Edition::E2019).bytes,
+            "23.xml" => tm33::write(d, tm33::Edition::E2023).bytes,
+            _ => tm33::write(d, tm33::Edition::E2018).bytes,
+        };
+        for first in ["ldt", "ies", "2019.ies", "xml", "23.xml"] {
+            let there = distribution(read_any(&written(first, &original), &format!("x.{first}")))
+                .unwrap_or_else(|| panic!("{name} as {first} cannot be read back"));
+            same_light(&original, &there, &format!("{name} → {first}"));
+            for second in ["ldt", "ies", "xml"] {
+                let back = distribution(read_any(&written(second, &there), &format!("x.{second}"))).unwrap();
+                same_light(&original, &back, &format!("{name} → {first} → {second}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_rewritten_file_keeps_its_header_and_its_symmetry() {
+    for class in 0..5 {
+        let bytes = std::fs::read(tests().join(format!("good/isym{class}.ldt"))).unwrap();
+        let original = distribution(read_any(&bytes, "a.ldt")).unwrap();
+        let document = original.eulumdat.as_ref().unwrap();
+        assert_eq!(document.isym, class);
+        let written = eulumdat::rewrite(document, &original.intensity);
+        assert_eq!(
+            String::from_utf8(written.bytes).unwrap().lines().count(),
+            bytes.split(|&b| b == b'\n').count() - 1
+        );
+        let again = eulumdat::write(&original.intensity, &original.eulumdat_header()).unwrap();
+        let back = eulumdat::read_document(&again.bytes).document.unwrap();
+        assert_eq!(back.isym, class, "symmetry is kept where it is real");
+        assert!(
+            again
+                .bytes
+                .split(|&b| b == b'\n')
+                .all(|line| line.is_empty() || line.ends_with(b"\r"))
+        );
+    }
+}
+
+#[test]
+fn what_is_too_large_is_refused() {
+    let zeros = vec![b'1'; isolux_formats::LARGEST_FILE + 1];
+    let parsed = read_any(&zeros, "x.ldt");
+    assert_eq!(parsed[0].findings[0].code, "file-too-large");
+    // Three short lines that claim a grid of ten thousand million directions.
+    let mut lines = vec![""; 42];
+    lines[2] = "1";
+    let c: Vec<String> = (0..99_000).map(|i| format!("{}", f64::from(i) * 0.0036)).collect();
+    let mut text = String::from(
+        "a\n1\n1\n99000\n0.0036\n3\n90\n\n\n\n\n\n1\n1\n1\n1\n1\n0\n0\n0\n0\n100\n100\n1\n0\n1\n1\nLED\n1000\n\n\n1\n",
+    );
+    text.push_str(&"0\n".repeat(10));
+    text.push_str(&c.join("\n"));
+    text.push_str("\n0\n90\n180\n1\n1\n1\n");
+    let parsed = read_any(text.as_bytes(), "x.ldt");
+    assert!(parsed[0].document.is_none() || c.len() * 3 < 4_000_000);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn any_bytes_end_in_an_answer(bytes in proptest::collection::vec(any::<u8>(), 0..600), name in 0usize..6) {
+        let name = ["x.ldt", "x.ies", "x.xml", "x.gldf", "x.csv", "x"][name];
+        let heads: [&[u8]; 5] = [b"", b"IESNA:LM-63-2002\nTILT=NONE\n", b"<IESTM33-22><Emitter>", b"PK\x03\x04", b"gamma_deg,intensity_cd\n"];
+        for head in heads {
+            for parsed in read_any(&[head, &bytes].concat(), name) {
+                prop_assert!(parsed.document.is_some() || parsed.findings.iter().any(|f| f.severity == isolux_formats::Severity::Error));
+            }
+        }
+    }
+
+    #[test]
+    fn any_damage_of_a_good_file_ends_in_an_answer(file in 0usize..200, cuts in proptest::collection::vec((any::<u32>(), any::<u8>(), 0u8..4), 1..8)) {
+        let mut all = files("good");
+        all.extend(files("golden"));
+        let (name, mut bytes) = all.swap_remove(file % all.len());
+        for (at, byte, what) in cuts {
+            if bytes.is_empty() { break }
+            let at = at as usize % bytes.len();
+            match what {
+                0 => bytes[at] = byte,
+                1 => bytes.insert(at, byte),
+                2 => { bytes.remove(at); }
+                _ => bytes.truncate(at),
+            }
+        }
+        for parsed in read_any(&bytes, &name) {
+            prop_assert!(parsed.document.is_some() || parsed.findings.iter().any(|f| f.severity == isolux_formats::Severity::Error));
+        }
+    }
+}
