@@ -10,13 +10,16 @@ use crate::patch::{self, Light, Patch, Scratch};
 use crate::rules::Estimate;
 use crate::sensor::Sensor;
 use crate::source::{Shape, Source};
-use crate::tiles;
+use crate::{strips, tiles};
 
 /// Relative error that the reference path aims at in every pixel.
 pub(crate) const RELATIVE_TOLERANCE: f64 = 2e-7;
 
 /// Relative error that the quick rules may have; most have far less.
 const QUICK_TOLERANCE: f64 = 1e-6;
+
+/// Share of the brightest light that could reach a pixel below which a pixel's error is no longer relative to itself.
+const DARK: f64 = 1e-7;
 
 /// A map of illuminance without noise.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,6 +77,8 @@ struct Item<'a> {
     /// Lines of sight of the emitter, its middle included; `None` for a point.
     emitter: Option<Patch>,
     rules: Arc<Vec<Rule>>,
+    /// How much smaller errors must be than in the part's light: a thin ring is the small difference of two discs.
+    cancel: f64,
 }
 
 impl<'a> Prepared<'a> {
@@ -116,10 +121,13 @@ impl<'a> Prepared<'a> {
                     step_y,
                     emitter: None,
                     rules,
+                    cancel: 1.0,
                 });
                 continue;
             }
-            for (emitter, share) in part.shape.patches() {
+            let patches = part.shape.patches();
+            let cancel = 1.0 / patches.iter().map(|(_, share)| share.abs()).sum::<f64>();
+            for (emitter, share) in patches {
                 let emitter = emitter.mapped(own);
                 let rules = make(Some(&emitter));
                 let share = part.share * share;
@@ -131,6 +139,7 @@ impl<'a> Prepared<'a> {
                     step_y,
                     emitter: Some(emitter),
                     rules,
+                    cancel,
                 });
             }
         }
@@ -167,22 +176,15 @@ impl Item<'_> {
             // Analytic over pixel and emitter together: one product rule of each, its order from the size.
             return smooth(light, sight, &pixel, self.emitter.as_ref(), reach / nearest);
         }
-        let Some(emitter) = &self.emitter else {
-            return patch::mean(light, &pixel, RELATIVE_TOLERANCE, scratch);
-        };
-        // Kinks are met exactly over the larger of the two; over the smaller one what is left is smooth enough for a rule
-        // that is refined until it settles.
-        let (inner, outer) = if pixel.radius() >= emitter.radius() {
-            (&pixel, emitter)
-        } else {
-            (emitter, &pixel)
-        };
-        let inner = inner.shifted(outer.centre());
-        settle(
-            outer,
-            |offset, scratch| patch::mean(light, &inner.shifted(offset), RELATIVE_TOLERANCE, scratch),
-            scratch,
-        )
+        let distance = sight.length();
+        let height = (light.toward.dot(sight).abs() + reach).min(distance);
+        let brightest = 1e6 * light.table.peak_cd() * height / (distance * distance * distance);
+        let relative = RELATIVE_TOLERANCE * self.cancel;
+        let floor = relative * DARK * brightest;
+        match &self.emitter {
+            None => patch::mean(light, pixel.corner_and_sides(), relative, floor, scratch),
+            Some(emitter) => strips::mean(light, &pixel, emitter, 2.0 * relative, floor, scratch),
+        }
     }
 
     /// A product rule in the vector units, where the bound of its error meets the tolerance.
@@ -205,7 +207,7 @@ impl Item<'_> {
         let [bend_gamma, bend_c] = local.bend;
         let bend = per_cd * (bend_gamma * turn_gamma + bend_c * turn_c);
         let ratio = turn_c.max(turn_gamma);
-        let tolerance = QUICK_TOLERANCE * per_cd * local.middle_cd().abs();
+        let tolerance = QUICK_TOLERANCE * self.cancel * per_cd * local.middle_cd().abs();
         let bound = |rule: &Rule| bend * rule.ramp + per_cd * local.middle_cd().abs() * rule.smooth(ratio);
         let rule = self.rules.iter().find(|rule| bound(rule) <= tolerance)?;
         Some(Estimate {
@@ -233,7 +235,7 @@ fn sensor_distance(light: Light<'_>, sight: DVec3, emitter: &Patch) -> f64 {
 /// Product rule over pixel and emitter where no kink is near. `ratio`: reach of both over the distance of the singularity.
 fn smooth(light: Light<'_>, sight: DVec3, pixel: &Patch, emitter: Option<&Patch>, ratio: f64) -> Estimate {
     let order = match ratio {
-        r if r < 0.001 => 1,
+        r if r < 0.0003 => 1,
         r if r < 0.012 => 2,
         r if r < 0.05 => 3,
         r if r < 0.12 => 4,
@@ -277,31 +279,4 @@ fn product(light: Light<'_>, sight: DVec3, pixel: &Patch, emitter: Option<&Patch
         }
     }
     sum
-}
-
-/// Refines the rule over `outer` until two in a row agree.
-fn settle(outer: &Patch, mut mean: impl FnMut(DVec3, &mut Scratch) -> Estimate, scratch: &mut Scratch) -> Estimate {
-    let mut nodes = Vec::new();
-    let mut before: Option<f64> = None;
-    let mut last = Estimate::default();
-    for order in [1, 2, 3, 5, 8, 12, 16] {
-        outer.nodes(order, &mut nodes);
-        let mut sum = Estimate::default();
-        for &(offset, w) in &nodes {
-            let one = mean(offset, scratch);
-            sum.value += w * one.value;
-            sum.error += w * one.error;
-        }
-        let step = before.map_or(f64::INFINITY, |before| (sum.value - before).abs());
-        last = Estimate {
-            value: sum.value,
-            error: sum.error + step,
-        };
-        if step <= 2.0 * RELATIVE_TOLERANCE * sum.value.abs() || sum.value == 0.0 && order > 2 {
-            last.error = sum.error + 0.3 * step;
-            break;
-        }
-        before = Some(sum.value);
-    }
-    last
 }

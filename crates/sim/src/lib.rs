@@ -6,6 +6,7 @@
 mod batch;
 pub mod blur;
 pub mod camera;
+mod cubature;
 pub mod direct;
 pub mod emission;
 pub mod inverse;
@@ -19,6 +20,7 @@ pub mod sensor;
 pub mod setup;
 pub mod simulation;
 pub mod source;
+mod strips;
 pub mod table;
 mod tiles;
 pub mod tm25;

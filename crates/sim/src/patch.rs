@@ -98,6 +98,21 @@ impl Patch {
         }
     }
 
+    /// The corner at s = t = 0 and the sides; of a disc, those of the square round it.
+    pub fn corner_and_sides(&self) -> [DVec3; 3] {
+        match *self {
+            Self::Parallelogram { corner, first, second } => [corner, first, second],
+            Self::Disc { centre, first, second } => [centre - first - second, 2.0 * first, 2.0 * second],
+        }
+    }
+
+    /// Both sides of a parallelogram, or two radii of a disc.
+    pub fn sides(&self) -> (DVec3, DVec3) {
+        match *self {
+            Self::Parallelogram { first, second, .. } | Self::Disc { first, second, .. } => (first, second),
+        }
+    }
+
     /// Nodes (offset from the centre) and weights, sum 1, of a product rule of `n` points a side (disc: n radii, 2n + 2
     /// azimuths), exact for polynomials up to degree 2n − 1 at least.
     pub fn nodes(&self, n: usize, out: &mut Vec<(DVec3, f64)>) {
@@ -167,55 +182,29 @@ fn any_azimuth(kinks: &[f64], from: f64, to: f64) -> bool {
     (first < kinks.len() && kinks[first] <= high) || kinks.first().is_some_and(|kink| kink + TAU <= high)
 }
 
-/// Mean of `light` over `patch`. `relative` is the error wished for, relative to the mean.
-pub(crate) fn mean(light: Light<'_>, patch: &Patch, relative: f64, scratch: &mut Scratch) -> Estimate {
+/// Mean of `light` over the parallelogram corner + s·first + t·second, with an error below `relative` of it or below `floor`
+/// (lx) on each panel.
+pub(crate) fn mean(
+    light: Light<'_>,
+    [corner, first, second]: [DVec3; 3],
+    relative: f64,
+    floor: f64,
+    scratch: &mut Scratch,
+) -> Estimate {
     let mut panels = std::mem::take(&mut scratch.panels);
     panels.clear();
-    let mut total = Estimate::default();
-    match *patch {
-        Patch::Parallelogram { corner, first, second } => {
-            // The inner integral bends where a kink leaves through a side, and where a cone touches a line.
-            breaks(light.table, corner, second, &mut scratch.breaks);
-            panels.extend_from_slice(&scratch.breaks);
-            breaks(light.table, corner + first, second, &mut scratch.breaks);
-            panels.extend_from_slice(&scratch.breaks);
-            tangents(light.table, corner, first, second, 0.0, &mut panels);
-            thin(&mut panels);
-            let pair = if angular(patch) < 0.2 { K7 } else { K15 };
-            let mut line = |t: f64| line_mean(light, corner + t * second, first, &mut scratch.breaks);
-            let tolerance = relative * line(0.5).abs();
-            for window in panels.windows(2) {
-                if window[1] - window[0] > 1e-13 {
-                    total.add(rules::adaptive(&mut line, pair, window[0], window[1], tolerance, 24));
-                }
-            }
-        }
-        Patch::Disc { centre, first, second } => {
-            rim(light.table, centre, first, second, &mut panels);
-            tangents(light.table, centre, first, second, -1.0, &mut panels);
-            thin(&mut panels);
-            let mut chord = |y: f64| {
-                let half = (1.0 - y * y).max(0.0).sqrt();
-                2.0 * half / PI
-                    * line_mean(
-                        light,
-                        centre + y * second - half * first,
-                        2.0 * half * first,
-                        &mut scratch.breaks,
-                    )
-            };
-            let tolerance = relative * chord(0.0).abs();
-            for window in panels.windows(2) {
-                let (from, width) = (window[0], window[1] - window[0]);
-                if width > 1e-13 {
-                    // Roots at the ends of a panel (the rim, a touching cone) become polynomials in s.
-                    let mut panel =
-                        |s: f64| 6.0 * s * (1.0 - s) * width * chord(from + width * s * s * (3.0 - 2.0 * s));
-                    total.add(rules::adaptive(&mut panel, K15, 0.0, 1.0, tolerance, 24));
-                }
-            }
-        }
-    }
+    // The inner integral bends where a kink leaves through a side, and where a cone touches a line.
+    breaks(light, corner, second, &mut scratch.breaks);
+    panels.extend_from_slice(&scratch.breaks);
+    breaks(light, corner + first, second, &mut scratch.breaks);
+    panels.extend_from_slice(&scratch.breaks);
+    tangents(light.table, corner, first, second, &mut panels);
+    thin(&mut panels);
+    let middle = corner + 0.5 * (first + second);
+    let angular = (first.length() + second.length()) / middle.length().max(1e-300);
+    let pair = if angular < 0.2 { K7 } else { K15 };
+    let mut line = |t: f64| line_mean(light, corner + t * second, first, &mut scratch.breaks);
+    let total = rules::adaptive(&mut line, pair, &panels, relative, floor, 24);
     scratch.panels = panels;
     total
 }
@@ -234,61 +223,57 @@ fn thin(panels: &mut Vec<f64>) {
     }
 }
 
-/// −1, 1 and every y at which a kink crosses the rim of the disc, or the chord passes the pole. The disc lies in a plane
-/// z = const, so that both kinds of kink are α + β·cos φ + δ·sin φ = 0 along the rim.
-fn rim(table: &Table, centre: DVec3, first: DVec3, second: DVec3, out: &mut Vec<f64>) {
-    out.extend([-1.0, 1.0]);
-    push_between(
-        out,
-        -centre.truncate().dot(second.truncate()) / second.length_squared(),
-        -1.0,
-    );
-    let mut solve = |alpha: f64, beta: f64, delta: f64| {
-        let size = beta.hypot(delta);
-        if alpha.abs() < size {
-            let (phase, half) = (delta.atan2(beta), (-alpha / size).acos());
-            push_between(out, (phase + half).sin(), -1.0);
-            push_between(out, (phase - half).sin(), -1.0);
-        }
-    };
-    for &kink in table.c_kinks() {
-        let (sin, cos) = kink.sin_cos();
-        let across = |v: DVec3| v.x * sin - v.y * cos;
-        solve(across(centre), across(first), across(second));
-    }
-    let square = centre.length_squared() + first.length_squared();
-    for &kink in table.gamma_kinks() {
-        let cosine = kink.cos() * kink.cos();
-        solve(
-            cosine * square - centre.z * centre.z,
-            2.0 * cosine * centre.dot(first),
-            2.0 * cosine * centre.dot(second),
-        );
-    }
-}
-
-/// Size of the patch against its distance from the emitter and from the pole axis: what decides the rules' order.
-fn angular(patch: &Patch) -> f64 {
-    let centre = patch.centre();
-    let radius = patch.radius();
-    2.0 * radius / (centre.length() - radius).max(1e-300)
-}
-
 /// Mean of `light` along a + u·b, u in [0, 1].
 fn line_mean(light: Light<'_>, a: DVec3, b: DVec3, scratch: &mut Vec<f64>) -> f64 {
-    breaks(light.table, a, b, scratch);
+    breaks(light, a, b, scratch);
     let mut sum = 0.0;
     for window in scratch.windows(2) {
         if window[1] > window[0] {
-            sum += segment(light, a, b, window[0], window[1], 40);
+            sum += segment(light, a, b, [window[0], window[1]], &|_| 1.0, 40);
         }
     }
     sum
 }
 
-/// ∫ over u in [from, to] with a Gauss rule that suits the distance to the nearest singularity: the emitter itself and,
+/// ∫ light·w dx along origin + x·along (a unit vector), where w rises from 0 at corners[0] with slope 1 to corners[1], is even
+/// to corners[2] and falls to 0 at corners[3].
+pub(crate) fn trapezoid(
+    light: Light<'_>,
+    origin: DVec3,
+    along: DVec3,
+    corners: [f64; 4],
+    scratch: &mut Scratch,
+) -> f64 {
+    let length = corners[3] - corners[0];
+    if length <= 0.0 {
+        return 0.0;
+    }
+    let (a, b) = (origin + corners[0] * along, length * along);
+    let [rise, fall] = [1, 2].map(|k: usize| (corners[k] - corners[0]) / length);
+    breaks(light, a, b, &mut scratch.breaks);
+    push(&mut scratch.breaks, rise);
+    push(&mut scratch.breaks, fall);
+    scratch.breaks.sort_by(f64::total_cmp);
+    let weight = |u: f64| length * u.min(rise).min(1.0 - u);
+    let mut sum = 0.0;
+    for window in scratch.breaks.windows(2) {
+        if window[1] > window[0] {
+            sum += segment(light, a, b, [window[0], window[1]], &weight, 40);
+        }
+    }
+    length * sum
+}
+
+/// ∫ weight·light over u in [from, to] with a Gauss rule that suits the distance to the nearest singularity: the emitter itself and,
 /// because azimuth and polar angle are not smooth there, the pole axis.
-fn segment(light: Light<'_>, a: DVec3, b: DVec3, from: f64, to: f64, depth: u32) -> f64 {
+fn segment(
+    light: Light<'_>,
+    a: DVec3,
+    b: DVec3,
+    [from, to]: [f64; 2],
+    weight: &impl Fn(f64) -> f64,
+    depth: u32,
+) -> f64 {
     let length = (to - from) * b.length();
     let nearest = |square: f64, product: f64| {
         if square > 0.0 {
@@ -303,27 +288,37 @@ fn segment(light: Light<'_>, a: DVec3, b: DVec3, from: f64, to: f64, depth: u32)
     let ratio = length / to_emitter.min(to_axis).max(1e-300);
     if ratio > 1.0 && depth > 0 {
         let middle = 0.5 * (from + to);
-        return segment(light, a, b, from, middle, depth - 1) + segment(light, a, b, middle, to, depth - 1);
+        return segment(light, a, b, [from, middle], weight, depth - 1)
+            + segment(light, a, b, [middle, to], weight, depth - 1);
     }
     let order = match ratio {
-        r if r < 0.01 => 2,
-        r if r < 0.06 => 3,
-        r if r < 0.2 => 4,
-        r if r < 0.5 => 6,
+        r if r < 0.02 => 2,
+        r if r < 0.1 => 3,
+        r if r < 0.3 => 4,
+        r if r < 0.7 => 6,
         _ => 9,
     };
     let width = to - from;
     width
         * rules::gauss(order)
             .iter()
-            .map(|&(u, w)| w * light.at(a + (from + width * u) * b))
+            .map(|&(s, w)| {
+                let u = from + width * s;
+                w * weight(u) * light.at(a + u * b)
+            })
             .sum::<f64>()
 }
 
 /// 0, every u in (0, 1) at which the interpolant bends along a + u·b, and 1; rising.
-fn breaks(table: &Table, a: DVec3, b: DVec3, out: &mut Vec<f64>) {
+fn breaks(light: Light<'_>, a: DVec3, b: DVec3, out: &mut Vec<f64>) {
+    let table = light.table;
     out.clear();
     out.push(0.0);
+    // Light from behind the sensor's plane is none.
+    let rise = light.toward.dot(b);
+    if rise != 0.0 {
+        push(out, -light.toward.dot(a) / rise);
+    }
     let end = a + b;
     let square = b.x * b.x + b.y * b.y;
     if square > 0.0 {
@@ -376,13 +371,9 @@ fn breaks(table: &Table, a: DVec3, b: DVec3, out: &mut Vec<f64>) {
     out.sort_by(f64::total_cmp);
 }
 
+/// Keeps `u` if it lies between 0 and 1.
 fn push(out: &mut Vec<f64>, u: f64) {
-    push_between(out, u, 0.0);
-}
-
-/// Keeps `u` if it lies between `low` and 1.
-fn push_between(out: &mut Vec<f64>, u: f64, low: f64) {
-    if u > low && u < 1.0 {
+    if u > 0.0 && u < 1.0 {
         out.push(u);
     }
 }
@@ -430,9 +421,9 @@ fn crossing(a: DVec3, b: DVec3, cosine: f64, from: f64, to: f64) -> f64 {
     u
 }
 
-/// The t in (low, 1) at which the line corner + t·second + s·first touches a cone γ = γ_j: the plane through the emitter and
+/// The t in (0, 1) at which the line corner + t·second + s·first touches a cone γ = γ_j: the plane through the emitter and
 /// the line has the normal N = (corner + t·second) × first, and touches the cone where N_z² = sin²γ |N|².
-fn tangents(table: &Table, corner: DVec3, first: DVec3, second: DVec3, low: f64, out: &mut Vec<f64>) {
+pub(crate) fn tangents(table: &Table, corner: DVec3, first: DVec3, second: DVec3, out: &mut Vec<f64>) {
     let (n0, n1) = (corner.cross(first), second.cross(first));
     for &kink in table.gamma_kinks() {
         let sine = kink.sin() * kink.sin();
@@ -443,7 +434,7 @@ fn tangents(table: &Table, corner: DVec3, first: DVec3, second: DVec3, low: f64,
         if root >= 0.0 {
             let q = -(b + root.sqrt().copysign(b));
             for t in [q / a, c / q] {
-                push_between(out, t, low);
+                push(out, t);
             }
         }
     }

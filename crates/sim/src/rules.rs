@@ -90,11 +90,28 @@ impl Estimate {
     }
 }
 
-/// Integrates `f` over [a, b] with `pair`, halving intervals until the rules agree to `tolerance` (absolute) on each, or
-/// `depth` halvings are used up.
-pub fn adaptive(f: &mut dyn FnMut(f64) -> f64, pair: Pair, a: f64, b: f64, tolerance: f64, depth: u32) -> Estimate {
-    let whole = once(f, pair, a, b);
-    refine(f, pair, a, b, whole, tolerance, depth)
+/// Integrates `f` over the rising `panels` with `pair`, halving each until the rules agree to `relative` of the whole or to
+/// `floor` (absolute), or `depth` halvings are used up.
+pub fn adaptive(
+    f: &mut dyn FnMut(f64) -> f64,
+    pair: Pair,
+    panels: &[f64],
+    relative: f64,
+    floor: f64,
+    depth: u32,
+) -> Estimate {
+    let first: Vec<([f64; 2], Estimate)> = panels
+        .windows(2)
+        .filter(|window| window[1] - window[0] > 1e-13)
+        .map(|window| ([window[0], window[1]], once(f, pair, window[0], window[1])))
+        .collect();
+    let whole: f64 = first.iter().map(|(_, found)| found.value).sum();
+    let tolerance = floor.max(relative * whole.abs());
+    let mut total = Estimate::default();
+    for ([a, b], found) in first {
+        total.add(refine(f, pair, a, b, found, tolerance, depth));
+    }
+    total
 }
 
 fn once(f: &mut dyn FnMut(f64) -> f64, pair: Pair, a: f64, b: f64) -> Estimate {
@@ -179,7 +196,7 @@ mod tests {
     #[test]
     fn halving_finds_a_kink_and_bounds_its_error() {
         let exact = 0.5 * (0.3_f64.powi(2) + 0.7_f64.powi(2));
-        let found = adaptive(&mut |x: f64| (x - 0.3).abs(), K7, 0.0, 1.0, 1e-9, 40);
+        let found = adaptive(&mut |x: f64| (x - 0.3).abs(), K7, &[0.0, 1.0], 1e-9, 0.0, 40);
         assert!(
             (found.value - exact).abs() <= found.error.max(1e-8),
             "{found:?} against {exact}"

@@ -18,6 +18,7 @@ pub struct Table {
     c_kinks: Vec<f64>,
     /// Polar angles at which the slope in γ changes or the distribution ends.
     gamma_kinks: Vec<f64>,
+    peak_cd: f64,
     c_search: Search,
     gamma_search: Search,
 }
@@ -107,6 +108,7 @@ impl Table {
             intensity_cd,
             c_kinks: Vec::new(),
             gamma_kinks: Vec::new(),
+            peak_cd: 0.0,
             c_search,
             gamma_search,
         };
@@ -165,6 +167,11 @@ impl Table {
         low + tc * (along(ic + 1) - low)
     }
 
+    /// Largest magnitude, candela.
+    pub(crate) fn peak_cd(&self) -> f64 {
+        self.peak_cd
+    }
+
     /// Azimuths at which the interpolant bends, in [0, 2π), rising.
     pub(crate) fn c_kinks(&self) -> &[f64] {
         &self.c_kinks
@@ -182,6 +189,7 @@ impl Table {
             .intensity_cd
             .iter()
             .fold(0.0_f64, |peak, value| peak.max(value.abs()));
+        self.peak_cd = peak;
         let at = |ic: usize, ig: usize| self.intensity_cd[ic * ng + ig];
         let bends = |x: [f64; 3], y: [f64; 3]| {
             let straight = y[0] + (y[2] - y[0]) * (x[1] - x[0]) / (x[2] - x[0]);

@@ -243,3 +243,78 @@ fn a_ring_is_the_mean_of_its_points() {
         found.illuminance_lx[0]
     );
 }
+
+#[test]
+fn a_thin_ring_near_the_sensor_obeys_its_closed_form() {
+    // Lambertian annulus a < r < b, point on its axis at d: E = I0·d²/((a² + d²)(b² + d²)).
+    let gamma_deg: Vec<f64> = (0..=3600).map(|i| f64::from(i) * 0.025).collect();
+    let intensity = gamma_deg.iter().map(|g| 250.0 * g.to_radians().cos()).collect();
+    let lambert = IntensityDistribution::new(vec![0.0], gamma_deg, intensity).unwrap();
+    for (inner, outer, distance) in [(11.0, 17.0, 20.0), (16.5, 17.0, 40.0)] {
+        let ring = Source::single(
+            Arc::new(Table::new(&lambert)),
+            Shape::Ring {
+                centre: DVec3::ZERO,
+                inner,
+                outer,
+            },
+        );
+        let map = inverse::solve(&ring, &Sensor::new(&pose(1e-3, 1, distance)).unwrap());
+        let square = distance * distance;
+        let expected = 1e6 * 250.0 * square / ((inner * inner + square) * (outer * outer + square));
+        let found = map.illuminance_lx[0] / expected - 1.0;
+        assert!(found.abs() < 1e-6, "{inner} to {outer} mm at {distance} mm: {found:e}");
+    }
+}
+
+#[test]
+fn a_pixel_whose_middle_is_dark_is_bounded_and_soon_done() {
+    // 100 cd within a cone of 30°, dark beyond; the pixel's middle lies outside, one side inside.
+    let cone = IntensityDistribution::new(vec![0.0], vec![0.0, 30.0], vec![100.0; 2]).unwrap();
+    let distance = 100.0;
+    let mut pose = pose(40.0, 1, distance);
+    let edge = distance * 30.0_f64.to_radians().tan();
+    pose.offset_mm = [edge + 10.0, 3.0];
+    let sensor = Sensor::new(&pose).unwrap();
+    for shape in [
+        Shape::Point(DVec3::ZERO),
+        Shape::Disc {
+            centre: DVec3::ZERO,
+            radius: 2.0,
+        },
+    ] {
+        let map = inverse::solve(&Source::single(Arc::new(Table::new(&cone)), shape), &sensor);
+        // Rows of the pixel in closed form for a point, ∫ d/(x² + y² + d²)^(3/2) dx; spots of the disc by brute force.
+        let of = |spot: DVec3| {
+            let rows = 4000;
+            let mut sum = 0.0;
+            for row in 0..rows {
+                let y = 3.0 - spot.y + 40.0 * ((f64::from(row) + 0.5) / f64::from(rows) - 0.5);
+                let end = (edge * edge - y * y).max(0.0).sqrt();
+                let (from, to) = (edge - 10.0 - spot.x, edge + 30.0 - spot.x);
+                let primitive = |x: f64| {
+                    distance * x / ((y * y + distance * distance) * (x * x + y * y + distance * distance).sqrt())
+                };
+                sum += (primitive(to.min(end)) - primitive(from.max(-end).min(end))).max(0.0);
+            }
+            1e8 * sum / (40.0 * f64::from(rows))
+        };
+        let radius = shape.radius();
+        let mut expected = 0.0;
+        let (rings, spokes) = if radius > 0.0 { (12, 48) } else { (1, 1) };
+        for ring in 0..rings {
+            for spoke in 0..spokes {
+                let r = radius * ((f64::from(ring) + 0.5) / f64::from(rings)).sqrt();
+                let (sin, cos) = (TAU * (f64::from(spoke) + 0.5) / f64::from(spokes)).sin_cos();
+                expected += of(DVec3::new(r * cos, r * sin, 0.0)) / f64::from(rings * spokes);
+            }
+        }
+        let found = map.illuminance_lx[0] / expected - 1.0;
+        assert!(found.abs() < 2e-5, "{shape:?}: {found:e}");
+        assert!(
+            map.error_lx < 1e-6 * expected,
+            "{shape:?}: bound {}",
+            map.error_lx / expected
+        );
+    }
+}
