@@ -7,28 +7,39 @@ use std::collections::BinaryHeap;
 
 use crate::rules::Estimate;
 
-/// Cells after which an integral is given up, with the bound that it has then.
-const MOST_CELLS: usize = 20_000;
+/// When an integral is given up, with the bound that it has then.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Patience {
+    /// Cells in all.
+    pub cells: usize,
+    /// Tolerances that the bound may still be away by when the first cells have been doubled.
+    pub hopeless: f64,
+}
 
 /// Integral of `f` over the rectangles `starts` (from and to along each coordinate), until the bound is below `relative` of it or
-/// below `floor` (absolute).
+/// below `floor` (absolute), or `patience` ends. `f` is given the rectangle's number too.
 pub(crate) fn integral(
     starts: &[[[f64; 2]; 2]],
     relative: f64,
     floor: f64,
-    mut f: impl FnMut([f64; 2]) -> f64,
+    patience: Patience,
+    mut f: impl FnMut(usize, [f64; 2]) -> f64,
 ) -> Estimate {
     let mut cells = BinaryHeap::new();
     let (mut bound, mut value) = (0.0, 0.0);
-    for [a, b] in starts {
+    for (start, [a, b]) in starts.iter().enumerate() {
         let middle = [0.5 * (a[0] + a[1]), 0.5 * (b[0] + b[1])];
         let half = [0.5 * (a[1] - a[0]), 0.5 * (b[1] - b[0])];
-        let cell = Cell::new(middle, half, &mut f);
+        let cell = Cell::new(start, middle, half, &mut f);
         bound += cell.bound;
         value += cell.value;
         cells.push(cell);
     }
-    while bound > floor.max(relative * value.abs()) && cells.len() < MOST_CELLS {
+    let look = 2 * cells.len() + 100;
+    while bound > floor.max(relative * value.abs()) && cells.len() < patience.cells {
+        if cells.len() == look && bound > patience.hopeless * floor.max(relative * value.abs()) {
+            break;
+        }
         let Some(worst) = cells.pop() else { break };
         bound -= worst.bound;
         value -= worst.value;
@@ -53,6 +64,7 @@ const NULL: f64 = 0.02;
 /// A rectangle of the parameters and its integral.
 #[derive(Debug, Clone, Copy)]
 struct Cell {
+    start: usize,
     middle: [f64; 2],
     half: [f64; 2],
     value: f64,
@@ -83,7 +95,7 @@ impl Ord for Cell {
 }
 
 impl Cell {
-    fn new(middle: [f64; 2], half: [f64; 2], at: &mut impl FnMut([f64; 2]) -> f64) -> Self {
+    fn new(start: usize, middle: [f64; 2], half: [f64; 2], at: &mut impl FnMut(usize, [f64; 2]) -> f64) -> Self {
         // λ₂, λ₃ = λ₄, λ₅ and the weights of the paper for two dimensions.
         let (near, far, corner) = ((9.0_f64 / 70.0).sqrt(), 0.9_f64.sqrt(), (9.0_f64 / 19.0).sqrt());
         let seven = [
@@ -94,7 +106,7 @@ impl Cell {
             6859.0 / 78732.0,
         ];
         let five = [-971.0 / 729.0, 245.0 / 486.0, 65.0 / 1458.0, 25.0 / 729.0];
-        let mut value = |s: f64, t: f64| at([middle[0] + s * half[0], middle[1] + t * half[1]]);
+        let mut value = |s: f64, t: f64| at(start, [middle[0] + s * half[0], middle[1] + t * half[1]]);
         let centre = value(0.0, 0.0);
         let mut pair = |s: f64, t: f64| value(s, t) + value(-s, -t);
         let (near_s, near_t) = (pair(near, 0.0), pair(0.0, near));
@@ -111,6 +123,7 @@ impl Cell {
         let third = area * (centre + (near_s + near_t - 4.0 * centre) * 35.0 / 27.0);
         let best = area * (sum(&seven) + seven[4] * corners);
         Self {
+            start,
             middle,
             half,
             value: best,
@@ -119,13 +132,13 @@ impl Cell {
         }
     }
 
-    fn halves(self, at: &mut impl FnMut([f64; 2]) -> f64) -> [Self; 2] {
+    fn halves(self, at: &mut impl FnMut(usize, [f64; 2]) -> f64) -> [Self; 2] {
         let mut half = self.half;
         half[self.along] *= 0.5;
         [-1.0, 1.0].map(|side| {
             let mut middle = self.middle;
             middle[self.along] += side * half[self.along];
-            Self::new(middle, half, at)
+            Self::new(self.start, middle, half, at)
         })
     }
 }
@@ -134,11 +147,16 @@ impl Cell {
 mod tests {
     use super::*;
 
+    const PATIENCE: Patience = Patience {
+        cells: 1000,
+        hopeless: f64::INFINITY,
+    };
+
     #[test]
     fn polynomials_are_exact() {
         // ∫ x⁴y² and ∫ x over [0, 2] × [0, 1].
         for (exact, power) in [(32.0 / 15.0, [4, 2]), (2.0, [1, 0])] {
-            let found = integral(&[[[0.0, 2.0], [0.0, 1.0]]], 1e-6, 0.0, |[x, y]| {
+            let found = integral(&[[[0.0, 2.0], [0.0, 1.0]]], 1e-6, 0.0, PATIENCE, |_, [x, y]| {
                 x.powi(power[0]) * y.powi(power[1])
             });
             assert!(
@@ -152,7 +170,9 @@ mod tests {
     fn a_kink_is_found_and_its_bound_holds() {
         // ∫ |x − 0.2| over a unit square round 0.
         let exact = 0.5 * (0.7_f64.powi(2) + 0.3_f64.powi(2));
-        let found = integral(&[[[-0.5, 0.5], [-0.5, 0.5]]], 1e-7, 0.0, |[x, _]| (x - 0.2).abs());
+        let found = integral(&[[[-0.5, 0.5], [-0.5, 0.5]]], 1e-7, 0.0, PATIENCE, |_, [x, _]| {
+            (x - 0.2).abs()
+        });
         assert!(
             found.error <= 1e-7 && (found.value - exact).abs() <= found.error,
             "{found:?}"

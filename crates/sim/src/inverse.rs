@@ -183,7 +183,7 @@ impl Item<'_> {
         let floor = relative * DARK * brightest;
         match &self.emitter {
             None => patch::mean(light, pixel.corner_and_sides(), relative, floor, scratch),
-            Some(emitter) => strips::mean(light, &pixel, emitter, 2.0 * relative, floor, scratch),
+            Some(emitter) => strips::mean(light, &pixel, emitter, 4.0 * relative, floor, scratch),
         }
     }
 

@@ -37,7 +37,7 @@ where
     } else {
         SMALL
     };
-    let side = side.min(sensor.nx.max(sensor.ny).div_ceil(4).max(SMALL));
+    let side = side.min(sensor.nx.max(sensor.ny).div_ceil(4));
     let mut todo = Vec::new();
     for y in (0..sensor.ny).step_by(side) {
         for x in (0..sensor.nx).step_by(side) {
