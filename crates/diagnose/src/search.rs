@@ -158,6 +158,8 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
     let mut members: Vec<Hypothesis> = Vec::new();
     let mut current = baseline.clone();
     let mut unexplained: Option<(usize, f64)> = None;
+    // A pattern without a name took the place of a member.
+    let mut nameless = false;
     if p_global <= settings.significance {
         (members, current) = bench.grow(&scan, &first, &baseline);
         for _ in 0..4 {
@@ -175,10 +177,17 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
                 Change::Dropped => {
                     current = bench.fit(&members)?;
                     bench.update_noise(&current);
-                    unexplained = bench.strongest_rival(&current, &members);
-                    break;
+                    nameless = true;
+                }
+                Change::Superfluous => {
+                    current = bench.fit(&members)?;
+                    bench.update_noise(&current);
                 }
             }
+        }
+        unexplained = bench.left_over(&current, &members);
+        if unexplained.is_none() && (nameless || members.is_empty()) {
+            unexplained = bench.strongest_rival(&current, &members);
         }
         // Strongest first.
         let mut strength: Vec<(f64, Hypothesis)> = members
@@ -213,7 +222,10 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
 enum Change {
     None,
     Swapped,
+    /// A pattern without a name makes it better.
     Dropped,
+    /// Nothing is left for it to make.
+    Superfluous,
 }
 
 struct Bench<'a, F: Forward + ?Sized> {
@@ -699,6 +711,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         for i in 0..members.len() {
             let rivalry = self.rivalry(members, i, extra)?;
             let Some(top) = rivalry.ranked.first() else { continue };
+            let nothing = 1.0 - rivalry.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
+            if nothing > top.posterior {
+                members.remove(i);
+                return Some(Change::Superfluous);
+            }
             match (&top.label, &top.hypothesis) {
                 (Label::Named(effect), Some(hypothesis)) if *effect != members[i].effect => {
                     members[i] = hypothesis.clone();

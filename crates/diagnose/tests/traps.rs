@@ -1,0 +1,300 @@
+//! Mistakes that a diagnosis can make, one test each, on a bench of a few lines with a known law.
+
+use isolux_diagnose::forward::{Forward, Hypothesis, Searchable};
+use isolux_diagnose::rivals::rivals;
+use isolux_diagnose::search::{Label, Outcome, Settings, search};
+use isolux_diagnose::table::{Light, Row, Source};
+use nalgebra::DVector;
+use rand::{RngExt as _, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+/// A lamp of intensity cos γ at 1 m; half-planes scanned one after the other, dark readings at both ends.
+struct Toy {
+    rows: Vec<Row>,
+    effects: Vec<Searchable>,
+    /// The warm-up of the truth is not the formula of the effect: a share of it is slower.
+    true_second: f64,
+}
+
+const DRIFT: usize = 0;
+const WARMUP: usize = 1;
+const OFFSET: usize = 2;
+const STRAY: usize = 3;
+const ZERO: usize = 4;
+const BACKLASH: usize = 5;
+
+fn searchable(name: &'static str, step: f64, plausible: f64, one_sided: bool, shapes: Vec<Vec<f64>>) -> Searchable {
+    let k = shapes[0].len();
+    Searchable {
+        name,
+        step: vec![step],
+        plausible: vec![plausible],
+        one_sided,
+        never_negative: false,
+        bounds: vec![(30.0, 3000.0); k],
+        shape_step: vec![1.0; k],
+        fixed: vec![false; k],
+        shapes,
+    }
+}
+
+impl Toy {
+    fn new(planes: u32, two_ways: bool, capped: bool) -> Self {
+        let mut rows = Vec::new();
+        let mut time_s = 100.0;
+        let dark = |rows: &mut Vec<Row>, time_s: &mut f64| {
+            for light in [Light::LampOff, Light::Capped] {
+                for _ in 0..if capped { 6 } else { 0 } {
+                    *time_s += 4.0;
+                    rows.push(Row {
+                        light,
+                        time_s: *time_s,
+                        ..Row::bare(Source::Reading, 0.0, 0.05)
+                    });
+                }
+            }
+        };
+        dark(&mut rows, &mut time_s);
+        for plane in 0..planes {
+            let travel = if two_ways && plane % 2 == 1 { -1.0 } else { 1.0 };
+            time_s += 20.0;
+            for k in 0..29 {
+                time_s += 4.0;
+                let gamma_deg = travel * (5.0 * f64::from(k) - 70.0);
+                let c_deg = 15.0 * f64::from(plane);
+                rows.push(Row {
+                    time_s,
+                    c_deg,
+                    gamma_deg,
+                    travel,
+                    ..Row::bare(Source::Reading, 0.0, 0.0)
+                });
+            }
+        }
+        dark(&mut rows, &mut time_s);
+        let effects = vec![
+            searchable("drift", 0.01, 0.02, false, vec![vec![]]),
+            searchable("warmup", 0.01, 0.1, true, vec![vec![150.0], vec![400.0], vec![1000.0]]),
+            searchable("offset", 0.1, 1.0, false, vec![vec![]]),
+            searchable("stray", 0.1, 1.0, true, vec![vec![]]),
+            searchable("zero", 0.05, 0.5, false, vec![vec![]]),
+            searchable("backlash", 0.05, 0.3, false, vec![vec![]]),
+        ];
+        let mut toy = Self {
+            rows,
+            effects,
+            true_second: 0.0,
+        };
+        let clean = toy.signal(&[], 0.0);
+        for (row, lx) in toy.rows.iter_mut().zip(clean) {
+            row.u = (0.004 * lx).hypot(0.05);
+        }
+        toy
+    }
+
+    fn signal(&self, hypotheses: &[Hypothesis], second: f64) -> Vec<f64> {
+        let of = |effect: usize| hypotheses.iter().find(|h| h.effect == effect);
+        let amount = |effect: usize| of(effect).map_or(0.0, |h| h.linear[0]);
+        self.rows
+            .iter()
+            .map(|row| {
+                let gamma = row.gamma_deg + amount(ZERO) + 0.5 * amount(BACKLASH) * row.travel;
+                let mut lx = 100.0 * gamma.to_radians().cos().max(0.0).powi(3);
+                lx *= 1.0 + amount(DRIFT) * row.time_s / 3600.0;
+                if let Some(h) = of(WARMUP) {
+                    let tau = h.shape[0];
+                    let law = (1.0 - second) * (-row.time_s / tau).exp() + second * (-row.time_s / (4.0 * tau)).exp();
+                    lx *= 1.0 + h.linear[0] * law;
+                }
+                let lamp = f64::from(row.light == Light::Lit);
+                let room = f64::from(row.light != Light::Capped);
+                let direct = if lx.is_finite() { lamp * lx.max(0.0) } else { 0.0 };
+                direct + amount(STRAY) * room + amount(OFFSET)
+            })
+            .collect()
+    }
+
+    /// Rows with the hidden effects and AR(1) noise, in units of the stated uncertainty.
+    fn measured(&self, hidden: &[Hypothesis], rho: f64, seed: u64) -> Vec<Row> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut last: f64 = rng.sample(StandardNormal);
+        let truth = self.signal(hidden, self.true_second);
+        self.rows
+            .iter()
+            .zip(truth)
+            .map(|(row, lx)| {
+                let noise = last;
+                let fresh: f64 = rng.sample(StandardNormal);
+                last = rho * last + (1.0 - rho * rho).sqrt() * fresh;
+                Row {
+                    measured: lx + row.u * noise,
+                    ..*row
+                }
+            })
+            .collect()
+    }
+
+    fn diagnose(&self, rows: &[Row]) -> Outcome {
+        search(
+            self,
+            rows,
+            &Settings {
+                nulls: 500,
+                ..Settings::default()
+            },
+        )
+        .expect("the toy predicts everything")
+    }
+}
+
+impl Forward for Toy {
+    fn nuisances(&self) -> usize {
+        3
+    }
+
+    fn effects(&self) -> &[Searchable] {
+        &self.effects
+    }
+
+    fn predict(&self, nuisance: &[f64], hypotheses: &[Hypothesis]) -> Option<DVector<f64>> {
+        let added: f64 = [OFFSET]
+            .iter()
+            .filter_map(|&e| hypotheses.iter().find(|h| h.effect == e))
+            .map(|h| h.linear[0])
+            .sum();
+        let signal = self.signal(hypotheses, 0.0);
+        let values = self.rows.iter().zip(signal).map(|(row, lx)| {
+            let x2 = (row.gamma_deg / 90.0).powi(2);
+            let shape = if row.gamma_deg.is_finite() {
+                nuisance[0] + nuisance[1] * x2 + nuisance[2] * x2 * x2
+            } else {
+                0.0
+            };
+            (lx - added) * shape.exp() + added
+        });
+        Some(DVector::from_iterator(
+            self.rows.len(),
+            values.map(|v| if v.is_finite() { v } else { 0.0 }),
+        ))
+    }
+}
+
+fn hidden(effect: usize, amount: f64, shape: &[f64]) -> Hypothesis {
+    Hypothesis {
+        effect,
+        linear: vec![amount],
+        shape: shape.to_vec(),
+    }
+}
+
+fn names(toy: &Toy, outcome: &Outcome) -> Vec<&'static str> {
+    outcome
+        .after
+        .hypotheses
+        .iter()
+        .map(|h| toy.effects[h.effect].name)
+        .collect()
+}
+
+/// A noisy reading used as a coordinate finds effects in pure noise: the level must be the model's.
+#[test]
+fn the_level_is_the_models() {
+    let toy = Toy::new(6, true, true);
+    let level = toy.signal(&[], 0.0);
+    let order: Vec<usize> = (0..toy.rows.len()).collect();
+    let (one, two) = (toy.measured(&[], 0.0, 1), toy.measured(&[], 0.0, 2));
+    let (a, b) = (rivals(&one, &level, &order), rivals(&two, &level, &order));
+    assert_eq!(a.len(), b.len());
+    assert!(
+        a.iter().zip(&b).all(|(a, b)| a.columns == b.columns),
+        "no pattern depends on what was read"
+    );
+}
+
+/// Correlated noise that nobody modelled makes almost every clean scan a discovery.
+#[test]
+fn correlated_noise_is_no_effect() {
+    let toy = Toy::new(8, true, true);
+    let alarms = (0..24)
+        .filter(|&seed| toy.diagnose(&toy.measured(&[], 0.5, 100 + seed)).p_global <= 0.01)
+        .count();
+    assert!(alarms <= 2, "{alarms} of 24 clean scans with ρ = 0.5 raised an alarm");
+}
+
+/// Thresholds on single tests raise alarms by the dozen; the whole scan's own noise does not.
+#[test]
+fn clean_data_stay_clean() {
+    let toy = Toy::new(8, true, true);
+    let alarms = (0..24)
+        .filter(|&seed| toy.diagnose(&toy.measured(&[], 0.0, 200 + seed)).p_global <= 0.01)
+        .count();
+    assert!(alarms <= 1, "{alarms} of 24 clean scans raised an alarm");
+}
+
+/// A formula that is a little wrong leaves a remainder at high significance: it is no second effect.
+#[test]
+fn a_rough_formula_makes_no_second_effect() {
+    let toy = Toy {
+        true_second: 0.1,
+        ..Toy::new(8, true, true)
+    };
+    let outcome = toy.diagnose(&toy.measured(&[hidden(WARMUP, 0.08, &[400.0])], 0.0, 5));
+    assert_eq!(names(&toy, &outcome), ["warmup"]);
+    assert!(outcome.unexplained.is_none());
+}
+
+/// Opposite offsets cancel on lit readings; the dark records see both.
+#[test]
+fn opposite_offsets_are_both_found() {
+    let toy = Toy::new(8, true, true);
+    let pair = [hidden(STRAY, 0.4, &[]), hidden(OFFSET, -0.4, &[])];
+    let outcome = toy.diagnose(&toy.measured(&pair, 0.0, 9));
+    let mut found = names(&toy, &outcome);
+    found.sort_unstable();
+    assert_eq!(found, ["offset", "stray"]);
+}
+
+/// Identical twins to first order: the answer is a set, not a name.
+#[test]
+fn twins_make_a_set() {
+    let toy = Toy::new(8, false, true);
+    let outcome = toy.diagnose(&toy.measured(&[hidden(ZERO, 0.2, &[])], 0.0, 11));
+    let top: Vec<usize> = outcome.rivalries[0]
+        .ranked
+        .iter()
+        .take(2)
+        .filter_map(|ranked| match ranked.label {
+            Label::Named(effect) => Some(effect),
+            Label::Unnamed(_) => None,
+        })
+        .collect();
+    assert!(top.contains(&ZERO) && top.contains(&BACKLASH));
+    assert!(outcome.rivalries[0].ranked[0].posterior < 0.9);
+    let both_ways = Toy::new(8, true, true);
+    let outcome = both_ways.diagnose(&both_ways.measured(&[hidden(ZERO, 0.2, &[])], 0.0, 11));
+    assert_eq!(names(&both_ways, &outcome), ["zero"]);
+    assert!(
+        outcome.rivalries[0].ranked[0].posterior > 0.9,
+        "two directions of travel tell them apart"
+    );
+}
+
+/// What the data cannot show is listed, not silently absent.
+#[test]
+fn blind_spots_show() {
+    let with = Toy::new(8, true, true);
+    let without = Toy::new(8, true, false);
+    let sigma = |toy: &Toy, effect: usize| {
+        let outcome = toy.diagnose(&toy.measured(&[], 0.0, 3));
+        outcome
+            .visibility
+            .iter()
+            .find(|(e, ..)| *e == effect)
+            .map_or(0.0, |(.., sigma)| *sigma)
+    };
+    assert!(
+        sigma(&with, OFFSET) > 2.0 * sigma(&without, OFFSET),
+        "dark records see an offset"
+    );
+}
