@@ -1,6 +1,6 @@
 //! Orthonormal bases and projections: the linear algebra under every statistic of the diagnosis.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// An orthonormal basis of a subspace of the readings' space, one column a direction, one row a reading.
 #[derive(Debug, Clone)]
@@ -79,6 +79,30 @@ impl Basis {
     }
 }
 
+/// Pseudo-inverse of a normal matrix JᵀJ, scaled to a unit diagonal first: parameters have very different sizes.
+///
+/// Directions below `tolerance` of the largest, and parameters that change nothing, get zero: the data say nothing of
+/// them. So does everything where an entry is not finite.
+pub fn inverse_of_normal(normal: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> {
+    let n = normal.nrows();
+    if n == 0 || normal.iter().any(|value| !value.is_finite()) {
+        return DMatrix::zeros(n, n);
+    }
+    // 0 for a parameter without effect, else 1/length.
+    let size = DVector::from_fn(n, |i, _| {
+        let length = normal[(i, i)].max(0.0).sqrt();
+        if length.is_normal() { 1.0 / length } else { 0.0 }
+    });
+    let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * size[i] * size[j]);
+    let Some(eigen) = SymmetricEigen::try_new(scaled, f64::EPSILON, 1000 * n) else {
+        return DMatrix::zeros(n, n);
+    };
+    let limit = tolerance * eigen.eigenvalues.amax();
+    let inverse = eigen.eigenvalues.map(|value| if value > limit { 1.0 / value } else { 0.0 });
+    let whole = &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
+    DMatrix::from_fn(n, n, |i, j| whole[(i, j)] * size[i] * size[j])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -94,6 +118,17 @@ mod tests {
         let mut inside = columns.clone();
         basis.project_out(&mut inside);
         assert!(inside.amax() < 1e-10);
+    }
+
+    #[test]
+    fn parameters_without_effect_have_no_inverse() {
+        let normal = DMatrix::from_row_slice(4, 4, &[4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 9e8]);
+        let inverse = inverse_of_normal(&normal, 1e-12);
+        let pick = |m: &DMatrix<f64>| m.select_rows(&[0, 3]).select_columns(&[0, 3]);
+        let product = pick(&normal) * pick(&inverse);
+        assert!((product - DMatrix::identity(2, 2)).amax() < 1e-9);
+        assert!(inverse.row(1).amax() == 0.0 && inverse.row(2).amax() == 0.0);
+        assert_eq!(inverse_of_normal(&DMatrix::from_element(3, 3, f64::NAN), 1e-12), DMatrix::zeros(3, 3));
     }
 
     #[test]

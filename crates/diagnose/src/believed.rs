@@ -6,7 +6,7 @@ use isolux_model::{BelongsTo, Effect, EffectSpec, Model, Refined, Role, ShapeTru
 use isolux_record::observation::{MapSet, MapUnit, ReadingCoordinates, SpectraSet};
 use nalgebra::DVector;
 
-use crate::forward::{Forward, Hypothesis, Searchable};
+use crate::forward::{Forward, Hypothesis, Searchable, Spread};
 
 /// Where the rows of one observation file come from.
 #[derive(Debug, Clone)]
@@ -256,6 +256,7 @@ impl Believed {
             let mut grids: Vec<Vec<f64>> = Vec::new();
             let mut bounds = Vec::new();
             let mut steps = Vec::new();
+            let mut believed = Vec::new();
             for &k in &shapes {
                 let parameter = &spec.parameters[k];
                 let (low, high) = parameter.plausible;
@@ -269,19 +270,24 @@ impl Believed {
                         };
                         bounds.push((0.5 * spacing, frequencies.last().map_or(1.0, |f| f + spacing)));
                         steps.push(0.02 * spacing);
+                        let top = frequencies.last().copied().unwrap_or(1.0);
+                        believed.push(Spread { middle: None, width: top.max(spacing) });
                         grids.push(frequencies);
                     }
                     Role::RangeId => {
                         grids.push(self.ranges());
                         bounds.push((f64::NEG_INFINITY, f64::INFINITY));
                         steps.push(0.0);
+                        believed.push(Spread { middle: None, width: 1.0 });
                     }
                     Role::Shape { grid } if parameter.key == "azimuth_deg" => {
+                        believed.push(Spread { middle: None, width: 360.0 });
                         grids.push(grid.to_vec());
                         bounds.push((low - 360.0, high + 360.0));
                         steps.push(0.5);
                     }
                     Role::Shape { grid } => {
+                        believed.push(Spread::over(low, high));
                         grids.push(grid.to_vec());
                         bounds.push(if low > 0.0 {
                             (0.5 * low, 2.0 * high)
@@ -320,6 +326,7 @@ impl Believed {
                 plausible,
                 shapes: product(&grids),
                 bounds,
+                believed,
                 shape_step: steps,
                 fixed: shapes
                     .iter()

@@ -11,7 +11,7 @@ use crate::table::Coordinate;
 /// Prior probability, given that there is something, that the catalogue has no name for it.
 pub const OUTSIDE_CATALOGUE: f64 = 0.15;
 /// A rival whose pattern is this close (R²) to a named effect's adds nothing: the name stands for it.
-const SAME_PATTERN: f64 = 0.9;
+const SAME_PATTERN: f64 = 0.98;
 /// An effect with more shapes than this is a search through frequencies, not a smooth pattern.
 const MANY_SHAPES: usize = 60;
 
@@ -65,13 +65,16 @@ impl Dictionary {
         let named: Vec<DVector<f64>> = names
             .iter()
             .filter(|candidate| candidate.columns.len() == 1 && !many(candidate.who))
-            .map(|candidate| all[candidate.columns.start].component_mul(row_scale).normalize())
+            .filter_map(|candidate| all[candidate.columns.start].component_mul(row_scale).try_normalize(f64::MIN_POSITIVE))
             .collect();
         let distinct: Vec<bool> = rivals
             .par_iter()
             .map(|rival| {
                 rival.columns.len() != 1 || {
-                    let pattern = rival.columns[0].component_mul(row_scale).normalize();
+                    let pattern = rival.columns[0].component_mul(row_scale);
+                    let Some(pattern) = pattern.try_normalize(f64::MIN_POSITIVE) else {
+                        return false;
+                    };
                     named.iter().all(|name| name.dot(&pattern).powi(2) < SAME_PATTERN)
                 }
             })

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::basis::inverse_of_normal;
 use crate::forward::{Forward, Hypothesis};
 use crate::whitening::Sequence;
 
@@ -93,6 +94,9 @@ pub fn fit<F: Forward + ?Sized>(
     let mut prediction = forward.predict(&state.0, &state.1)?;
     let mut residual = whitener.vector(&(measured - &prediction));
     let mut objective = residual.norm_squared() + shape_penalty(forward, &state.1);
+    if !objective.is_finite() {
+        return None;
+    }
     let mut known = tangents.clone();
     whitener.apply(&mut known);
     let mut jacobian = DMatrix::zeros(measured.len(), slots.len());
@@ -145,12 +149,7 @@ impl Fit {
     /// Covariance of all parameters (order of the Jacobian) for a noise scale `s`: s²·(JᵀJ)⁻¹.
     pub fn covariance(&self, scale: f64) -> DMatrix<f64> {
         let normal = self.jacobian.tr_mul(&self.jacobian);
-        let n = normal.nrows();
-        // Scaled to a unit diagonal first: parameters have very different sizes.
-        let size = DVector::from_fn(n, |i, _| normal[(i, i)].sqrt().max(f64::MIN_POSITIVE));
-        let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] / (size[i] * size[j]));
-        let inverse = scaled.pseudo_inverse(1e-10).unwrap_or_else(|_| DMatrix::identity(n, n));
-        DMatrix::from_fn(n, n, |i, j| scale * scale * inverse[(i, j)] / (size[i] * size[j]))
+        scale * scale * inverse_of_normal(&normal, 1e-10)
     }
 }
 
@@ -225,7 +224,11 @@ fn derivative<F: Forward + ?Sized>(
         })
         .collect();
     for (k, column) in wanted.into_iter().zip(columns) {
-        jacobian.set_column(k, &whitener.vector(&column?));
+        let column = whitener.vector(&column?);
+        if column.iter().any(|value| !value.is_finite()) {
+            return None;
+        }
+        jacobian.set_column(k, &column);
     }
     Some(())
 }
@@ -235,17 +238,19 @@ fn solve_damped(normal: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) ->
     if n == 0 {
         return DVector::zeros(0);
     }
-    let size = DVector::from_fn(n, |i, _| normal[(i, i)].sqrt().max(f64::MIN_POSITIVE));
-    let mut scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] / (size[i] * size[j]));
+    // A parameter that changes nothing stays where it is.
+    let size = DVector::from_fn(n, |i, _| {
+        let length = normal[(i, i)].max(0.0).sqrt();
+        if length.is_normal() { length } else { f64::INFINITY }
+    });
+    let mut scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] / size[i] / size[j]);
     for i in 0..n {
         scaled[(i, i)] = 1.0 + damping + 1e-10;
     }
     let target = gradient.component_div(&size);
     let solved = match scaled.clone().cholesky() {
         Some(cholesky) => cholesky.solve(&target),
-        None => scaled
-            .pseudo_inverse(1e-9)
-            .map_or_else(|_| DVector::zeros(n), |inverse| inverse * target),
+        None => inverse_of_normal(&scaled, 1e-9) * target,
     };
     solved.component_div(&size)
 }

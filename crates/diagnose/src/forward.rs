@@ -13,6 +13,22 @@ pub struct Hypothesis {
     pub shape: Vec<f64>,
 }
 
+/// A prior of one shape parameter, normal with the spread of a uniform one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// The middle; none where every value is as likely (an azimuth).
+    pub middle: Option<f64>,
+    /// The width of the plausible range.
+    pub width: f64,
+}
+
+impl Spread {
+    /// Uniform over a plausible range.
+    pub fn over(low: f64, high: f64) -> Self {
+        Self { middle: Some(0.5 * (low + high)), width: high - low }
+    }
+}
+
 /// How an effect can be searched for.
 #[derive(Debug, Clone)]
 pub struct Searchable {
@@ -30,6 +46,8 @@ pub struct Searchable {
     pub shapes: Vec<Vec<f64>>,
     /// Lowest and highest value of each shape parameter in a fit.
     pub bounds: Vec<(f64, f64)>,
+    /// Where each shape parameter is believed to lie before any data.
+    pub believed: Vec<Spread>,
     /// Difference at which the derivative to each shape parameter is taken.
     pub shape_step: Vec<f64>,
     /// Shape parameters that the data cannot change smoothly (a range's number): kept at their grid value.

@@ -204,13 +204,16 @@ impl Scan {
 
 impl Seen {
     fn sign(&self, z: f64) -> f64 {
-        if !self.one_sided {
-            0.0
-        } else if z >= 0.0 {
-            (2.0 * (1.0 - WRONG_SIGN)).ln()
-        } else {
-            (2.0 * WRONG_SIGN).ln()
-        }
+        if self.one_sided { sign_evidence(z) } else { 0.0 }
+    }
+}
+
+/// What an amplitude's sign says for an effect that has a natural one.
+pub fn sign_evidence(amplitude: f64) -> f64 {
+    if amplitude >= 0.0 {
+        (2.0 * (1.0 - WRONG_SIGN)).ln()
+    } else {
+        (2.0 * WRONG_SIGN).ln()
     }
 }
 

@@ -3,13 +3,13 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::basis::Basis;
+use crate::basis::{Basis, inverse_of_normal};
 use crate::dictionary::{Dictionary, OUTSIDE_CATALOGUE};
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::{Fit, Whitener, fit, nuisance_tangents};
 use crate::forward::{Forward, Hypothesis};
 use crate::rivals::{Rival, rivals};
-use crate::scan::{Found, Scan, Who, p_value};
+use crate::scan::{Found, Scan, Who, p_value, sign_evidence};
 use crate::table::{Coordinate, Row};
 use crate::whitening::{Sequence, heavy_tail_weights};
 
@@ -158,8 +158,6 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
     let mut members: Vec<Hypothesis> = Vec::new();
     let mut current = baseline.clone();
     let mut unexplained: Option<(usize, f64)> = None;
-    // A pattern without a name took the place of a member.
-    let mut nameless = false;
     if p_global <= settings.significance {
         (members, current) = bench.grow(&scan, &first, &baseline);
         for _ in 0..4 {
@@ -177,16 +175,26 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
                 Change::Dropped => {
                     current = bench.fit(&members)?;
                     bench.update_noise(&current);
-                    nameless = true;
-                }
-                Change::Superfluous => {
-                    current = bench.fit(&members)?;
-                    bench.update_noise(&current);
                 }
             }
         }
         unexplained = bench.left_over(&current, &members);
-        if unexplained.is_none() && (nameless || members.is_empty()) {
+        if let Some((alone, explained)) = bench.one_without_a_name(&current, &members, unexplained) {
+            members.clear();
+            current = bench.fit(&members)?;
+            unexplained = Some((alone, explained));
+        } else if let Some((_, left)) = unexplained {
+            // What has no name may be all there is: only names that are strong beside it stay.
+            let before = members.len();
+            let strong = |i: usize| bench.explained_by(&members, &current, i) > BESIDE_SHARE * left;
+            let keep: Vec<bool> = (0..before).map(strong).collect();
+            let mut keep = keep.into_iter();
+            members.retain(|_| keep.next().unwrap_or(true));
+            if members.len() < before {
+                current = bench.fit(&members)?;
+                unexplained = bench.strongest_rival(&current, &members);
+            }
+        } else if members.is_empty() {
             unexplained = bench.strongest_rival(&current, &members);
         }
         // Strongest first.
@@ -218,14 +226,28 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
     })
 }
 
+/// A name beside a pattern without one must explain this many times what the pattern explains: a generic pattern is but a
+/// likeness of the unknown, and what it misses looks like anything.
+const BESIDE_SHARE: f64 = 2.0;
+
+/// ln of the factor that a generic pattern loses where a name explains as much.
+const ALIAS: f64 = 4.0;
+
+/// One row of a comparison before it is a probability.
+struct Entry {
+    label: Label,
+    /// ln(prior · Bayes factor) and explained σ² of every pattern under this label.
+    evidence: Vec<(f64, f64)>,
+    explained: f64,
+    hypothesis: Option<Hypothesis>,
+}
+
 /// What a look at one member's rivals changed.
 enum Change {
     None,
     Swapped,
-    /// A pattern without a name makes it better.
+    /// A pattern without a name makes it better, or nothing is left for it to make.
     Dropped,
-    /// Nothing is left for it to make.
-    Superfluous,
 }
 
 struct Bench<'a, F: Forward + ?Sized> {
@@ -464,7 +486,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let mut residual = fitted.residual.clone();
         out.project_out_vector(&mut residual);
         let normal = columns.tr_mul(&columns);
-        let inverse = normal.pseudo_inverse(1e-14).ok()?;
+        let inverse = inverse_of_normal(&normal, 1e-14);
         let mut linear: Vec<f64> = (inverse * columns.tr_mul(&residual)).iter().copied().collect();
         if searchable.never_negative {
             linear[0] = linear[0].max(0.05 * searchable.step[0]);
@@ -681,6 +703,10 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             .filter(|one| matches!(one.who, Who::Unnamed { .. }))
             .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
         let kept: Vec<usize> = self.kept(members);
+        // The disagreement itself may be a name that was not taken: a pattern counts by its own evidence.
+        if p_value(best.ln_evidence, &self.nulls) > self.settings.significance {
+            return None;
+        }
         (best.explained > self.settings.second_share.powi(2) * strongest)
             .then_some((kept[best.candidate], best.explained))
     }
@@ -694,6 +720,90 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             .filter(|one| matches!(one.who, Who::Unnamed { .. }))
             .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
         Some((self.kept(members)[best.candidate], best.explained))
+    }
+
+    /// The pattern without a name that alone makes what the members (and what they leave unexplained) make, and better.
+    ///
+    /// Two names and a remainder can imitate one unknown thing; one unknown thing is the simpler belief.
+    fn one_without_a_name(
+        &self,
+        fitted: &Fit,
+        members: &[Hypothesis],
+        extra: Option<(usize, f64)>,
+    ) -> Option<(usize, f64)> {
+        let base = self.fit(&[])?;
+        let scan = self.scan(&base, &[], None);
+        let alone = self
+            .look(&scan, &base)
+            .into_iter()
+            .filter(|one| matches!(one.who, Who::Unnamed { .. }))
+            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        let variance = self.noise.scale.powi(2);
+        let mut explained = (base.chi2 - fitted.chi2) / variance;
+        let mut evidence = 0.5 * explained;
+        for (i, member) in members.iter().enumerate() {
+            let own = self.explained_by(members, fitted, i);
+            evidence += self.refined_evidence(fitted, i, member, own) - 0.5 * own;
+        }
+        if let Some((candidate, more)) = extra {
+            let left = self.scan(fitted, members, None);
+            let of = self.look(&left, fitted).into_iter().find(|one| {
+                matches!(one.who, Who::Unnamed { .. }) && self.kept(members)[one.candidate] == candidate
+            })?;
+            evidence += of.ln_evidence;
+            explained += more;
+        }
+        let margin = if members.len() + usize::from(extra.is_some()) > 1 {
+            0.0
+        } else {
+            0.5 * self.alias_margin(explained)
+        };
+        (alone.ln_evidence > evidence + margin).then(|| (self.kept(&[])[alone.candidate], alone.explained))
+    }
+
+    /// What a pattern without a name must explain more than a name, in σ², before it counts as another pattern.
+    fn alias_margin(&self, explained: f64) -> f64 {
+        6.0 + 4.0 * self.settings.model_form.powi(2) * explained.max(0.0)
+    }
+
+    /// ln(prior · Bayes factor) of member `i` of a fit that explains `explained`, its shape averaged over what was believed
+    /// of it (Laplace).
+    fn refined_evidence(&self, fitted: &Fit, i: usize, member: &Hypothesis, explained: f64) -> f64 {
+        let effects = self.forward.effects();
+        let searchable = &effects[member.effect];
+        let mut evidence = ((1.0 - OUTSIDE_CATALOGUE) / effects.len().max(1) as f64).ln()
+            + ln_bayes_factor(explained, member.linear.len());
+        if searchable.one_sided {
+            evidence += sign_evidence(member.linear[0]);
+        }
+        if !searchable.fixed.is_empty() && searchable.fixed.iter().all(|fixed| *fixed) {
+            return evidence - (searchable.shapes.len() as f64).ln();
+        }
+        let free: Vec<usize> = (0..member.shape.len()).filter(|&j| !searchable.fixed[j]).collect();
+        if free.is_empty() {
+            return evidence;
+        }
+        // The columns of this member's shapes, everything else projected out.
+        let width = |hypothesis: &Hypothesis| {
+            let fixed = &effects[hypothesis.effect].fixed;
+            hypothesis.linear.len() + fixed.iter().filter(|fixed| !**fixed).count()
+        };
+        let start = fitted.nuisance.len() + fitted.hypotheses[..i].iter().map(width).sum::<usize>() + member.linear.len();
+        let own = start..start + free.len();
+        let rest: Vec<usize> = (0..fitted.jacobian.ncols()).filter(|k| !own.contains(k)).collect();
+        let mut inside = fitted.jacobian.columns(own.start, own.len()).into_owned();
+        Basis::spanning(&fitted.jacobian.select_columns(&rest), 1e-9).project_out(&mut inside);
+        for (place, &j) in free.iter().enumerate() {
+            let spread = searchable.believed[j];
+            let sigma = spread.width / 12.0_f64.sqrt();
+            inside.column_mut(place).scale_mut(sigma / self.noise.scale);
+            if let Some(middle) = spread.middle {
+                evidence -= 0.5 * ((member.shape[j] - middle) / sigma).powi(2);
+            }
+        }
+        let information = DMatrix::identity(free.len(), free.len()) + inside.tr_mul(&inside);
+        let determinant = information.determinant();
+        if determinant.is_finite() { evidence - 0.5 * determinant.max(1.0).ln() } else { evidence }
     }
 
     /// Numbers, in the dictionary, of the candidates that a scan with these members keeps.
@@ -714,7 +824,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             let nothing = 1.0 - rivalry.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
             if nothing > top.posterior {
                 members.remove(i);
-                return Some(Change::Superfluous);
+                return Some(Change::Dropped);
             }
             match (&top.label, &top.hypothesis) {
                 (Label::Named(effect), Some(hypothesis)) if *effect != members[i].effect => {
@@ -780,77 +890,80 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
                 let mut tried = others.clone();
                 tried.push(start);
                 let fitted = self.fit(&tried)?;
-                let explained = (base.chi2 - fitted.chi2) / variance;
-                Some((effect, fitted.hypotheses.last()?.clone(), explained, linear))
+                let hypothesis = fitted.hypotheses.last()?.clone();
+                // With a pattern without a name beside it only the scan knows what is left for the name.
+                let explained = if extra.is_some() { linear } else { (base.chi2 - fitted.chi2) / variance };
+                let evidence = self.refined_evidence(&fitted, others.len(), &hypothesis, explained);
+                Some((effect, hypothesis, explained, evidence))
             })
             .collect();
-        // ln evidence: the linear average over shapes, moved by what the full fit gains or loses.
-        let mut entries: Vec<(Label, f64, f64, Option<Hypothesis>)> = Vec::new();
+        let mut entries: Vec<Entry> = Vec::new();
         for &(effect, evidence) in &named {
-            match refined.iter().find(|(e, ..)| *e == effect) {
-                Some((_, hypothesis, explained, linear)) if extra.is_none() => {
-                    let moved = evidence + 0.5 * (explained - linear);
-                    entries.push((Label::Named(effect), moved, *explained, Some(hypothesis.clone())));
-                }
-                Some((_, hypothesis, _, linear)) => {
-                    entries.push((Label::Named(effect), evidence, *linear, Some(hypothesis.clone())));
-                }
-                None => entries.push((Label::Named(effect), evidence, 0.0, None)),
+            let linear = found
+                .iter()
+                .filter(|one| matches!(one.who, Who::Named { effect: e, .. } if e == effect))
+                .map(|one| one.explained)
+                .fold(0.0, f64::max);
+            let mut entry = Entry {
+                label: Label::Named(effect),
+                evidence: vec![(evidence, linear)],
+                explained: linear,
+                hypothesis: None,
+            };
+            if let Some((_, hypothesis, explained, evidence)) = refined.iter().find(|(e, ..)| *e == effect) {
+                entry.evidence = vec![(*evidence, *explained)];
+                entry.explained = *explained;
+                entry.hypothesis = Some(hypothesis.clone());
             }
+            entries.push(entry);
         }
-        let mut unnamed: Vec<(Coordinate, Vec<f64>, f64)> = Vec::new();
+        let best_name = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
         for one in &found {
             if let Who::Unnamed { rival } = one.who {
-                let coordinate = self.rivals[rival].coordinate;
-                match unnamed.iter_mut().find(|(c, ..)| *c == coordinate) {
-                    Some((_, terms, explained)) => {
-                        terms.push(one.ln_evidence);
-                        *explained = explained.max(one.explained);
+                let label = Label::Unnamed(self.rivals[rival].coordinate);
+                // A generic pattern that does no better than a name is that name's likeness, not another cause.
+                let alias = one.explained < best_name + self.alias_margin(best_name);
+                let evidence = one.ln_evidence - if alias { ALIAS } else { 0.0 };
+                match entries.iter_mut().find(|entry| entry.label == label) {
+                    Some(entry) => {
+                        entry.evidence.push((evidence, one.explained));
+                        entry.explained = entry.explained.max(one.explained);
                     }
-                    None => unnamed.push((coordinate, vec![one.ln_evidence], one.explained)),
+                    None => entries.push(Entry {
+                        label,
+                        evidence: vec![(evidence, one.explained)],
+                        explained: one.explained,
+                        hypothesis: None,
+                    }),
                 }
             }
         }
-        entries.extend(
-            unnamed
-                .into_iter()
-                .map(|(c, terms, explained)| (Label::Unnamed(c), ln_sum_exp(&terms), explained, None)),
-        );
-        entries.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let (best_evidence, best_explained) = entries.first().map_or((0.0, 0.0), |entry| (entry.1, entry.2));
-        // What the formulas are allowed to be wrong by adds to the noise of every comparison.
-        let sharpness = 1.0 / (1.0 + self.settings.model_form.powi(2) * best_explained.max(0.0));
-        // Only the likelihood is blunted by that, never what was believed before.
-        let unnamed_priors = entries
-            .iter()
-            .filter(|entry| matches!(entry.0, Label::Unnamed(_)))
-            .count();
-        let prior = |label: Label| match label {
-            Label::Named(_) => ((1.0 - OUTSIDE_CATALOGUE) / self.forward.effects().len().max(1) as f64).ln(),
-            Label::Unnamed(_) => (OUTSIDE_CATALOGUE / unnamed_priors.max(1) as f64).ln(),
+        // What the formulas are allowed to be wrong by adds to the noise of every comparison: the likelihood is blunted by
+        // that, never what was believed before.
+        let strongest = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
+        let sharpness = 1.0 / (1.0 + self.settings.model_form.powi(2) * strongest);
+        let blunted = |entry: &Entry| {
+            let terms: Vec<f64> =
+                entry.evidence.iter().map(|(evidence, explained)| evidence - 0.5 * explained * (1.0 - sharpness)).collect();
+            ln_sum_exp(&terms)
         };
-        let best_prior = entries.first().map_or(0.0, |entry| prior(entry.0));
-        let weights: Vec<f64> = entries
-            .iter()
-            .map(|entry| {
-                let believed = prior(entry.0) - best_prior;
-                ((entry.1 - best_evidence - believed) * sharpness + believed).exp()
-            })
-            .collect();
-        let nothing = (-best_evidence * sharpness).exp();
-        let total = weights.iter().sum::<f64>() + nothing;
+        let mut entries: Vec<(f64, Entry)> = entries.into_iter().map(|entry| (blunted(&entry), entry)).collect();
+        entries.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let best = entries.first().map_or(0.0, |entry| entry.0).max(0.0);
+        let weights: Vec<f64> = entries.iter().map(|entry| (entry.0 - best).exp()).collect();
+        let total = weights.iter().sum::<f64>() + (-best).exp();
         let own = entries
             .iter()
-            .find(|entry| entry.0 == Label::Named(members[i].effect))
-            .map_or(0.0, |entry| entry.1);
+            .find(|(_, entry)| entry.label == Label::Named(members[i].effect))
+            .map_or(0.0, |(_, entry)| ln_sum_exp(&entry.evidence.iter().map(|(e, _)| *e).collect::<Vec<_>>()));
         let ranked = entries
             .into_iter()
             .zip(weights)
-            .map(|((label, _, explained, hypothesis), weight)| Ranked {
-                label,
+            .map(|((_, entry), weight)| Ranked {
+                label: entry.label,
                 posterior: weight / total,
-                sigma: explained.max(0.0).sqrt(),
-                hypothesis,
+                sigma: entry.explained.max(0.0).sqrt(),
+                hypothesis: entry.hypothesis,
             })
             .collect();
         Some(Rivalry {
@@ -924,10 +1037,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let mut inside = self.whitened.columns(columns.start, columns.len()).into_owned();
         out.project_out(&mut inside);
         let normal = inside.tr_mul(&inside);
-        let amplitudes = normal.pseudo_inverse(1e-14).map_or_else(
-            |_| DVector::zeros(columns.len()),
-            |inverse| inverse * inside.tr_mul(&fitted.residual),
-        );
+        let amplitudes = inverse_of_normal(&normal, 1e-14) * inside.tr_mul(&fitted.residual);
         let pattern = self.dictionary.columns.columns(columns.start, columns.len()) * amplitudes;
         Unexplained {
             rival: self.rivals[rival].clone(),

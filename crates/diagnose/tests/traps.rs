@@ -1,6 +1,6 @@
 //! Mistakes that a diagnosis can make, one test each, on a bench of a few lines with a known law.
 
-use isolux_diagnose::forward::{Forward, Hypothesis, Searchable};
+use isolux_diagnose::forward::{Forward, Hypothesis, Searchable, Spread};
 use isolux_diagnose::rivals::rivals;
 use isolux_diagnose::search::{Label, Outcome, Settings, search};
 use isolux_diagnose::table::{Light, Row, Source};
@@ -33,6 +33,7 @@ fn searchable(name: &'static str, step: f64, plausible: f64, one_sided: bool, sh
         one_sided,
         never_negative: false,
         bounds: vec![(30.0, 3000.0); k],
+        believed: vec![Spread::over(60.0, 1800.0); k],
         shape_step: vec![1.0; k],
         fixed: vec![false; k],
         shapes,

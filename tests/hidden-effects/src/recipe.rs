@@ -126,7 +126,11 @@ pub const GONIO: &[Recipe] = &[
         "depth_rel",
         0.3,
         false,
-        &[AZIMUTH, ("width_deg", Between(40.0, 100.0))],
+        &[
+            AZIMUTH,
+            ("width_deg", Between(40.0, 120.0)),
+            ("aim_deg", Between(3.0, 9.0)),
+        ],
     ),
     recipe(
         "self_absorption",

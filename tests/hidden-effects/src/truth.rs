@@ -52,31 +52,40 @@ pub fn with_effects(mut room: Darkroom, effects: &[Setting]) -> Darkroom {
 
 /// Noise-free readings, lx.
 pub fn readings(room: Darkroom, effects: &[Setting], steps: &[Step]) -> Vec<f64> {
-    let dead: Vec<[f64; 3]> = effects
+    let dead: Vec<[f64; 4]> = effects
         .iter()
         .filter(|effect| effect.name == "dead_sector")
-        .map(|effect| [effect.values[0].1, effect.values[1].1, effect.values[2].1])
+        .map(|effect| [0, 1, 2, 3].map(|k| effect.values[k].1))
         .collect();
     let room = Room::new(room);
     steps
         .iter()
         .map(|step| {
-            let shade = |[depth, azimuth, width]: &[f64; 3]| 1.0 - depth * sector(&step.at, *azimuth, *width);
+            let shade = |[depth, azimuth, width, aim]: &[f64; 4]| 1.0 - depth * dimmed(&step.at, *azimuth, *width, *aim);
             room.indicated_lx(&step.at) * dead.iter().map(shade).product::<f64>()
         })
         .collect()
 }
 
-/// A raised-cosine lobe around an azimuth of the luminaire, growing with sin γ: what dimmed LEDs of an aimed ring leave.
-fn sector(at: &Observation, azimuth_deg: f64, width_deg: f64) -> f64 {
-    let c = at.c_deg + if at.gamma_deg < 0.0 { 180.0 } else { 0.0 };
-    let apart = (c - azimuth_deg + 540.0).rem_euclid(360.0) - 180.0;
-    let lobe = if apart.abs() < width_deg {
-        0.5 * (1.0 + (std::f64::consts::PI * apart / width_deg).cos())
-    } else {
-        0.0
+/// Share of the light towards a reading that comes from the LEDs of one sector of a ring whose LEDs lean outwards by `aim`.
+fn dimmed(at: &Observation, azimuth_deg: f64, width_deg: f64, aim_deg: f64) -> f64 {
+    const LEDS: u32 = 48;
+    let direction = |c_deg: f64, gamma_deg: f64| {
+        let ((sc, cc), (sg, cg)) = (c_deg.to_radians().sin_cos(), gamma_deg.to_radians().sin_cos());
+        [sg * cc, sg * sc, cg]
     };
-    lobe * at.gamma_deg.abs().to_radians().sin()
+    let towards = direction(at.c_deg, at.gamma_deg);
+    let (mut all, mut gone) = (0.0, 0.0);
+    for led in 0..LEDS {
+        let place = 360.0 * f64::from(led) / f64::from(LEDS);
+        let axis = direction(place, aim_deg);
+        let cosine: f64 = axis.iter().zip(&towards).map(|(a, b)| a * b).sum();
+        let light = cosine.max(0.0).powf(5.3);
+        let apart = ((place - azimuth_deg + 540.0).rem_euclid(360.0) - 180.0).abs();
+        all += light;
+        gone += if apart < 0.5 * width_deg { light } else { 0.0 };
+    }
+    gone / all.max(1e-12)
 }
 
 /// Noise-free maps, relative signal, map after map.
