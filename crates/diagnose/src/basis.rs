@@ -98,7 +98,9 @@ pub fn inverse_of_normal(normal: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> 
         return DMatrix::zeros(n, n);
     };
     let limit = tolerance * eigen.eigenvalues.amax();
-    let inverse = eigen.eigenvalues.map(|value| if value > limit { 1.0 / value } else { 0.0 });
+    let inverse = eigen
+        .eigenvalues
+        .map(|value| if value > limit { 1.0 / value } else { 0.0 });
     let whole = &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
     DMatrix::from_fn(n, n, |i, j| whole[(i, j)] * size[i] * size[j])
 }
@@ -122,13 +124,22 @@ mod tests {
 
     #[test]
     fn parameters_without_effect_have_no_inverse() {
-        let normal = DMatrix::from_row_slice(4, 4, &[4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 9e8]);
+        let normal = DMatrix::from_row_slice(
+            4,
+            4,
+            &[
+                4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 9e8,
+            ],
+        );
         let inverse = inverse_of_normal(&normal, 1e-12);
         let pick = |m: &DMatrix<f64>| m.select_rows(&[0, 3]).select_columns(&[0, 3]);
         let product = pick(&normal) * pick(&inverse);
         assert!((product - DMatrix::identity(2, 2)).amax() < 1e-9);
         assert!(inverse.row(1).amax() == 0.0 && inverse.row(2).amax() == 0.0);
-        assert_eq!(inverse_of_normal(&DMatrix::from_element(3, 3, f64::NAN), 1e-12), DMatrix::zeros(3, 3));
+        assert_eq!(
+            inverse_of_normal(&DMatrix::from_element(3, 3, f64::NAN), 1e-12),
+            DMatrix::zeros(3, 3)
+        );
     }
 
     #[test]

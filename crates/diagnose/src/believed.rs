@@ -271,17 +271,26 @@ impl Believed {
                         bounds.push((0.5 * spacing, frequencies.last().map_or(1.0, |f| f + spacing)));
                         steps.push(0.02 * spacing);
                         let top = frequencies.last().copied().unwrap_or(1.0);
-                        believed.push(Spread { middle: None, width: top.max(spacing) });
+                        believed.push(Spread {
+                            middle: None,
+                            width: top.max(spacing),
+                        });
                         grids.push(frequencies);
                     }
                     Role::RangeId => {
                         grids.push(self.ranges());
                         bounds.push((f64::NEG_INFINITY, f64::INFINITY));
                         steps.push(0.0);
-                        believed.push(Spread { middle: None, width: 1.0 });
+                        believed.push(Spread {
+                            middle: None,
+                            width: 1.0,
+                        });
                     }
                     Role::Shape { grid } if parameter.key == "azimuth_deg" => {
-                        believed.push(Spread { middle: None, width: 360.0 });
+                        believed.push(Spread {
+                            middle: None,
+                            width: 360.0,
+                        });
                         grids.push(grid.to_vec());
                         bounds.push((low - 360.0, high + 360.0));
                         steps.push(0.5);

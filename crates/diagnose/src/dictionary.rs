@@ -65,7 +65,11 @@ impl Dictionary {
         let named: Vec<DVector<f64>> = names
             .iter()
             .filter(|candidate| candidate.columns.len() == 1 && !many(candidate.who))
-            .filter_map(|candidate| all[candidate.columns.start].component_mul(row_scale).try_normalize(f64::MIN_POSITIVE))
+            .filter_map(|candidate| {
+                all[candidate.columns.start]
+                    .component_mul(row_scale)
+                    .try_normalize(f64::MIN_POSITIVE)
+            })
             .collect();
         let distinct: Vec<bool> = rivals
             .par_iter()

@@ -25,7 +25,10 @@ pub struct Spread {
 impl Spread {
     /// Uniform over a plausible range.
     pub fn over(low: f64, high: f64) -> Self {
-        Self { middle: Some(0.5 * (low + high)), width: high - low }
+        Self {
+            middle: Some(0.5 * (low + high)),
+            width: high - low,
+        }
     }
 }
 

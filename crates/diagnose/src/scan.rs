@@ -41,8 +41,8 @@ pub struct Candidate {
     pub one_sided: bool,
 }
 
-/// A wrong sign costs this factor: possible (an over-corrected reading), but hardly.
-const WRONG_SIGN: f64 = 0.02;
+/// ln of the factor that a wrong sign costs: light that is taken away is no ghost, whatever its shape.
+const LN_WRONG_SIGN: f64 = -60.0;
 /// Less than this share of a pattern left by the nuisance: the data cannot see it.
 const BLIND: f64 = 2e-3;
 
@@ -211,9 +211,9 @@ impl Seen {
 /// What an amplitude's sign says for an effect that has a natural one.
 pub fn sign_evidence(amplitude: f64) -> f64 {
     if amplitude >= 0.0 {
-        (2.0 * (1.0 - WRONG_SIGN)).ln()
+        std::f64::consts::LN_2
     } else {
-        (2.0 * WRONG_SIGN).ln()
+        LN_WRONG_SIGN
     }
 }
 

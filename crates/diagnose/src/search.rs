@@ -747,9 +747,10 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         }
         if let Some((candidate, more)) = extra {
             let left = self.scan(fitted, members, None);
-            let of = self.look(&left, fitted).into_iter().find(|one| {
-                matches!(one.who, Who::Unnamed { .. }) && self.kept(members)[one.candidate] == candidate
-            })?;
+            let of = self
+                .look(&left, fitted)
+                .into_iter()
+                .find(|one| matches!(one.who, Who::Unnamed { .. }) && self.kept(members)[one.candidate] == candidate)?;
             evidence += of.ln_evidence;
             explained += more;
         }
@@ -788,7 +789,8 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             let fixed = &effects[hypothesis.effect].fixed;
             hypothesis.linear.len() + fixed.iter().filter(|fixed| !**fixed).count()
         };
-        let start = fitted.nuisance.len() + fitted.hypotheses[..i].iter().map(width).sum::<usize>() + member.linear.len();
+        let start =
+            fitted.nuisance.len() + fitted.hypotheses[..i].iter().map(width).sum::<usize>() + member.linear.len();
         let own = start..start + free.len();
         let rest: Vec<usize> = (0..fitted.jacobian.ncols()).filter(|k| !own.contains(k)).collect();
         let mut inside = fitted.jacobian.columns(own.start, own.len()).into_owned();
@@ -803,7 +805,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         }
         let information = DMatrix::identity(free.len(), free.len()) + inside.tr_mul(&inside);
         let determinant = information.determinant();
-        if determinant.is_finite() { evidence - 0.5 * determinant.max(1.0).ln() } else { evidence }
+        if determinant.is_finite() {
+            evidence - 0.5 * determinant.max(1.0).ln()
+        } else {
+            evidence
+        }
     }
 
     /// Numbers, in the dictionary, of the candidates that a scan with these members keeps.
@@ -892,7 +898,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
                 let fitted = self.fit(&tried)?;
                 let hypothesis = fitted.hypotheses.last()?.clone();
                 // With a pattern without a name beside it only the scan knows what is left for the name.
-                let explained = if extra.is_some() { linear } else { (base.chi2 - fitted.chi2) / variance };
+                let explained = if extra.is_some() {
+                    linear
+                } else {
+                    (base.chi2 - fitted.chi2) / variance
+                };
                 let evidence = self.refined_evidence(&fitted, others.len(), &hypothesis, explained);
                 Some((effect, hypothesis, explained, evidence))
             })
@@ -943,8 +953,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let strongest = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
         let sharpness = 1.0 / (1.0 + self.settings.model_form.powi(2) * strongest);
         let blunted = |entry: &Entry| {
-            let terms: Vec<f64> =
-                entry.evidence.iter().map(|(evidence, explained)| evidence - 0.5 * explained * (1.0 - sharpness)).collect();
+            let terms: Vec<f64> = entry
+                .evidence
+                .iter()
+                .map(|(evidence, explained)| evidence - 0.5 * explained * (1.0 - sharpness))
+                .collect();
             ln_sum_exp(&terms)
         };
         let mut entries: Vec<(f64, Entry)> = entries.into_iter().map(|entry| (blunted(&entry), entry)).collect();
@@ -955,7 +968,9 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let own = entries
             .iter()
             .find(|(_, entry)| entry.label == Label::Named(members[i].effect))
-            .map_or(0.0, |(_, entry)| ln_sum_exp(&entry.evidence.iter().map(|(e, _)| *e).collect::<Vec<_>>()));
+            .map_or(0.0, |(_, entry)| {
+                ln_sum_exp(&entry.evidence.iter().map(|(e, _)| *e).collect::<Vec<_>>())
+            });
         let ranked = entries
             .into_iter()
             .zip(weights)

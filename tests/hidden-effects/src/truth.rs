@@ -61,7 +61,8 @@ pub fn readings(room: Darkroom, effects: &[Setting], steps: &[Step]) -> Vec<f64>
     steps
         .iter()
         .map(|step| {
-            let shade = |[depth, azimuth, width, aim]: &[f64; 4]| 1.0 - depth * dimmed(&step.at, *azimuth, *width, *aim);
+            let shade =
+                |[depth, azimuth, width, aim]: &[f64; 4]| 1.0 - depth * dimmed(&step.at, *azimuth, *width, *aim);
             room.indicated_lx(&step.at) * dead.iter().map(shade).product::<f64>()
         })
         .collect()
