@@ -13,13 +13,16 @@ pub enum NoSpectrum {
     /// The model has none.
     #[error("the model has no spectrum: give luminaire.spectrum in the model file")]
     Missing,
+    /// A unit of spectral irradiance that nobody here knows.
+    #[error("unit of irradiance that is not known; W/m2/nm, mW/m2/nm and uW/cm2/nm are")]
+    Unit,
     /// A spectrum without visible light cannot be scaled to illuminance.
     #[error("the model's spectrum holds no visible light")]
     Dark,
 }
 
 impl Model {
-    /// The value at every row of `spectra`, in its order: spectral irradiance in W/(m²·nm) where the file says so
+    /// The value at every row of `spectra`, in its order: spectral irradiance in the file's unit where the file says so
     /// (`quantity = "irradiance"`), else the model's spectrum as its file has it.
     ///
     /// # Errors
@@ -33,6 +36,7 @@ impl Model {
             return Err(NoSpectrum::Dark);
         }
         let scale = if spectra.quantity.to_ascii_lowercase().contains("irradiance") {
+            let unit = per_watt_and_square_metre(&spectra.unit).ok_or(NoSpectrum::Unit)?;
             // The lamp's spectrum at this place is what makes the illuminance there.
             let at = ReadingCoordinates {
                 kind: ReadingKind::Lit,
@@ -52,9 +56,10 @@ impl Model {
                 .effects()
                 .iter()
                 .filter(|effect| !effect.spec().belongs_to(crate::BelongsTo::Bench));
-            self.with_effects(light.cloned().collect()).predict_reading(&at) / luminous / efficacy
+            self.with_effects(light.cloned().collect()).predict_reading(&at) / luminous / efficacy * unit
         } else {
-            1.0
+            // Of a relative spectrum only the refitted level is known.
+            self.refined().factor(spectra.c_deg, spectra.gamma_deg.abs())
         };
         let integral = spectrum.integral() * scale;
         let laws: Vec<_> = self
@@ -83,6 +88,29 @@ impl Model {
     }
 }
 
+/// How many of a unit of spectral irradiance make 1 W/(m²·nm).
+fn per_watt_and_square_metre(unit: &str) -> Option<f64> {
+    let plain: String = unit
+        .to_lowercase()
+        .replace('²', "2")
+        .replace('µ', "u")
+        .replace('μ', "u");
+    let plain: String = plain.chars().filter(|c| c.is_ascii_alphanumeric()).collect();
+    let (prefix, rest) = plain.split_once('w')?;
+    let prefix = match prefix {
+        "" => 1.0,
+        "m" => 1e3,
+        "u" => 1e6,
+        _ => return None,
+    };
+    let area = match rest.trim_end_matches("1") {
+        "m2nm" | "m2" => 1.0,
+        "cm2nm" | "cm2" => 1e-4,
+        _ => return None,
+    };
+    Some(prefix * area)
+}
+
 type Law<'m> = (fn(&[f64], &Instrument<'_>) -> f64, &'m [f64]);
 
 /// The laws one after the other: each sees as truth what those before it show.
@@ -99,6 +127,26 @@ fn shown(laws: &[Law<'_>], truth: &dyn Fn(f64) -> f64, wavelength_nm: f64, integ
                     integral,
                 },
             )
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::per_watt_and_square_metre;
+
+    #[test]
+    fn units_of_irradiance() {
+        for (unit, expected) in [
+            ("W/m2/nm", Some(1.0)),
+            ("W/(m²·nm)", Some(1.0)),
+            ("W·m^-2·nm^-1", Some(1.0)),
+            ("mW/m2/nm", Some(1e3)),
+            ("µW/cm²/nm", Some(100.0)),
+            ("counts", None),
+            ("W/m2/um", None),
+        ] {
+            assert_eq!(per_watt_and_square_metre(unit), expected, "{unit}");
         }
     }
 }
