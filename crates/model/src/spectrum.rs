@@ -90,12 +90,8 @@ impl Model {
 
 /// How many of a unit of spectral irradiance make 1 W/(m²·nm).
 fn per_watt_and_square_metre(unit: &str) -> Option<f64> {
-    let plain: String = unit
-        .to_lowercase()
-        .replace('²', "2")
-        .replace('µ', "u")
-        .replace('μ', "u");
-    let plain: String = plain.chars().filter(|c| c.is_ascii_alphanumeric()).collect();
+    let plain: String = unit.to_lowercase().replace('²', "2").replace(['µ', 'μ'], "u");
+    let plain: String = plain.chars().filter(char::is_ascii_alphanumeric).collect();
     let (prefix, rest) = plain.split_once('w')?;
     let prefix = match prefix {
         "" => 1.0,
@@ -103,7 +99,7 @@ fn per_watt_and_square_metre(unit: &str) -> Option<f64> {
         "u" => 1e6,
         _ => return None,
     };
-    let area = match rest.trim_end_matches("1") {
+    let area = match rest.trim_end_matches('1') {
         "m2nm" | "m2" => 1.0,
         "cm2nm" | "cm2" => 1e-4,
         _ => return None,
