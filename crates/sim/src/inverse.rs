@@ -34,7 +34,11 @@ pub struct Map {
 /// the light is smooth. Independent of the number of threads.
 pub fn solve(source: &Source, sensor: &Sensor) -> Map {
     let prepared = Prepared::new(source, sensor, true);
-    tiles::fill(sensor, |x, y, scratch| prepared.pixel(x, y, scratch))
+    tiles::fill(
+        sensor,
+        |x, y, care, scratch| prepared.pixel(x, y, care, scratch),
+        |x, y, half| prepared.is_smooth(x, y, half),
+    )
 }
 
 /// The reference: every pixel by itself with cuts at every kink, no quick rules, no interpolation between pixels.
@@ -46,7 +50,7 @@ pub fn solve_each(source: &Source, sensor: &Sensor) -> Map {
             let mut error = 0.0;
             let row = (0..sensor.nx)
                 .map(|ix| {
-                    let found = prepared.pixel(ix as f64 + 0.5, iy as f64 + 0.5, scratch);
+                    let found = prepared.pixel(ix as f64 + 0.5, iy as f64 + 0.5, Care::Itself, scratch);
                     error += found.error;
                     found.value
                 })
@@ -60,6 +64,21 @@ pub fn solve_each(source: &Source, sensor: &Sensor) -> Map {
         error_lx,
     }
 }
+
+/// What a pixel's value is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Care {
+    /// For itself.
+    Itself,
+    /// For a polynomial through it, which would show the rules' own errors as structure.
+    Node,
+}
+
+/// Radii of the emitter over which a kink counts as sharp: a 1 mm disc smooths it over a tile of 10 mm.
+const KINK_BLUR: f64 = 10.0;
+
+/// Share of the quick rules' tolerance that nodes of polynomials ask for.
+const NODE_SHARE: f64 = 0.05;
 
 /// A source before a sensor, with everything that does not depend on the pixel.
 struct Prepared<'a> {
@@ -146,11 +165,27 @@ impl<'a> Prepared<'a> {
         Self { items }
     }
 
+    /// Whether no kink that is sharp on the scale of the square of `half` pixels round (x, y) crosses it.
+    fn is_smooth(&self, x: f64, y: f64, half: f64) -> bool {
+        self.items.iter().all(|item| {
+            let blur = item.emitter.as_ref().map_or(0.0, Patch::radius);
+            let radius = half * (item.step_x.length() + item.step_y.length());
+            if radius < KINK_BLUR * blur {
+                return true;
+            }
+            let pixel = item.window.shifted((x - 0.5) * item.step_x + (y - 0.5) * item.step_y);
+            let sight = pixel.centre() + item.emitter.as_ref().map_or(DVec3::ZERO, Patch::centre);
+            let table = item.light.table;
+            let bend = patch::bend_within(table, sight, radius + blur + pixel.radius());
+            bend <= RELATIVE_TOLERANCE * table.toward(sight).abs()
+        })
+    }
+
     /// Mean illuminance in lx over the pixel-sized window centred at (x, y) in pixels, from the whole emitter.
-    fn pixel(&self, x: f64, y: f64, scratch: &mut Scratch) -> Estimate {
+    fn pixel(&self, x: f64, y: f64, care: Care, scratch: &mut Scratch) -> Estimate {
         let mut total = Estimate::default();
         for item in &self.items {
-            let found = item.over((x - 0.5) * item.step_x + (y - 0.5) * item.step_y, scratch);
+            let found = item.over((x - 0.5) * item.step_x + (y - 0.5) * item.step_y, care, scratch);
             total.value += item.share * found.value;
             total.error += item.share.abs() * found.error;
         }
@@ -159,12 +194,12 @@ impl<'a> Prepared<'a> {
 }
 
 impl Item<'_> {
-    fn over(&self, shift: DVec3, scratch: &mut Scratch) -> Estimate {
+    fn over(&self, shift: DVec3, care: Care, scratch: &mut Scratch) -> Estimate {
         let pixel = self.window.shifted(shift);
         let middle = self.emitter.as_ref().map_or(DVec3::ZERO, Patch::centre);
         let sight = pixel.centre() + middle;
         let reach = pixel.radius() + self.emitter.as_ref().map_or(0.0, Patch::radius);
-        if let Some(found) = self.quick(sight, reach) {
+        if let Some(found) = self.quick(sight, reach, care) {
             return found;
         }
         let light = self.light;
@@ -188,7 +223,7 @@ impl Item<'_> {
     }
 
     /// A product rule in the vector units, where the bound of its error meets the tolerance.
-    fn quick(&self, sight: DVec3, reach: f64) -> Option<Estimate> {
+    fn quick(&self, sight: DVec3, reach: f64, care: Care) -> Option<Estimate> {
         let height = self.light.toward.dot(sight);
         if self.rules.is_empty() || height <= reach {
             return None;
@@ -209,7 +244,15 @@ impl Item<'_> {
         let ratio = turn_c.max(turn_gamma);
         let tolerance = QUICK_TOLERANCE * self.cancel * per_cd * local.middle_cd().abs();
         let bound = |rule: &Rule| bend * rule.ramp + per_cd * local.middle_cd().abs() * rule.smooth(ratio);
-        let rule = self.rules.iter().find(|rule| bound(rule) <= tolerance)?;
+        let wished = match care {
+            Care::Itself => tolerance,
+            Care::Node => NODE_SHARE * tolerance,
+        };
+        let rule = self
+            .rules
+            .iter()
+            .find(|rule| bound(rule) <= wished)
+            .or_else(|| self.rules.last().filter(|rule| bound(rule) <= tolerance))?;
         Some(Estimate {
             value: local.mean(self.light, sight, rule),
             error: bound(rule),

@@ -175,6 +175,18 @@ pub(crate) fn may_bend(table: &Table, centre: DVec3, radius: f64) -> bool {
     any_azimuth(table.c_kinks(), c - spread, c + spread)
 }
 
+/// The most, in candela, that kinks of the table can make a line through the ball of `radius` round `centre` bend.
+pub(crate) fn bend_within(table: &Table, centre: DVec3, radius: f64) -> f64 {
+    let (distance, axis) = (centre.length(), centre.x.hypot(centre.y));
+    if radius >= distance {
+        return f64::INFINITY;
+    }
+    let gamma = axis.atan2(centre.z);
+    let spread = (radius / distance).asin();
+    let spread_c = if radius < axis { (radius / axis).asin() } else { PI };
+    table.bend(gamma, spread, centre.y.atan2(centre.x), spread_c)
+}
+
 fn any_azimuth(kinks: &[f64], from: f64, to: f64) -> bool {
     let turn = from.div_euclid(TAU) * TAU;
     let (low, high) = (from - turn, to - turn);

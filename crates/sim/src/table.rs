@@ -172,6 +172,62 @@ impl Table {
         self.peak_cd
     }
 
+    /// Bound, candela, on how far the interpolant bends within `spread` of `gamma` and `spread_c` of `c` (radians): change of
+    /// slope at each grid line in reach times the reach. Infinite at an end of the range that is no pole.
+    pub(crate) fn bend(&self, gamma: f64, spread: f64, c: f64, spread_c: f64) -> f64 {
+        let n = self.gamma_rad.len();
+        let (low, high) = (gamma - spread, gamma + spread);
+        if low < self.gamma_rad[0] && self.gamma_rad[0] > 1e-9
+            || high > self.gamma_rad[n - 1] && self.gamma_rad[n - 1] < PI - 1e-9
+            || n < 2
+        {
+            return f64::INFINITY;
+        }
+        let from = self.gamma_rad.partition_point(|line| *line < low);
+        let to = self.gamma_rad.partition_point(|line| *line <= high);
+        let planes = if self.is_rotational() { 1 } else { self.c_rad.len() - 1 };
+        let at = |ic: usize, ig: usize| self.intensity_cd[ic % planes * n + ig];
+        let slope =
+            |ic: usize, ig: usize| (at(ic, ig + 1) - at(ic, ig)) / (self.gamma_rad[ig + 1] - self.gamma_rad[ig]);
+        let mut along: f64 = 0.0;
+        for ig in from.max(1)..to.min(n - 1) {
+            along += (0..planes)
+                .map(|ic| (slope(ic, ig) - slope(ic, ig - 1)).abs())
+                .fold(0.0, f64::max);
+        }
+        if low < 0.0 {
+            // The pole is the tip of a cone.
+            along += (0..planes).map(|ic| slope(ic, 0).abs()).fold(0.0, f64::max);
+        }
+        if high > PI {
+            along += (0..planes).map(|ic| slope(ic, n - 2).abs()).fold(0.0, f64::max);
+        }
+        let mut across = 0.0;
+        if planes > 1 {
+            let rows = [low, gamma, high].map(|g| g.clamp(self.gamma_rad[0], self.gamma_rad[n - 1]));
+            let value = |ic: usize, g: f64| self.at_rad(self.c_rad[ic % planes], g);
+            for ic in 0..planes {
+                let away = (self.c_rad[ic] - c + PI).rem_euclid(TAU) - PI;
+                if away.abs() > spread_c {
+                    continue;
+                }
+                let before = (ic + planes - 1) % planes;
+                let widths = [
+                    (self.c_rad[ic] - self.c_rad[before]).rem_euclid(TAU),
+                    self.c_rad[ic + 1] - self.c_rad[ic],
+                ];
+                across += rows
+                    .iter()
+                    .map(|&g| {
+                        let [left, mid, right] = [before, ic, ic + 1].map(|k| value(k, g));
+                        ((right - mid) / widths[1] - (mid - left) / widths[0]).abs()
+                    })
+                    .fold(0.0, f64::max);
+            }
+        }
+        along * spread + across * spread_c
+    }
+
     /// Azimuths at which the interpolant bends, in [0, 2π), rising.
     pub(crate) fn c_kinks(&self) -> &[f64] {
         &self.c_kinks

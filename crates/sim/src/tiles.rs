@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use crate::inverse::{Map, RELATIVE_TOLERANCE};
+use crate::inverse::{Care, Map, RELATIVE_TOLERANCE};
 use crate::patch::Scratch;
 use crate::rules::Estimate;
 use crate::sensor::Sensor;
@@ -27,10 +27,12 @@ struct Tile {
     height: usize,
 }
 
-/// Fills a map from `at(x, y)`, the value centred at (x, y) in pixels.
-pub(crate) fn fill<F>(sensor: &Sensor, at: F) -> Map
+/// Fills a map from `at(x, y)`, the value centred at (x, y) in pixels; `smooth(x, y, half)` tells whether no sharp kink crosses
+/// the square of `half` pixels round (x, y).
+pub(crate) fn fill<F, S>(sensor: &Sensor, at: F, smooth: S) -> Map
 where
-    F: Fn(f64, f64, &mut Scratch) -> Estimate + Sync,
+    F: Fn(f64, f64, Care, &mut Scratch) -> Estimate + Sync,
+    S: Fn(f64, f64, f64) -> bool + Sync,
 {
     let side = if sensor.nx.max(sensor.ny) > 2 * SMALL {
         TILE
@@ -53,7 +55,7 @@ where
         .into_par_iter()
         .map_init(Scratch::default, |scratch, tile| {
             let mut filled = Vec::new();
-            solve(tile, &at, scratch, &mut filled);
+            solve(tile, &at, &smooth, scratch, &mut filled);
             filled
         })
         .collect();
@@ -72,16 +74,22 @@ where
     }
 }
 
-fn solve<F>(tile: Tile, at: &F, scratch: &mut Scratch, out: &mut Vec<(Tile, Vec<f64>, f64)>)
+fn solve<F, S>(tile: Tile, at: &F, smooth: &S, scratch: &mut Scratch, out: &mut Vec<(Tile, Vec<f64>, f64)>)
 where
-    F: Fn(f64, f64, &mut Scratch) -> Estimate,
+    F: Fn(f64, f64, Care, &mut Scratch) -> Estimate,
+    S: Fn(f64, f64, f64) -> bool,
 {
     if tile.width <= SMALL || tile.height <= SMALL {
         let mut error = 0.0;
         let mut values = Vec::with_capacity(tile.width * tile.height);
         for iy in 0..tile.height {
             for ix in 0..tile.width {
-                let one = at((tile.x + ix) as f64 + 0.5, (tile.y + iy) as f64 + 0.5, scratch);
+                let one = at(
+                    (tile.x + ix) as f64 + 0.5,
+                    (tile.y + iy) as f64 + 0.5,
+                    Care::Itself,
+                    scratch,
+                );
                 error += one.error;
                 values.push(one.value);
             }
@@ -89,7 +97,13 @@ where
         out.push((tile, values, error));
         return;
     }
-    if let Some((values, error)) = interpolate(tile, at, scratch) {
+    let half = 0.5 * tile.width.max(tile.height) as f64;
+    let middle = [
+        tile.x as f64 + 0.5 * tile.width as f64,
+        tile.y as f64 + 0.5 * tile.height as f64,
+    ];
+    let found = smooth(middle[0], middle[1], half).then(|| interpolate(tile, at, scratch));
+    if let Some((values, error)) = found.flatten() {
         out.push((tile, values, error));
         return;
     }
@@ -104,6 +118,7 @@ where
                     height,
                 },
                 at,
+                smooth,
                 scratch,
                 out,
             );
@@ -113,7 +128,7 @@ where
 
 fn interpolate<F>(tile: Tile, at: &F, scratch: &mut Scratch) -> Option<(Vec<f64>, f64)>
 where
-    F: Fn(f64, f64, &mut Scratch) -> Estimate,
+    F: Fn(f64, f64, Care, &mut Scratch) -> Estimate,
 {
     let nodes: [f64; NODES] = std::array::from_fn(chebyshev_node);
     let place = |origin: usize, extent: usize, s: f64| origin as f64 + 0.5 * extent as f64 * (1.0 + s);
@@ -124,6 +139,7 @@ where
             let one = at(
                 place(tile.x, tile.width, nodes[i]),
                 place(tile.y, tile.height, nodes[j]),
+                Care::Node,
                 scratch,
             );
             *value = one.value;
@@ -148,7 +164,12 @@ where
     // A bend that lies between the nodes shows at other points only.
     let mut worst = tail;
     for (s, t) in [(0.11, 0.13), (-0.57, 0.61), (0.63, -0.59), (-0.93, -0.91), (0.92, 0.94)] {
-        let truth = at(place(tile.x, tile.width, s), place(tile.y, tile.height, t), scratch);
+        let truth = at(
+            place(tile.x, tile.width, s),
+            place(tile.y, tile.height, t),
+            Care::Node,
+            scratch,
+        );
         let (ts, tt) = (polynomials(s), polynomials(t));
         let found: f64 = (0..NODES)
             .map(|j| tt[j] * (0..NODES).map(|i| ts[i] * coefficients[j][i]).sum::<f64>())
@@ -163,17 +184,28 @@ where
             .map(|k| polynomials((2.0 * k as f64 + 1.0) / extent as f64 - 1.0))
             .collect()
     };
-    let (along_x, along_y) = (local(tile.width), local(tile.height));
-    let mut out = Vec::with_capacity(tile.width * tile.height);
-    for ty in &along_y {
+    // One row of each polynomial, so that neighbours stand side by side in the vector units.
+    let along_x = local(tile.width);
+    let columns: [Vec<f64>; NODES] = std::array::from_fn(|i| along_x.iter().map(|t| t[i]).collect());
+    let mut out = vec![0.0; tile.width * tile.height];
+    for (ty, line) in local(tile.height).iter().zip(out.chunks_exact_mut(tile.width)) {
         let row: [f64; NODES] = std::array::from_fn(|i| (0..NODES).map(|j| ty[j] * coefficients[j][i]).sum());
-        out.extend(
-            along_x
-                .iter()
-                .map(|tx| tx.iter().zip(&row).map(|(t, c)| t * c).sum::<f64>()),
-        );
+        evaluate(&row, &columns, line);
     }
     Some((out, (error + worst) * (tile.width * tile.height) as f64))
+}
+
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512dq+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn evaluate(row: &[f64; NODES], columns: &[Vec<f64>; NODES], line: &mut [f64]) {
+    let [c0, c1, c2, c3, c4, c5, c6] = columns;
+    let terms = c0.iter().zip(c1).zip(c2).zip(c3).zip(c4).zip(c5).zip(c6);
+    for (value, ((((((t0, t1), t2), t3), t4), t5), t6)) in line.iter_mut().zip(terms) {
+        *value = row[0] * t0 + row[1] * t1 + row[2] * t2 + row[3] * t3 + row[4] * t4 + row[5] * t5 + row[6] * t6;
+    }
 }
 
 fn chebyshev_node(k: usize) -> f64 {
