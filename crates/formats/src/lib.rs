@@ -14,6 +14,7 @@ mod number;
 mod plausible;
 mod quantities;
 mod read;
+mod slip;
 pub mod spectral;
 pub mod text;
 pub mod tm33;

@@ -1,6 +1,7 @@
 //! Physical plausibility of what was read: damage that is still a number shows here.
 
 mod outliers;
+mod standout;
 
 use isolux_photometry::IntensityDistribution;
 

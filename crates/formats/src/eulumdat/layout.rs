@@ -4,9 +4,10 @@
 //! blocks are the landmarks: C rises, then falls back to the first γ, γ rises, and what follows is a whole number of
 //! planes. One explanation that fits exactly is an assumption with a finding; none is an error where it begins to fail.
 
-use super::{slip, stored_planes};
+use super::stored_planes;
 use crate::finding::{Finding, Findings};
 use crate::number;
+use crate::slip;
 use crate::text::Text;
 
 /// Lines of the header before the lamp sets.
@@ -480,8 +481,10 @@ fn incomplete<'t>(text: &'t Text<'_>, end: usize, counts: Counts, findings: &mut
     for (tokens, name, largest) in [(&c, "C", 360.0), (&gamma, "γ", 180.0)] {
         let length = run(tokens, 0, largest);
         if let Some(token) = tokens.get(length) {
+            if !broken {
+                findings.push(angle_break(tokens, length, name, token));
+            }
             broken = true;
-            findings.push(angle_break(tokens, length, name, token));
         }
     }
     let mut intensity = stream(text, intensity_at, end);
@@ -513,8 +516,9 @@ fn count_of_intensities(
 ) -> Option<Finding> {
     let there = intensity.len();
     let values: Vec<f64> = intensity.iter().map(|token| token.value().unwrap_or(0.0)).collect();
+    let repeated = || -> Vec<usize> { (1..there).filter(|&at| values[at] == values[at - 1]).collect() };
     if there == needed + 1
-        && let Some(at) = slip::doubled(&values, ng)
+        && let Some(at) = slip::extra(&values, ng, 1, &repeated())
     {
         let token = &intensity[at];
         let message = "one intensity too many; the planes fit each other without this repeated line";
@@ -525,7 +529,7 @@ fn count_of_intensities(
         return Some(trailing(&intensity[needed], there - needed));
     }
     if there + 1 == needed
-        && let Some(token) = slip::missing(&values, ng).and_then(|at| intensity.get(at))
+        && let Some(token) = slip::missing(&values, ng, 1, &(0..there).collect::<Vec<_>>()).map(|at| &intensity[at])
     {
         let message = "one intensity too few; the planes fit each other with one more before this line";
         let finding = Finding::error("ldt-line-missing", message).at(token.line + 1, token.column);
@@ -543,10 +547,24 @@ fn count_of_intensities(
     })
 }
 
+/// The first angle after a step twice as large as all others: what should stand between is missing.
+fn gap(tokens: &[Token<'_>], run: usize) -> Option<usize> {
+    let angles: Vec<f64> = tokens[..run].iter().filter_map(Token::value).collect();
+    let step = angles.get(1)? - angles.first()?;
+    let step = step.min(angles.get(2)? - angles[1]);
+    let mut odd = (1..run).filter(|&at| (angles[at] - angles[at - 1] - step).abs() > 1e-6);
+    let at = odd.next()?;
+    ((angles[at] - angles[at - 1] - 2.0 * step).abs() < 1e-6 && odd.next().is_none()).then_some(at)
+}
+
 /// The angle that breaks the rise: a missing or doubled line, or a damaged number.
 fn angle_break(tokens: &[Token<'_>], at: usize, name: &str, token: &Token<'_>) -> Finding {
     let doubled = at > 0 && tokens[at - 1].value().is_some() && tokens[at - 1].value() == token.value();
-    let message = if doubled {
+    let gap = gap(tokens, at).filter(|_| !doubled && at + 1 >= tokens.len());
+    let token = gap.map_or(token, |gap| &tokens[gap]);
+    let message = if gap.is_some() {
+        format!("one {name} angle is missing before this one, where the step is twice that of all others")
+    } else if doubled {
         format!("this {name} angle repeats the one before it; a line may be doubled")
     } else {
         format!("the {name} angles do not go on rising here; a line before may be missing or a count wrong")

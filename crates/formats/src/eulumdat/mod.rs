@@ -7,7 +7,6 @@
 mod expand;
 mod layout;
 mod read;
-mod slip;
 mod write;
 
 use isolux_photometry::Symmetry;

@@ -109,9 +109,24 @@ impl Fields<'_, '_> {
         self.layout.lines.get(index).copied().flatten()
     }
 
-    fn words(&self, index: usize) -> String {
-        self.line(index)
-            .map_or(String::new(), |line| self.text.line(line).trim().to_owned())
+    fn words(&mut self, index: usize) -> String {
+        let Some(line) = self.line(index) else {
+            return String::new();
+        };
+        let words = self.text.line(line).trim().to_owned();
+        if number::read(&words) == Err(NotANumber::NotFinite) {
+            self.findings.push(
+                Finding::warning(
+                    "ldt-text-number",
+                    "a number that is not finite stands where text is expected",
+                )
+                .at(line + 1, 1)
+                .raw(&words)
+                .assumed("text")
+                .fix("compare the line with the source"),
+            );
+        }
+        words
     }
 
     /// A number that may be blank: `None` with a note then, with an error where something else stands there.

@@ -2,6 +2,7 @@
 
 use crate::finding::{Finding, Findings};
 use crate::number;
+use crate::slip;
 use crate::text::Text;
 
 /// One number of the stream.
@@ -246,14 +247,14 @@ fn wrong_count(tokens: &[Token<'_>], start: usize, nv: usize, nh: usize, finding
     let mut fits: Vec<(Layout, &str, usize, usize)> = Vec::new();
     for candidate in 2..=vertical {
         let layout = Layout::new(start, true, candidate, nh);
-        if candidate != nv && layout.end() == tokens.len() && angles_rise(tokens, &layout) {
+        if candidate != nv && layout.end() == tokens.len() && angles_rise(tokens, &layout) && usual(tokens, &layout) {
             fits.push((layout, "vertical", candidate, start + 3));
         }
     }
     let horizontal = run(tokens, start + 13 + nv, 360.0);
     for candidate in 1..=horizontal {
         let layout = Layout::new(start, true, nv, candidate);
-        if candidate != nh && layout.end() == tokens.len() && angles_rise(tokens, &layout) {
+        if candidate != nh && layout.end() == tokens.len() && angles_rise(tokens, &layout) && usual(tokens, &layout) {
             fits.push((layout, "horizontal", candidate, start + 4));
         }
     }
@@ -272,6 +273,18 @@ fn wrong_count(tokens: &[Token<'_>], start: usize, nv: usize, nh: usize, finding
         .fix("correct the count"),
     );
     Some(layout)
+}
+
+/// Angles that begin and end where the standard has them: chance agreement of counts does not get there.
+fn usual(tokens: &[Token<'_>], layout: &Layout) -> bool {
+    let is = |index: usize, allowed: &[f64]| {
+        let value = tokens.get(index).and_then(Token::value);
+        value.is_some_and(|value| allowed.contains(&value))
+    };
+    is(layout.vertical, &[-90.0, 0.0, 90.0])
+        && is(layout.horizontal - 1, &[90.0, 180.0])
+        && is(layout.horizontal, &[-90.0, 0.0, 90.0])
+        && (layout.nh == 1 || is(layout.candela - 1, &[90.0, 180.0, 270.0, 360.0]))
 }
 
 /// The first place where the numbers stop fitting.
@@ -302,7 +315,10 @@ fn blame(tokens: &[Token<'_>], stated: &Layout, text: &Text<'_>, findings: &mut 
     if there == needed {
         return;
     }
-    let place = (!broken).then(|| plane_break(tokens, stated)).flatten();
+    // A file that breaks off within a line is cut there.
+    let place = (!broken && text.ends_with_newline)
+        .then(|| lost_line(tokens, stated).or_else(|| plane_break(tokens, stated)))
+        .flatten();
     let last = tokens.last().copied();
     let (token, code) = if there < needed {
         (place.or(last), "ies-values-missing")
@@ -323,6 +339,68 @@ fn blame(tokens: &[Token<'_>], stated: &Layout, text: &Text<'_>, findings: &mut 
         finding = finding.at(token.line + 1, token.column).raw(text.line(token.line));
     }
     findings.push(finding);
+}
+
+/// The line after which, or before which, a whole line of candela is missing: there the planes fit each other again.
+fn lost_line<'t>(tokens: &[Token<'t>], stated: &Layout) -> Option<Token<'t>> {
+    let candela = tokens.get(stated.candela..)?;
+    let width = stated.end().checked_sub(tokens.len())?;
+    let values: Vec<f64> = candela.iter().map(|token| token.value().unwrap_or(0.0)).collect();
+    let mut starts: Vec<usize> = (0..candela.len())
+        .filter(|&at| at == 0 || candela[at].line != candela[at - 1].line)
+        .collect();
+    starts.push(candela.len());
+    let lengths: Vec<usize> = starts.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if !lengths.contains(&width) {
+        return None;
+    }
+    let fitting = periodic(&lengths, width, stated);
+    if !fitting.is_empty() {
+        starts = fitting.into_iter().map(|line| starts[line]).collect();
+    }
+    let at = slip::missing(&values, stated.nv, width, &starts)?;
+    candela.get(at).or(candela.last()).copied()
+}
+
+/// Lines before which one of `width` numbers makes every plane stand on lines of the same lengths.
+fn periodic(lengths: &[usize], width: usize, stated: &Layout) -> Vec<usize> {
+    let whole_plane = |lines: &mut dyn Iterator<Item = &usize>| -> Option<Vec<usize>> {
+        let mut plane = Vec::new();
+        let mut sum = 0;
+        for &length in lines {
+            plane.push(length);
+            sum += length;
+            if sum >= stated.nv {
+                break;
+            }
+        }
+        (sum == stated.nv).then_some(plane)
+    };
+    let from_end = || {
+        let mut plane = whole_plane(&mut lengths.iter().rev())?;
+        plane.reverse();
+        Some(plane)
+    };
+    let Some(plane) = whole_plane(&mut lengths.iter()).or_else(from_end) else {
+        return Vec::new();
+    };
+    let line = |index: usize| plane[index % plane.len()];
+    if !(lengths.len() + 1).is_multiple_of(plane.len()) {
+        return Vec::new();
+    }
+    let before = lengths
+        .iter()
+        .enumerate()
+        .take_while(|&(at, &length)| length == line(at))
+        .count();
+    let after = lengths
+        .iter()
+        .enumerate()
+        .rev()
+        .take_while(|&(at, &length)| length == line(at + 1))
+        .count();
+    let first = lengths.len() - after;
+    (first..=before).filter(|&at| line(at) == width).collect()
 }
 
 /// Where planes begin on lines of their own: the line at which the first plane that should begin does not.

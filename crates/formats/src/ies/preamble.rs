@@ -49,6 +49,15 @@ pub(super) fn read(text: &Text<'_>, findings: &mut Findings) -> Option<Preamble>
     let (mut keywords, mut labels) = (Vec::<Keyword>::new(), Vec::new());
     for index in from..until {
         let line = text.line(index).trim_end();
+        if index > from && line.trim().len() > 8 && line == text.line(index - 1).trim_end() {
+            findings.push(
+                Finding::warning("ies-line-repeated", "this line repeats the one before it")
+                    .at(index + 1, 1)
+                    .raw(line)
+                    .assumed("both kept")
+                    .fix("remove the line if it was doubled by mistake"),
+            );
+        }
         match keyword(line) {
             Some((name, words)) if name.eq_ignore_ascii_case("MORE") => match keywords.last_mut() {
                 Some(last) => {
@@ -112,7 +121,17 @@ pub(super) fn read(text: &Text<'_>, findings: &mut Findings) -> Option<Preamble>
         Tilt::None
     };
     required(edition, &keywords, first, findings);
-    let numbers_from = if tilt_line.is_some() { until + 1 } else { until };
+    let mut numbers_from = if tilt_line.is_some() { until + 1 } else { until };
+    if tilt_line.is_some() && is_tilt(text.line(numbers_from)) {
+        findings.push(
+            Finding::error("ies-line-doubled", "a second line begins with TILT=")
+                .at(numbers_from + 1, 1)
+                .raw(text.line(numbers_from))
+                .assumed("the line is not there")
+                .fix("remove the line"),
+        );
+        numbers_from += 1;
+    }
     Some(Preamble {
         edition,
         version,
@@ -253,6 +272,11 @@ fn required(edition: Edition, keywords: &[Keyword], first: usize, findings: &mut
         .collect();
     if !missing.is_empty() {
         let message = format!("LM-63-{} asks for [{}]", edition.year(), missing.join("], ["));
-        findings.push(Finding::note("ies-keyword-missing", message).at(first + 1, 1));
+        let finding = Finding::warning("ies-keyword-missing", message).at(first + 1, 1);
+        findings.push(
+            finding
+                .assumed("not stated")
+                .fix("a line may be missing; write the keyword, even with no text"),
+        );
     }
 }

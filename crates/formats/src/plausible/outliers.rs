@@ -7,7 +7,7 @@
 //! files of several planes, the neighbouring planes agree with the change. Thresholds are calibrated on files by many
 //! hands so that good ones stay quiet; see `tests/damage.rs`.
 
-use super::{Stored, at};
+use super::{Stored, at, standout};
 use crate::finding::{Finding, Findings};
 
 /// Share of the residual pattern that may remain after a change.
@@ -33,7 +33,18 @@ pub(super) fn check(stored: &Stored<'_>, findings: &mut Findings) {
     let mut suspects = grid.suspects();
     suspects.dedup_by_key(|suspect| (suspect.plane, suspect.angle));
     if suspects.len() > FEW.max(stored.values.len() / ROUGH) {
-        return;
+        suspects.clear();
+    }
+    for found in standout::find(stored, grid.step) {
+        let near = |known: &Suspect| known.plane == found.plane && known.angle.abs_diff(found.angle) <= 2;
+        if !suspects.iter().any(near) {
+            suspects.push(Suspect {
+                plane: found.plane,
+                angle: found.angle,
+                change: found.change,
+                swapped: found.pair,
+            });
+        }
     }
     for suspect in suspects {
         let index = suspect.plane * grid.ng + suspect.angle;
