@@ -46,6 +46,7 @@ pub struct Day {
 /// Everything that the report shows, computed from the record.
 pub(crate) struct Evening {
     pub reduced: Reduced,
+    pub scene: Scene,
     pub simulation: Simulation,
     pub colour: Option<Quantities>,
     pub comparison: Option<Comparison>,
@@ -147,7 +148,7 @@ fn finish(folder: &Utf8Path, job: Option<&Job>, progress: &dyn Progress) -> Resu
     evening.diagnosis = Some(diagnose::words(&answer));
 
     let report = results.join("report.html");
-    files::write(&report, page::page(&evening).as_bytes(), Overwrite::Never)?;
+    files::write(&report, page::page(&evening)?.as_bytes(), Overwrite::Never)?;
     Ok(Day {
         sentences: sentences(&evening),
         folder: folder.to_owned(),
@@ -166,13 +167,11 @@ fn light(
         step: "simulate",
         total: None,
     });
-    let mut simulation = {
-        let scene = match sensor {
-            Some(file) => scene_of_the_day(file, folder)?,
-            None => scene::load(folder, &Changes::default())?,
-        };
-        simulate::solve(&scene, Method::Inverse)?
+    let scene = match sensor {
+        Some(file) => scene_of_the_day(file, folder)?,
+        None => scene::load(folder, &Changes::default())?,
     };
+    let mut simulation = simulate::solve(&scene, Method::Inverse)?;
     progress.event(Event::Ended(&format!(
         "{} × {} pixels in {:.2} s, mean {:.4} {}",
         simulation.facts.pixels[0],
@@ -191,6 +190,7 @@ fn light(
     let comparison = compare::on_axis(folder, &reduced)?;
     Ok(Evening {
         reduced,
+        scene,
         simulation,
         colour,
         comparison,
@@ -227,7 +227,7 @@ pub fn report(folder: &Utf8Path, out: &Utf8Path, overwrite: Overwrite, progress:
     };
     let mut evening = light(folder, reduced, None, progress)?;
     evening.diagnosis = verdict(&folder.join("results/diagnosis.json"))?;
-    files::write(out, page::page(&evening).as_bytes(), overwrite)
+    files::write(out, page::page(&evening)?.as_bytes(), overwrite)
 }
 
 /// The sentence of a diagnosis that was made before, if there is one.

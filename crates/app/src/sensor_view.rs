@@ -2,7 +2,7 @@
 
 use isolux_model::Scene;
 use isolux_report::html::{Page, Tile};
-use isolux_report::viewer::{Ray, View};
+use isolux_report::viewer::{self, Ray, View};
 use isolux_sim::simulation::Simulation;
 use isolux_sim::source::Shape;
 
@@ -37,6 +37,7 @@ pub fn add(page: &mut Page, scene: &Scene, simulation: &Simulation, id: &str) ->
             })
             .collect(),
     };
+    page.library(&viewer::library());
     page.raw(&view.html(id));
     page.script(&view.script(id).map_err(Failure::instrument)?);
     Ok(())

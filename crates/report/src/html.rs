@@ -9,6 +9,7 @@ use crate::svg::escape;
 pub struct Page {
     title: String,
     body: String,
+    libraries: String,
     scripts: String,
 }
 
@@ -29,6 +30,7 @@ impl Page {
         Self {
             title: escape(title),
             body: String::new(),
+            libraries: String::new(),
             scripts: String::new(),
         }
     }
@@ -138,14 +140,26 @@ impl Page {
         );
     }
 
+    /// Adds a library that scripts of this page use, once however often it is asked for, before every script.
+    pub fn library(&mut self, javascript: &str) {
+        if !self.libraries.contains(javascript) {
+            let _ = writeln!(
+                self.libraries,
+                "<script>{}</script>",
+                javascript.replace("</script", "<\\/script")
+            );
+        }
+    }
+
     /// The finished page.
     pub fn finish(self) -> String {
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
              content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n\
-             <h1>{title}</h1>\n{body}{scripts}</body>\n</html>\n",
+             <h1>{title}</h1>\n{body}{libraries}{scripts}</body>\n</html>\n",
             title = self.title,
             body = self.body,
+            libraries = self.libraries,
             scripts = self.scripts
         )
     }

@@ -181,15 +181,14 @@ impl Svg {
 
     /// Adds a PNG, stretched without smoothing over the rectangle.
     pub fn image(&mut self, x: f64, y: f64, width: f64, height: f64, png: &[u8]) {
-        use base64::Engine as _;
         let _ = writeln!(
             self.body,
-            r#"<image x="{}" y="{}" width="{}" height="{}" preserveAspectRatio="none" style="image-rendering:pixelated" href="data:image/png;base64,{}"/>"#,
+            r#"<image x="{}" y="{}" width="{}" height="{}" preserveAspectRatio="none" style="image-rendering:pixelated" href="{}"/>"#,
             n(x),
             n(y),
             n(width),
             n(height),
-            base64::engine::general_purpose::STANDARD.encode(png)
+            data_uri(png)
         );
     }
 
@@ -209,6 +208,15 @@ impl Svg {
             self.title, self.body
         )
     }
+}
+
+/// A PNG inside an address, for pages that fetch nothing.
+pub fn data_uri(png: &[u8]) -> String {
+    use base64::Engine as _;
+    format!(
+        "data:image/png;base64,{}",
+        base64::engine::general_purpose::STANDARD.encode(png)
+    )
 }
 
 /// Text made safe inside XML and HTML.

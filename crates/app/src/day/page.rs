@@ -9,10 +9,13 @@ use isolux_report::svg::{Anchor, Stroke, Svg, colour};
 
 use super::Evening;
 use crate::reduce::with_u;
-use crate::simulate;
+use crate::{Failure, sensor_view, simulate};
 
 /// The page.
-pub(super) fn page(evening: &Evening) -> String {
+///
+/// # Errors
+/// When the scene cannot be written.
+pub(super) fn page(evening: &Evening) -> Result<String, Failure> {
     let header = &evening.reduced.run.header;
     let name = header
         .station
@@ -33,11 +36,13 @@ pub(super) fn page(evening: &Evening) -> String {
     distribution(&mut page, evening);
     light(&mut page, evening);
     sensor(&mut page, evening);
+    page.heading("The scene in three dimensions");
+    sensor_view::add(&mut page, &evening.scene, &evening.simulation, "scene")?;
     comparison(&mut page, evening);
     diagnosis(&mut page, evening);
     record(&mut page, evening);
     results(&mut page, evening);
-    page.finish()
+    Ok(page.finish())
 }
 
 fn tiles(evening: &Evening) -> Vec<Tile> {

@@ -1,10 +1,12 @@
 //! The three-dimensional view of a lit sensor: illuminator, photometric solid, sensor with its map, and rays that can be
-//! turned, followed and filtered by wavelength. One canvas and a script of our own, so that a report opens anywhere.
+//! turned, followed and filtered by wavelength. Drawn by WebGL through the vendored regl 2.1.1 (MIT, `regl-2.1.1.min.js`, byte
+//! for byte as its package has it), and on a 2-D canvas where there is no WebGL, so that a report opens anywhere.
 
 use isolux_photometry::IntensityDistribution;
 use serde::Serialize;
 
 use crate::map::{Map, viridis};
+use crate::svg::data_uri;
 
 /// A ray from the emitter to the sensor, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,18 +41,15 @@ struct Scene {
     reach: f64,
     emitter: Vec<Vec<[f64; 3]>>,
     solid: Vec<Quad>,
-    map: Cells,
+    corners: [[f64; 3]; 4],
+    picture: String,
+    cells: Vec<Cell>,
     rays: Vec<RayRow>,
 }
 
 #[derive(Serialize)]
 struct Quad {
     points: [[f64; 3]; 4],
-}
-
-#[derive(Serialize)]
-struct Cells {
-    cells: Vec<Cell>,
 }
 
 #[derive(Serialize)]
@@ -67,14 +66,23 @@ struct RayRow {
     pixel: [usize; 2],
 }
 
-/// Cells of the map along each side.
+/// Cells of the map along each side, on the 2-D canvas.
 const SIDE: usize = 24;
+/// Points of the map's picture along its longer side.
+const PICTURE: usize = 256;
+
+/// The library that draws: for [`crate::html::Page::library`], before any view's own script. The one address in it, part of a
+/// message, is left out, so that a page names nothing outside itself.
+pub fn library() -> String {
+    include_str!("regl-2.1.1.min.js").replace(" http://get.webgl.org", "")
+}
 
 impl View<'_> {
     /// The elements of the view, for [`crate::html::Page::raw`]. `id` is unique in the page.
     pub fn html(&self, id: &str) -> String {
         format!(
-            r#"<div class="viewer" id="{id}"><canvas width="1100" height="620" style="width:100%;border:1px solid #d9dee4;touch-action:none;cursor:grab"></canvas>
+            r#"<div class="viewer" id="{id}"><div style="position:relative;border:1px solid #d9dee4;line-height:0"><canvas class="gl" width="1100" height="620" style="width:100%;position:absolute;left:0;top:0"></canvas><canvas class="pen" width="1100" height="620" style="width:100%;position:relative;touch-action:none;cursor:grab"></canvas></div>
+<p class="mode"></p>
 <p><button name="reset">oblique</button> <button name="lamp">as the lamp sees it</button> <button name="side">from the side</button> <button name="sensor">at the sensor</button>
 <label><input type="checkbox" name="solid" checked> photometric solid</label> <label><input type="checkbox" name="map" checked> map</label> <label><input type="checkbox" name="rays" checked> rays</label>
 <label>from <input type="range" class="low" min="360" max="830" value="360"></label> <label>to <input type="range" class="high" min="360" max="830" value="830"></label> <span class="band"></span></p>
@@ -109,7 +117,9 @@ impl View<'_> {
             reach,
             emitter: self.emitter_mm.clone(),
             solid: self.solid(0.35 * reach),
-            map: self.cells(),
+            corners: self.corners_mm.map(rounded),
+            picture: data_uri(&self.map.bare_png(PICTURE)),
+            cells: self.cells(),
             rays,
         }
     }
@@ -139,7 +149,7 @@ impl View<'_> {
     }
 
     /// The map as coloured cells on the sensor.
-    fn cells(&self) -> Cells {
+    fn cells(&self) -> Vec<Cell> {
         let (low, high) = self.map.range();
         let [origin, right, _, up] = self.corners_mm;
         let place = |s: f64, t: f64| {
@@ -166,7 +176,7 @@ impl View<'_> {
                 });
             }
         }
-        Cells { cells }
+        cells
     }
 }
 
@@ -210,10 +220,12 @@ mod tests {
             rays: vec![ray],
         };
         let scene = view.scene();
-        assert_eq!(scene.map.cells.len(), 4);
+        assert_eq!(scene.cells.len(), 4);
         // Row 0 is the smallest y.
-        assert_eq!(scene.map.cells[0].points[0], [-10.0, -10.0, 500.0]);
+        assert_eq!(scene.cells[0].points[0], [-10.0, -10.0, 500.0]);
         assert!(scene.solid.len() > 100);
+        assert!(!library().contains("http") && library().len() > 80_000);
+        assert!(scene.picture.starts_with("data:image/png;base64,"));
         assert!(view.html("v").contains("id=\"v\"") && view.script("v").unwrap().contains("455"));
     }
 }
