@@ -23,6 +23,19 @@ pub fn npy(values: &[f32], nx: usize, ny: usize) -> Vec<u8> {
     bytes
 }
 
+/// One-channel 16-bit TIFF, row 0 first.
+///
+/// # Errors
+/// When the encoder refuses the size.
+pub fn tiff16(values: &[u16], nx: usize, ny: usize) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Cursor::new(Vec::new());
+    let mut encoder = tiff::encoder::TiffEncoder::new(&mut bytes).map_err(Failure::instrument)?;
+    encoder
+        .write_image::<tiff::encoder::colortype::Gray16>(nx as u32, ny as u32, values)
+        .map_err(Failure::instrument)?;
+    Ok(bytes.into_inner())
+}
+
 /// One-channel 32-bit float TIFF, row 0 first.
 ///
 /// # Errors

@@ -83,6 +83,10 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
         let page = crate::sensor_view::page(&scene, &simulation)?;
         files::write(&folder.join("sensor.html"), page.as_bytes(), request.overwrite)?;
     }
+    if let Some(signal) = &simulation.signal_dn {
+        let bytes = array_files::tiff16(signal, nx, ny)?;
+        files::write(&folder.join("signal_dn.tiff"), &bytes, request.overwrite)?;
+    }
     if let Some((path, bytes)) = rays {
         files::write(path, &bytes, request.overwrite)?;
     }

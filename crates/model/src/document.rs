@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effects::{Effect, EffectError, Notes};
 use crate::emitter::Emitter;
+use crate::optics::{CameraSheet, ColourDocument, Lens, TargetDocument, VapourDocument, WindowDocument};
 use crate::refined::Refined;
 
 /// The `format` of a model file.
@@ -111,6 +112,13 @@ pub(crate) struct SceneDocument {
     pub effect: Vec<toml::Table>,
     pub noise: Option<NoiseDocument>,
     pub sensor: SensorDocument,
+    #[serde(default)]
+    pub window: Vec<WindowDocument>,
+    pub vapour: Option<VapourDocument>,
+    pub target: Option<TargetDocument>,
+    pub lens: Option<Lens>,
+    #[serde(default)]
+    pub colour: Vec<ColourDocument>,
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -131,6 +139,7 @@ pub(crate) struct SensorDocument {
     pub responsivity: Option<String>,
     #[serde(default)]
     pub background_w_m2: f64,
+    pub camera: Option<CameraSheet>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]

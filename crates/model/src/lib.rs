@@ -15,6 +15,7 @@ mod lobe;
 mod luminaire;
 mod map;
 mod model;
+pub mod optics;
 mod photometric_file;
 mod pose;
 mod refined;

@@ -6,6 +6,7 @@ use isolux_record::document::{Fault, Source, read_text};
 
 use crate::document::{SCENE_FORMAT, SceneDocument, effect_from_table};
 use crate::model::{Model, ModelError};
+use crate::optics::{self, Optics, Tables};
 use crate::pose::SensorPose;
 
 /// A flat sensor of equal pixels.
@@ -43,6 +44,8 @@ pub struct Scene {
     pub model: Model,
     /// The sensor.
     pub sensor: Sensor,
+    /// What stands beside the direct path.
+    pub optics: Optics,
 }
 
 impl Scene {
@@ -127,6 +130,21 @@ impl Scene {
             .responsivity
             .as_ref()
             .map(|file| path.parent().unwrap_or(Utf8Path::new("")).join(file));
+        let tables = Tables {
+            window: &document.window,
+            vapour: document.vapour.as_ref(),
+            target: document.target.as_ref(),
+            lens: document.lens,
+            colour: &document.colour,
+            camera: given.camera,
+        };
+        let optics = optics::read(source, &tables)?;
+        if optics.camera.is_some() && responsivity.is_none() {
+            return Err(fault(
+                "sensor.camera",
+                "electrons need sensor.responsivity, a file of wavelength_nm,qe",
+            ));
+        }
         let (time_s, background_w_m2) = (given.time_s, given.background_w_m2);
         Ok(Self {
             model,
@@ -138,6 +156,7 @@ impl Scene {
                 responsivity,
                 background_w_m2,
             },
+            optics,
         })
     }
 }

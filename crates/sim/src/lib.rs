@@ -20,6 +20,7 @@ pub mod sensor;
 pub mod setup;
 pub mod simulation;
 pub mod source;
+pub mod station;
 mod strips;
 pub mod table;
 mod tiles;

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use isolux_model::effects::Pixel;
-use isolux_model::{Emitter, Scene};
+use isolux_model::{Emitter, Scene, Spectral};
 use isolux_photometry::{DistributionError, IntensityDistribution};
 
 use crate::sensor::{Sensor, SensorError};
 use crate::source::{Part, Shape, Source};
+use crate::station::{Station, StationError};
 use crate::table::Table;
 
 /// Why a scene cannot be simulated.
@@ -54,6 +55,9 @@ pub enum SetupError {
         /// Largest γ of the sensor.
         to_deg: f64,
     },
+    /// Parts of the scene that do not fit its lamp.
+    #[error(transparent)]
+    Station(#[from] StationError),
     /// Hall light in W/m² on a map in lx.
     #[error("background_w_m2 = {background_w_m2} needs the model's spectrum or ler_lm_per_w: the map would be in lx")]
     Background {
@@ -79,6 +83,8 @@ pub struct Setup {
     pub blur_px: f64,
     /// Luminous efficacy of radiation in lm/W; without it results stay in lx.
     pub ler_lm_per_w: Option<f64>,
+    /// What stands beside the direct path.
+    pub station: Option<Station>,
     /// What the operator should know.
     pub findings: Vec<String>,
 }
@@ -94,6 +100,15 @@ impl Setup {
         let turn = placement.luminaire_from_room;
         let rotation = turn * placement.pose.rotation();
         let centre = turn * placement.pose.centre_mm();
+        let spectrum = match model.luminaire().spectral() {
+            Spectral::Spectrum(spectrum) => Some(spectrum),
+            _ => None,
+        };
+        let ler_lm_per_w = model.ler_lm_per_w();
+        let station = Station::new(&scene.optics, spectrum, ler_lm_per_w.is_some())?;
+        // Through plates the light seems nearer; the plates are parallel to the sensor.
+        let nearer_mm = station.as_ref().map_or(0.0, Station::nearer_mm);
+        let centre = centre - rotation * DVec3::Z * nearer_mm;
         let sensor = Sensor::place(given.size_mm, given.pixels, rotation, centre)?;
         let mut findings = Vec::new();
         let distribution = model.distribution()?;
@@ -103,7 +118,9 @@ impl Setup {
         let source = source(scene, &distribution);
         refuse_impossible(&source, &sensor)?;
         range(&distribution, &sensor, &mut findings)?;
-        let ler_lm_per_w = model.ler_lm_per_w();
+        if nearer_mm > 0.0 {
+            widest(&sensor, nearer_mm, &mut findings);
+        }
         let hall = match (given.background_w_m2, ler_lm_per_w) {
             (0.0, _) => 0.0,
             (background, Some(ler)) => background * ler,
@@ -115,7 +132,17 @@ impl Setup {
         // Beer–Lambert: one coefficient serves every length.
         let path = model.path_factor(1000.0);
         let extinction_per_mm = if path > 0.0 { -path.ln() / 1000.0 } else { f64::INFINITY };
-        let pixel_factor = pixel_factor(scene, &sensor);
+        let mut pixel_factor = pixel_factor(scene, &sensor);
+        if let Some(station) = &station {
+            let mut factors = station.factors(&sensor);
+            if let Some(effects) = &pixel_factor {
+                factors
+                    .iter_mut()
+                    .zip(effects)
+                    .for_each(|(factor, effect)| *factor *= effect);
+            }
+            pixel_factor = Some(factors);
+        }
         Ok(Self {
             source: source.in_medium(extinction_per_mm),
             sensor,
@@ -124,8 +151,28 @@ impl Setup {
             background_lx: hall + effects,
             blur_px: model.blur_px(),
             ler_lm_per_w,
+            station,
             findings,
         })
+    }
+}
+
+/// A finding where the refraction in plates is no longer that of light near the normal: its shift grows with the angle.
+fn widest(sensor: &Sensor, nearer_mm: f64, findings: &mut Vec<String>) {
+    let (nx, ny) = (sensor.nx as f64, sensor.ny as f64);
+    let cosine = [[0.0, 0.0], [nx, 0.0], [nx, ny], [0.0, ny]]
+        .map(|[x, y]| sensor.point(x, y))
+        .iter()
+        .map(|place| place.dot(sensor.toward) / place.length())
+        .fold(1.0_f64, f64::min);
+    // With n = 1.5 the shift at angle θ is larger than on the axis by about 0.67·sin²θ; E follows twice the relative shift of distance.
+    let error = 2.0 * 0.67 * (1.0 - cosine * cosine) * nearer_mm / sensor.centre().length();
+    if error > 1e-4 {
+        findings.push(format!(
+            "the windows' shift of {nearer_mm:.3} mm is that of light near their normal; at the corners, {:.1}° from it, the map may be low by {:.2} %",
+            cosine.clamp(-1.0, 1.0).acos().to_degrees(),
+            100.0 * error
+        ));
     }
 }
 

@@ -1,12 +1,14 @@
 //! One simulation of one scene: solver, effects, unit, and what the result is worth.
 
+use isolux_model::optics::CameraSheet;
 use isolux_model::{Scene, Spectral};
 use serde::Serialize;
 
+use crate::camera::Camera;
 use crate::direct::{self, Counts, DirectError, Sampling};
 use crate::noise::{self, Interval};
 use crate::setup::{Setup, SetupError};
-use crate::{blur, camera, inverse};
+use crate::{blur, camera, inverse, station};
 
 /// How the light is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +48,8 @@ pub enum SimulationError {
 pub struct Simulation {
     /// Mean of each pixel, `[iy * nx + ix]`, in [`Facts::unit`].
     pub map: Vec<f32>,
+    /// Digital numbers of one exposure, where the scene has a camera.
+    pub signal_dn: Option<Vec<u16>>,
     /// Rays of each pixel, direct only.
     pub counts: Option<Counts>,
     /// The facts of `result.json`.
@@ -119,8 +123,53 @@ pub struct Facts {
     pub bands: Vec<Band>,
     /// Mean electrons per second and pixel, with the scene's responsivity; null without one.
     pub electrons_per_s_per_pixel: Option<f64>,
+    /// One exposure of the scene's camera; null without one.
+    pub camera: Option<CameraFacts>,
+    /// Colour over the sensor, where the scene has spectra over angle.
+    pub colour: Option<ColourFacts>,
     /// What the operator should know.
     pub findings: Vec<String>,
+}
+
+/// What one exposure holds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CameraFacts {
+    /// Mean electrons of a pixel, dark current included, full well applied.
+    pub mean_electrons: f64,
+    /// Mean digital number.
+    pub mean_dn: f64,
+    /// Pixels whose expected electrons fill the well.
+    pub full_well_pixels: usize,
+    /// Pixels at the converter's last number.
+    pub clipped_pixels: usize,
+    /// Mean signal over its noise in one pixel: read noise, shot noise, fixed patterns, quantisation (EMVA 1288).
+    pub signal_to_noise: Option<f64>,
+    /// Seed of the exposure.
+    pub seed: u64,
+}
+
+/// Colour over the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ColourFacts {
+    /// The middle.
+    pub centre: ColourAt,
+    /// The corner that differs most.
+    pub corner: ColourAt,
+    /// Their distance in u′v′.
+    pub delta_u_prime_v_prime: f64,
+}
+
+/// Colour of the light in one direction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ColourAt {
+    /// Where.
+    pub gamma_deg: f64,
+    /// Correlated colour temperature, where it is defined.
+    pub cct_k: Option<f64>,
+    /// CIE 1976.
+    pub u_prime: f64,
+    /// CIE 1976.
+    pub v_prime: f64,
 }
 
 /// Irradiance within a band of wavelengths.
@@ -206,9 +255,19 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         Method::Inverse => (None, None, None),
         Method::Direct { sampling, rays, seed } => (Some(sampling.word()), Some(rays), Some(seed)),
     };
-    let spectrum = match scene.model.luminaire().spectral() {
+    let lamp = match scene.model.luminaire().spectral() {
         Spectral::Spectrum(spectrum) => Some(spectrum),
         _ => None,
+    };
+    // What arrives: the lamp's spectrum behind all that stands before the sensor.
+    let arriving = setup
+        .station
+        .as_ref()
+        .and_then(|station| station.spectrum_at_centre(&setup.sensor));
+    let spectrum = arriving.as_ref().or(lamp);
+    let efficacy = match spectrum {
+        Some(spectrum) => spectrum.ler_lm_per_w().map(isolux_units::LumenPerWatt::value),
+        None => setup.ler_lm_per_w,
     };
     let bands = spectrum.map_or_else(Vec::new, |spectrum| {
         (0..10)
@@ -223,13 +282,17 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
             })
             .collect()
     });
+    // In the image of a lens a pixel is as much smaller as the image.
+    let magnification = scene.optics.lens.map_or(1.0, |lens| station::magnification(&lens));
+    let pixel_m2 = setup.sensor.pixel_area_m2() * magnification * magnification;
+    let mut per_unit_photons = None;
     let electrons = match (spectrum, &scene.sensor.responsivity) {
         (Some(spectrum), Some(path)) => {
             let curve = isolux_model::read_spectrum(path).map_err(|error| SimulationError::Responsivity {
                 message: error.to_string(),
             })?;
-            camera::photon_irradiance(moments.mean, spectrum, |nm| curve.at_nm(nm))
-                .map(|photons| photons * setup.sensor.pixel_area_m2())
+            per_unit_photons = camera::photon_irradiance(1.0, spectrum, |nm| curve.at_nm(nm));
+            per_unit_photons.map(|photons| photons * moments.mean * pixel_m2)
         }
         (None, Some(_)) => {
             findings.push("responsivity needs the model's spectrum; electrons are not computed".to_owned());
@@ -237,6 +300,17 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         }
         _ => None,
     };
+    let exposure = scene
+        .optics
+        .camera
+        .as_ref()
+        .zip(per_unit_photons)
+        .map(|(sheet, photons)| Exposure::of(sheet, &map, photons, pixel_m2));
+    if scene.optics.camera.is_some() && exposure.is_none() {
+        return Err(SimulationError::Responsivity {
+            message: "sensor.camera needs the model's spectrum, to count electrons".to_owned(),
+        });
+    }
     let facts = Facts {
         method: if rays.is_some() { "direct" } else { "inverse" },
         sampling,
@@ -276,7 +350,9 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         size_mm: scene.sensor.size_mm,
         photon_irradiance_per_m2_s: spectrum
             .and_then(|spectrum| camera::photon_irradiance(moments.mean, spectrum, |_| 1.0)),
-        illuminance_lx: moments.mean * setup.ler_lm_per_w.unwrap_or(1.0),
+        illuminance_lx: moments.mean * efficacy.filter(|_| setup.ler_lm_per_w.is_some()).unwrap_or(1.0),
+        camera: exposure.as_ref().map(|exposure| exposure.facts),
+        colour: colour(scene, &setup),
         bands,
         electrons_per_s_per_pixel: electrons,
         findings,
@@ -284,9 +360,95 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
     let map = map.into_iter().map(|value| value as f32).collect();
     Ok(Simulation {
         map,
+        signal_dn: exposure.map(|exposure| exposure.signal_dn),
         counts,
         facts,
         setup,
+    })
+}
+
+/// One exposure of the scene's camera.
+struct Exposure {
+    signal_dn: Vec<u16>,
+    facts: CameraFacts,
+}
+
+impl Exposure {
+    /// `photons` per (m²·s) and unit of the map, weighted by the quantum efficiency.
+    fn of(sheet: &CameraSheet, map: &[f64], photons: f64, pixel_m2: f64) -> Self {
+        let camera = Camera {
+            exposure_s: sheet.exposure_s,
+            dark_electrons_per_s: sheet.dark_electrons_per_s,
+            read_noise_electrons: sheet.read_noise_electrons,
+            dsnu_electrons: sheet.dsnu_electrons,
+            prnu_rel: sheet.prnu_rel,
+            full_well_electrons: sheet.full_well_electrons,
+            gain_dn_per_electron: sheet.gain_dn_per_electron,
+            offset_dn: sheet.offset_dn,
+            bits: sheet.bits,
+        };
+        let light: Vec<f64> = map.iter().map(|value| value.max(0.0) * photons).collect();
+        let top = (1_u32 << sheet.bits.min(16)) - 1;
+        // Pixels differ from camera to camera, not from exposure to exposure: one camera, seed 1.
+        let signal_dn: Vec<u16> = camera
+            .expose(&light, pixel_m2, 1, sheet.seed)
+            .into_iter()
+            .map(|dn| dn as u16)
+            .collect();
+        let n = map.len() as f64;
+        let mean_electrons = noise::sum(light.iter().map(|photons| camera.electrons(*photons, pixel_m2))) / n;
+        let caught = noise::sum(
+            light
+                .iter()
+                .map(|photons| (photons * pixel_m2 * sheet.exposure_s).min(sheet.full_well_electrons)),
+        ) / n;
+        let full = light
+            .iter()
+            .filter(|photons| camera.electrons(**photons, pixel_m2) >= sheet.full_well_electrons)
+            .count();
+        let variance = sheet.read_noise_electrons.powi(2)
+            + mean_electrons
+            + (sheet.prnu_rel * caught).powi(2)
+            + sheet.dsnu_electrons.powi(2)
+            + (12.0 * sheet.gain_dn_per_electron.powi(2)).recip();
+        Self {
+            facts: CameraFacts {
+                mean_electrons,
+                mean_dn: noise::sum(signal_dn.iter().map(|dn| f64::from(*dn))) / n,
+                full_well_pixels: full,
+                clipped_pixels: signal_dn.iter().filter(|dn| u32::from(**dn) == top).count(),
+                signal_to_noise: (variance > 0.0).then(|| caught / variance.sqrt()),
+                seed: sheet.seed,
+            },
+            signal_dn,
+        }
+    }
+}
+
+/// Colour at the middle and at the corner that differs most, where the scene has spectra over angle.
+fn colour(scene: &Scene, setup: &Setup) -> Option<ColourFacts> {
+    let station = setup.station.as_ref().filter(|_| !scene.optics.colour.is_empty())?;
+    let (nx, ny) = (setup.sensor.nx as f64, setup.sensor.ny as f64);
+    let at = |x: f64, y: f64| {
+        let gamma_deg = station::gamma_deg(setup.sensor.point(x, y));
+        let of = isolux_spectrum::quantities(&station.colour_at(gamma_deg)?);
+        Some(ColourAt {
+            gamma_deg,
+            cct_k: of.cct_k,
+            u_prime: of.u_prime?,
+            v_prime: of.v_prime?,
+        })
+    };
+    let centre = at(0.5 * nx, 0.5 * ny)?;
+    let apart = |other: &ColourAt| (other.u_prime - centre.u_prime).hypot(other.v_prime - centre.v_prime);
+    let corner = [[0.0, 0.0], [nx, 0.0], [nx, ny], [0.0, ny]]
+        .into_iter()
+        .filter_map(|[x, y]| at(x, y))
+        .max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+    Some(ColourFacts {
+        delta_u_prime_v_prime: apart(&corner),
+        centre,
+        corner,
     })
 }
 

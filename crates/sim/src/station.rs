@@ -1,0 +1,495 @@
+//! What stands beside the direct path (`isolux_model::optics`), as factors of a pixel and as a change of the spectrum. Every
+//! part has a closed form; `crate::optics` holds them and tests them.
+
+use glam::DVec3;
+use isolux_model::optics::{Lens, Optics, Share, Target, Vapour, Window};
+use isolux_spectrum::Spectrum;
+
+use rayon::prelude::*;
+
+use crate::optics;
+use crate::sensor::Sensor;
+
+/// Why the parts of a scene do not fit its lamp.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StationError {
+    /// A spectral part before a lamp without spectrum.
+    #[error("{part} depends on the wavelength, and the model has no spectrum: give luminaire.spectrum")]
+    NoSpectrum {
+        /// Which part.
+        part: &'static str,
+    },
+    /// All power is outside what the parts let through or know.
+    #[error("no light is left of the lamp's spectrum behind {part}")]
+    Dark {
+        /// Which part.
+        part: &'static str,
+    },
+}
+
+/// The parts of a scene made ready for a lamp.
+#[derive(Debug, Clone)]
+pub struct Station {
+    optics: Optics,
+    /// The lamp's spectrum on γ = 0, where it is known.
+    lamp: Option<Spectrum>,
+    /// Without a spectrum or efficacy the map is in lx.
+    radiometric: bool,
+}
+
+/// The axial spectrum at 1 nm.
+const FROM_NM: u32 = 360;
+const TO_NM: u32 = 830;
+
+impl Station {
+    /// `None` where the scene has nothing beside the direct path.
+    ///
+    /// # Errors
+    /// [`StationError`] where a part needs a spectrum that the lamp has not.
+    pub fn new(optics: &Optics, lamp: Option<&Spectrum>, radiometric: bool) -> Result<Option<Self>, StationError> {
+        let empty = Optics {
+            camera: optics.camera,
+            ..Optics::default()
+        };
+        if *optics == empty {
+            return Ok(None);
+        }
+        if lamp.is_none() {
+            let spectral = |share: &Share| matches!(share, Share::Spectral(_));
+            let part = if optics.windows.iter().any(|window| spectral(&window.transmittance)) {
+                Some("window.transmittance")
+            } else if optics.vapour.as_ref().is_some_and(|vapour| spectral(&vapour.epsilon)) {
+                Some("vapour.epsilon_l_per_mol_cm")
+            } else if !optics.colour.is_empty() {
+                Some("colour")
+            } else {
+                None
+            };
+            if let Some(part) = part {
+                return Err(StationError::NoSpectrum { part });
+            }
+        }
+        let station = Self {
+            optics: optics.clone(),
+            lamp: lamp.cloned(),
+            radiometric,
+        };
+        if let Some(lamp) = lamp
+            && total(lamp) > 0.0
+            && station
+                .spectrum(0.0, 1.0, 1.0)
+                .is_none_or(|behind| total(&behind) <= 0.0)
+        {
+            return Err(StationError::Dark {
+                part: "the windows and the vapour",
+            });
+        }
+        Ok(Some(station))
+    }
+
+    /// How much nearer the light seems through the plates, mm: Σ t·(1 − 1/n), for light near the normal.
+    pub fn nearer_mm(&self) -> f64 {
+        self.optics
+            .windows
+            .iter()
+            .map(|window| window.thickness_mm * (1.0 - window.index.recip()))
+            .sum()
+    }
+
+    /// Factor of every pixel of `sensor` on what the direct path gives: mean over 2 × 2 Gauss points.
+    pub fn factors(&self, sensor: &Sensor) -> Vec<f64> {
+        // What each spectrum keeps depends smoothly on incidence and path: on a mesh it is computed, between it is interpolated.
+        // How the spectra mix at γ bends at every measured γ, and is computed for each point.
+        let meshes: Vec<Mesh> = match (&self.lamp, self.radiometric) {
+            (Some(lamp), true) => {
+                let spectra: Vec<&Spectrum> = if self.optics.colour.is_empty() {
+                    vec![lamp]
+                } else {
+                    self.optics.colour.iter().map(|(_, spectrum)| spectrum).collect()
+                };
+                // The direct path gives E_v / K of the lamp.
+                let efficacy = lamp.luminous_integral() / total(lamp);
+                spectra
+                    .into_iter()
+                    .map(|spectrum| {
+                        Mesh::new(sensor, |place| {
+                            let kept = self.kept(spectrum, cosine(sensor, place), place.length());
+                            efficacy * kept / spectrum.luminous_integral()
+                        })
+                    })
+                    .collect()
+            }
+            // No spectrum: every part is grey.
+            _ => vec![Mesh::new(sensor, |place| {
+                self.grey(cosine(sensor, place), place.length())
+            })],
+        };
+        let g = 0.5 / 3.0_f64.sqrt();
+        let at = |x: f64, y: f64| {
+            let (low, high, t) = self.between(gamma_deg(sensor.point(x, y)));
+            let spectral = if t == 0.0 || meshes.len() == 1 {
+                meshes[low.min(meshes.len() - 1)].at(x, y)
+            } else {
+                (1.0 - t) * meshes[low].at(x, y) + t * meshes[high].at(x, y)
+            };
+            spectral * self.image(sensor, x, y)
+        };
+        (0..sensor.pixels())
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|index| {
+                let (x, y) = ((index % sensor.nx) as f64 + 0.5, (index / sensor.nx) as f64 + 0.5);
+                0.25 * (at(x - g, y - g) + at(x + g, y - g) + at(x - g, y + g) + at(x + g, y + g))
+            })
+            .collect()
+    }
+
+    /// The lamp's spectrum behind everything at the middle of the sensor, in the lamp's own scale; `None` without one.
+    pub fn spectrum_at_centre(&self, sensor: &Sensor) -> Option<Spectrum> {
+        let place = sensor.centre();
+        self.spectrum(gamma_deg(place), cosine(sensor, place), place.length())
+    }
+
+    /// Colour of the light at γ, u′ and v′ and CCT by spectra between the measured ones.
+    pub fn colour_at(&self, gamma_deg: f64) -> Option<Spectrum> {
+        (!self.optics.colour.is_empty()).then(|| self.emitted(gamma_deg))?
+    }
+
+    /// Power of `spectrum` behind windows and vapour, summed at 1 nm.
+    fn kept(&self, spectrum: &Spectrum, cos: f64, path_mm: f64) -> f64 {
+        (FROM_NM..=TO_NM)
+            .map(f64::from)
+            .map(|nm| spectrum.at_nm(nm) * self.share_at(cos, path_mm, nm))
+            .sum()
+    }
+
+    /// What windows and vapour let through at one wavelength.
+    fn share_at(&self, cos: f64, path_mm: f64, nm: f64) -> f64 {
+        let windows: f64 = self
+            .optics
+            .windows
+            .iter()
+            .map(|window| through(window, cos, nm))
+            .product();
+        windows
+            * self
+                .optics
+                .vapour
+                .as_ref()
+                .map_or(1.0, |vapour| behind(vapour, cos, path_mm, nm))
+    }
+
+    fn grey(&self, cos: f64, path_mm: f64) -> f64 {
+        self.share_at(cos, path_mm, 555.0)
+    }
+
+    /// The measured spectra on both sides of γ and the share of the second.
+    fn between(&self, gamma_deg: f64) -> (usize, usize, f64) {
+        let colour = &self.optics.colour;
+        let upper = colour.partition_point(|(at, _)| *at <= gamma_deg);
+        match (upper.checked_sub(1), upper < colour.len()) {
+            (Some(low), true) => (
+                low,
+                upper,
+                (gamma_deg - colour[low].0) / (colour[upper].0 - colour[low].0),
+            ),
+            (Some(low), false) => (low, low, 0.0),
+            (None, _) => (0, 0, 0.0),
+        }
+    }
+
+    /// What the lamp emits at γ, per lumen, so that the mix does not depend on how strong each spectrum was measured.
+    fn emitted(&self, gamma_deg: f64) -> Option<Spectrum> {
+        let lamp = self.lamp.as_ref()?;
+        let colour = &self.optics.colour;
+        if colour.is_empty() {
+            return Some(lamp.clone());
+        }
+        let (low, high, t) = self.between(gamma_deg);
+        let (low, high) = (&colour[low].1, &colour[high].1);
+        let (a, b) = ((1.0 - t) / low.luminous_integral(), t / high.luminous_integral());
+        sampled(|nm| a * low.at_nm(nm) + b * high.at_nm(nm))
+    }
+
+    fn spectrum(&self, gamma_deg: f64, cos: f64, path_mm: f64) -> Option<Spectrum> {
+        let emitted = self.emitted(gamma_deg)?;
+        sampled(|nm| emitted.at_nm(nm) * self.share_at(cos, path_mm, nm))
+    }
+
+    /// Target and lens: irradiance in the image over irradiance on the target; 1 without them.
+    fn image(&self, sensor: &Sensor, x: f64, y: f64) -> f64 {
+        let (Some(target), Some(lens)) = (&self.optics.target, &self.optics.lens) else {
+            return 1.0;
+        };
+        let place = sensor.point(x, y);
+        let field = ((place - sensor.centre()).length() / lens.distance_mm).atan();
+        let radiance = match target {
+            Target::Lambertian(rho) => optics::lambertian(*rho, 1.0),
+            Target::Measured {
+                incidence_deg,
+                viewing_deg,
+                brdf_per_sr,
+            } => {
+                let incidence = cosine(sensor, place).clamp(-1.0, 1.0).acos().to_degrees();
+                bilinear(incidence_deg, viewing_deg, brdf_per_sr, incidence, field.to_degrees())
+            }
+        };
+        seen(lens, radiance, field)
+    }
+}
+
+/// Magnification of the image of a target at the lens's distance.
+pub fn magnification(lens: &Lens) -> f64 {
+    lens.focal_mm / (lens.distance_mm - lens.focal_mm)
+}
+
+fn seen(lens: &Lens, radiance: f64, field_rad: f64) -> f64 {
+    let radius = 0.5 * lens.focal_mm / lens.f_number;
+    optics::thin_lens(
+        radiance,
+        lens.transmittance,
+        lens.f_number,
+        magnification(lens),
+        field_rad,
+    ) * optics::overlap(lens.barrel_mm * field_rad.tan() / radius)
+}
+
+fn through(window: &Window, cos: f64, nm: f64) -> f64 {
+    optics::plate(window.index, share(&window.transmittance, nm), cos.clamp(1e-9, 1.0)).transmitted
+}
+
+fn behind(vapour: &Vapour, cos: f64, path_mm: f64, nm: f64) -> f64 {
+    let length_mm = vapour.length_mm.map_or(path_mm, |layer| layer / cos.max(1e-9));
+    optics::beer_lambert(share(&vapour.epsilon, nm), vapour.concentration_mol_l, 0.1 * length_mm)
+}
+
+fn share(share: &Share, nm: f64) -> f64 {
+    match share {
+        Share::Grey(value) => *value,
+        Share::Spectral(spectrum) => spectrum.at_nm(nm),
+    }
+}
+
+fn sampled(law: impl Fn(f64) -> f64) -> Option<Spectrum> {
+    let nm: Vec<f64> = (FROM_NM..=TO_NM).map(f64::from).collect();
+    let value = nm.iter().map(|nm| law(*nm)).collect();
+    Spectrum::new(nm, value).ok()
+}
+
+fn total(spectrum: &Spectrum) -> f64 {
+    (FROM_NM..=TO_NM).map(|nm| spectrum.at_nm(f64::from(nm))).sum()
+}
+
+/// γ of a place, degrees.
+pub fn gamma_deg(place: DVec3) -> f64 {
+    place.x.hypot(place.y).atan2(place.z).to_degrees()
+}
+
+fn cosine(sensor: &Sensor, place: DVec3) -> f64 {
+    place.dot(sensor.toward) / place.length()
+}
+
+fn bilinear(rows: &[f64], columns: &[f64], values: &[f64], row: f64, column: f64) -> f64 {
+    let place = |grid: &[f64], at: f64| {
+        let k = grid.partition_point(|g| *g <= at).clamp(1, grid.len().max(2) - 1) - 1;
+        let next = (k + 1).min(grid.len() - 1);
+        let t = if next == k {
+            0.0
+        } else {
+            ((at - grid[k]) / (grid[next] - grid[k])).clamp(0.0, 1.0)
+        };
+        (k, next, t)
+    };
+    let ((r, r1, s), (c, c1, t)) = (place(rows, row), place(columns, column));
+    let at = |r: usize, c: usize| values[r * columns.len() + c];
+    (1.0 - s) * ((1.0 - t) * at(r, c) + t * at(r, c1)) + s * ((1.0 - t) * at(r1, c) + t * at(r1, c1))
+}
+
+/// A smooth function over the sensor, at Chebyshev points along both sides (barycentric interpolation).
+struct Mesh {
+    nodes: Vec<f64>,
+    values: Vec<f64>,
+    size: [f64; 2],
+}
+
+/// Points along each side.
+const NODES: usize = 12;
+
+impl Mesh {
+    fn new(sensor: &Sensor, law: impl Fn(DVec3) -> f64) -> Self {
+        let nodes: Vec<f64> = (0..NODES)
+            .map(|k| 0.5 - 0.5 * (std::f64::consts::PI * (k as f64 + 0.5) / NODES as f64).cos())
+            .collect();
+        let size = [sensor.nx as f64, sensor.ny as f64];
+        let mut values = Vec::with_capacity(NODES * NODES);
+        for y in &nodes {
+            for x in &nodes {
+                values.push(law(sensor.point(x * size[0], y * size[1])));
+            }
+        }
+        Self { nodes, values, size }
+    }
+
+    fn at(&self, x: f64, y: f64) -> f64 {
+        let (wx, wy) = (self.weights(x / self.size[0]), self.weights(y / self.size[1]));
+        (0..NODES)
+            .map(|iy| wy[iy] * (0..NODES).map(|ix| wx[ix] * self.values[iy * NODES + ix]).sum::<f64>())
+            .sum()
+    }
+
+    fn weights(&self, at: f64) -> [f64; NODES] {
+        let mut weights = [0.0; NODES];
+        let mut sum = 0.0;
+        for (k, node) in self.nodes.iter().enumerate() {
+            let away = at - node;
+            if away == 0.0 {
+                let mut only = [0.0; NODES];
+                only[k] = 1.0;
+                return only;
+            }
+            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+            weights[k] = sign * (std::f64::consts::PI * (k as f64 + 0.5) / NODES as f64).sin() / away;
+            sum += weights[k];
+        }
+        weights.map(|weight| weight / sum)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::{self, Pose};
+
+    fn plane(tilt_x_deg: f64, size_mm: f64) -> Sensor {
+        sensor::Sensor::new(&Pose {
+            size_mm: [size_mm; 2],
+            pixels: [8; 2],
+            distance_mm: 100.0,
+            tilt_x_deg,
+            tilt_y_deg: 0.0,
+            rot_z_deg: 0.0,
+            offset_mm: [0.0; 2],
+        })
+        .unwrap()
+    }
+
+    fn clear(index: f64) -> Window {
+        Window {
+            index,
+            thickness_mm: 0.0,
+            transmittance: Share::Grey(1.0),
+        }
+    }
+
+    fn station(optics: Optics, lamp: Option<&Spectrum>) -> Station {
+        Station::new(&optics, lamp, lamp.is_some()).unwrap().unwrap()
+    }
+
+    #[test]
+    fn nothing_in_the_path_is_nothing_to_do() {
+        assert!(Station::new(&Optics::default(), None, false).unwrap().is_none());
+    }
+
+    #[test]
+    fn a_tilted_window_loses_what_fresnel_says() {
+        let optics = Optics {
+            windows: vec![clear(1.52)],
+            ..Optics::default()
+        };
+        let sensor = plane(60.0, 1e-3);
+        let found = station(optics, None).factors(&sensor)[27];
+        assert!(
+            (found - optics::plate(1.52, 1.0, 0.5).transmitted).abs() < 1e-5,
+            "{found}"
+        );
+    }
+
+    #[test]
+    fn vapour_takes_each_wavelength_by_its_own_law() {
+        // Half the power at a wavelength that loses nine tenths over 100 mm, half at one that loses nothing.
+        let lamp = Spectrum::new(
+            vec![500.0, 501.0, 502.0, 600.0, 601.0, 602.0],
+            vec![0.0, 1.0, 0.0, 0.0, 1.0, 0.0],
+        )
+        .unwrap();
+        let epsilon = Spectrum::new(vec![360.0, 550.0, 551.0, 830.0], vec![10.0, 10.0, 0.0, 0.0]).unwrap();
+        let optics = Optics {
+            vapour: Some(Vapour {
+                epsilon: Share::Spectral(epsilon),
+                concentration_mol_l: 0.01,
+                length_mm: None,
+            }),
+            ..Optics::default()
+        };
+        let station = station(optics, Some(&lamp));
+        let sensor = plane(0.0, 1e-3);
+        assert!((station.factors(&sensor)[27] - 0.55).abs() < 1e-9);
+        let behind = station.spectrum_at_centre(&sensor).unwrap();
+        assert!((behind.at_nm(501.0) - 0.1).abs() < 1e-9 && (behind.at_nm(601.0) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn another_colour_at_an_angle_has_another_power_per_lumen() {
+        let line = |nm: f64| Spectrum::new(vec![nm - 1.0, nm, nm + 1.0], vec![0.0, 1.0, 0.0]).unwrap();
+        let (green, red) = (line(555.0), line(650.0));
+        let k = |spectrum: &Spectrum| spectrum.ler_lm_per_w().unwrap().value();
+        let optics = Optics {
+            colour: vec![(0.0, green.clone()), (40.0, red.clone())],
+            ..Optics::default()
+        };
+        let station = station(optics, Some(&green));
+        // 100 mm off the axis at 100 mm: γ = 45°, beyond the last; on the axis the first.
+        let sensor = plane(0.0, 200.0);
+        let factors = station.factors(&sensor);
+        assert!(
+            (factors[0] / (k(&green) / k(&red)) - 1.0).abs() < 1e-9,
+            "{}",
+            factors[0]
+        );
+        let (low, high, t) = station.between(10.0);
+        assert_eq!((low, high, t), (0, 1, 0.25));
+    }
+
+    #[test]
+    fn a_target_through_a_lens_is_as_bright_as_the_formula() {
+        let lens = Lens {
+            focal_mm: 25.0,
+            f_number: 4.0,
+            distance_mm: 525.0,
+            transmittance: 0.9,
+            barrel_mm: 0.0,
+        };
+        let of = |target: Target| {
+            let optics = Optics {
+                target: Some(target),
+                lens: Some(lens),
+                ..Optics::default()
+            };
+            station(optics, None).factors(&plane(0.0, 1e-3))[27]
+        };
+        // m = 25/500: E′/E = ρ·τ/(4·N²·(1.05)²).
+        let expected = 0.5 * 0.9 / (4.0 * 16.0 * 1.05 * 1.05);
+        assert!((of(Target::Lambertian(0.5)) / expected - 1.0).abs() < 1e-9);
+        let measured = Target::Measured {
+            incidence_deg: vec![0.0, 90.0],
+            viewing_deg: vec![0.0],
+            brdf_per_sr: vec![0.5 / std::f64::consts::PI, 0.0],
+        };
+        assert!((of(measured) / expected - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_spectral_part_needs_a_spectrum() {
+        let optics = Optics {
+            windows: vec![Window {
+                transmittance: Share::Spectral(Spectrum::new(vec![400.0, 700.0], vec![1.0, 1.0]).unwrap()),
+                ..clear(1.5)
+            }],
+            ..Optics::default()
+        };
+        assert!(matches!(
+            Station::new(&optics, None, true),
+            Err(StationError::NoSpectrum { .. })
+        ));
+    }
+}
