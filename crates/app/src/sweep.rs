@@ -8,6 +8,7 @@ use isolux_model::Scene;
 use isolux_report::axes::{Frame, Scale};
 use isolux_report::svg::{Anchor, Stroke, Svg};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use toml::{Table, Value};
 
 use crate::Failure;
@@ -53,6 +54,8 @@ pub struct Point {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     format: String,
+    /// Of the sweep file, its scene and the scene's model: shards of other inputs do not belong together.
+    inputs_sha256: String,
     keys: Vec<String>,
     points: usize,
     results: Vec<Point>,
@@ -141,6 +144,7 @@ pub fn run(
     }
     let table = Results {
         format: "isolux-sweep-result/1".to_owned(),
+        inputs_sha256: inputs(&text, &scene_file)?,
         keys,
         points,
         results,
@@ -163,7 +167,11 @@ pub fn merge(shards: &[Utf8PathBuf], out: &Utf8Path, overwrite: Overwrite) -> Re
             .map_err(|error| Failure::bad_input(format!("{path}: {error}")))?;
         match &mut whole {
             None => whole = Some(table),
-            Some(whole) if whole.keys == table.keys && whole.points == table.points => {
+            Some(whole)
+                if whole.inputs_sha256 == table.inputs_sha256
+                    && whole.keys == table.keys
+                    && whole.points == table.points =>
+            {
                 for point in table.results {
                     match whole.results.iter().find(|have| have.index == point.index) {
                         Some(have) if *have == point => {}
@@ -178,7 +186,10 @@ pub fn merge(shards: &[Utf8PathBuf], out: &Utf8Path, overwrite: Overwrite) -> Re
                     }
                 }
             }
-            Some(_) => return Err(Failure::bad_input(format!("{path}: belongs to another sweep"))),
+            Some(_) => {
+                return Err(Failure::bad_input(format!("{path}: belongs to another sweep"))
+                    .help("its sweep file, scene or model is not that of the first shard"));
+            }
         }
     }
     let Some(mut whole) = whole else {
@@ -196,6 +207,27 @@ pub fn merge(shards: &[Utf8PathBuf], out: &Utf8Path, overwrite: Overwrite) -> Re
     let folder = files::output_folder(out, overwrite)?;
     write(&folder, &whole, overwrite)?;
     Ok(whole.points)
+}
+
+/// One sum over everything that a person wrote for the sweep.
+fn inputs(sweep: &str, scene: &Utf8Path) -> Result<String, Failure> {
+    let mut sum = Sha256::new();
+    sum.update(sweep);
+    if scene.is_file() {
+        let bytes = files::read(scene)?;
+        let model = String::from_utf8_lossy(&bytes)
+            .parse::<Table>()
+            .ok()
+            .and_then(|table| table.get("model").and_then(Value::as_str).map(str::to_owned));
+        sum.update(&bytes);
+        if let Some(model) = model {
+            sum.update(files::read(&scene.parent().unwrap_or(Utf8Path::new("")).join(model))?);
+        }
+    }
+    Ok(sum
+        .finalize()
+        .iter()
+        .fold(String::new(), |text, byte| text + &format!("{byte:02x}")))
 }
 
 fn method(file: &Utf8Path, document: &Document) -> Result<Method, Failure> {
