@@ -29,22 +29,13 @@ impl Bench {
         let keep = tempfile::tempdir().unwrap();
         let folder = keep.path().join("bench");
         let bench = Self { _keep: keep, folder };
-        assert!(
-            bench
-                .isolux(&["init", bench.path("").trim_end_matches('/')])
-                .status
-                .success()
-        );
+        assert!(answer(&["init", bench.path("").trim_end_matches('/')]).status.success());
         std::fs::write(bench.folder.join("small.toml"), PLAN).unwrap();
         bench
     }
 
     fn path(&self, name: &str) -> String {
         self.folder.join(name).to_str().unwrap().to_owned()
-    }
-
-    fn isolux(&self, arguments: &[&str]) -> Output {
-        command(arguments).output().unwrap()
     }
 
     fn scan(&self, how: &str, run: &str) -> Child {
@@ -61,6 +52,10 @@ impl Bench {
         assert!(text.contains(from), "{from} is not in {file}");
         std::fs::write(self.folder.join(file), text.replacen(from, to, 1)).unwrap();
     }
+}
+
+fn answer(arguments: &[&str]) -> Output {
+    command(arguments).output().unwrap()
 }
 
 fn command(arguments: &[&str]) -> Command {
@@ -224,11 +219,11 @@ fn bad_input_says_where_and_writes_nothing() {
         &["axis.c", "zebra"],
     );
     refused("station.toml", "spectroradiometer.csv", "nowhere.csv", &["nowhere.csv"]);
-    let missing = bench.isolux(&["plan", &bench.path("nowhere.toml"), &bench.path("small.toml")]);
+    let missing = answer(&["plan", &bench.path("nowhere.toml"), &bench.path("small.toml")]);
     assert_eq!(missing.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&missing.stderr).contains("nowhere.toml"));
     // A second `init` would replace files.
-    assert_eq!(bench.isolux(&["init", &bench.path("")]).status.code(), Some(2));
+    assert_eq!(answer(&["init", &bench.path("")]).status.code(), Some(2));
     // A folder that holds something is no place for a run.
     std::fs::create_dir_all(bench.folder.join("run")).unwrap();
     std::fs::write(bench.folder.join("run/mine.txt"), "mine").unwrap();
@@ -242,7 +237,7 @@ fn by_hand_and_dry() {
     let bench = Bench::new();
     let station = bench.path("station.toml");
     let said = |arguments: &[&str]| {
-        let output = bench.isolux(arguments);
+        let output = answer(arguments);
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(
             output.status.success(),
@@ -273,9 +268,9 @@ fn by_hand_and_dry() {
     );
     assert!(said(&["stop", &station, "--json"])["gamma_deg"].is_number());
     assert!(said(&["warmup", &station, "--json"])["elapsed_s"].as_f64().unwrap() >= 1800.0);
-    let outside = bench.isolux(&["move", &station, "--c", "400"]);
+    let outside = answer(&["move", &station, "--c", "400"]);
     assert_eq!(outside.status.code(), Some(2));
     // The twins of each command are fresh: nobody has homed them.
-    let lost = bench.isolux(&["move", &station, "--c", "10"]);
+    let lost = answer(&["move", &station, "--c", "10"]);
     assert_eq!(lost.status.code(), Some(3), "{}", String::from_utf8_lossy(&lost.stderr));
 }
