@@ -1,6 +1,7 @@
 //! `convert`: any photometric or spectral format to any other, by extension.
 
 use camino::Utf8Path;
+pub use isolux_formats::spectral::Interpolation;
 use isolux_formats::spectral::{self, SpectrumFile};
 use isolux_formats::{Content, Distribution, Finding, Format, Parsed, ReadOptions, Severity, eulumdat, ies, tm33};
 
@@ -17,6 +18,8 @@ pub struct Wishes {
     pub edition: Option<String>,
     /// Series of a spectrum with several, by name.
     pub series: Option<String>,
+    /// Another spacing of a spectrum, nm, and how values between its points are found.
+    pub resample: Option<(f64, Interpolation)>,
 }
 
 /// Reads `source`, writes `target`; the findings of reading and writing come back, also when nothing was written.
@@ -102,6 +105,10 @@ fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, wishes: &Wishes) -> R
         .and_then(|extension| Format::of_extension(&extension.to_ascii_lowercase()));
     match &parsed.document {
         None => Err(unreadable()),
+        Some(Content::Distribution(_)) if wishes.resample.is_some() || wishes.series.is_some() => Err(Finding::error(
+            "convert-option",
+            "--series and --step-nm are for spectra; this file holds a distribution",
+        )),
         Some(Content::Distribution(distribution)) => encode_distribution(distribution, format, wishes),
         Some(Content::Spectrum(spectrum)) => encode_spectrum(spectrum, format, wishes, target),
     }
@@ -126,9 +133,17 @@ fn encode_spectrum(
                 .fix(format!("the file has: {}", names.join(", ")))
         })?),
     };
-    format
-        .and_then(|format| spectral::write(chosen.as_ref().unwrap_or(spectrum), format))
-        .ok_or_else(|| unwritable("a spectrum", target))
+    let chosen = chosen.as_ref().unwrap_or(spectrum);
+    let resampled = wishes
+        .resample
+        .map(|(step_nm, how)| chosen.resampled(step_nm, how))
+        .transpose()?;
+    let (file, mut findings) = resampled.map_or((None, Vec::new()), |(file, findings)| (Some(file), findings));
+    let (bytes, of_writing) = format
+        .and_then(|format| spectral::write(file.as_ref().unwrap_or(chosen), format))
+        .ok_or_else(|| unwritable("a spectrum", target))?;
+    findings.extend(of_writing);
+    Ok((bytes, findings))
 }
 
 fn encode_distribution(

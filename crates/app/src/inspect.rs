@@ -1,11 +1,15 @@
 //! `inspect`: facts, quantities and findings of photometric and spectral files.
 
+mod mismatch;
+
 use camino::Utf8Path;
 use isolux_formats::{Content, Finding, Format, Kind, Parsed, ReadOptions, Severity, read_any_with};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::files;
+
+pub use mismatch::Meter;
 
 /// What is said of one photometry or spectrum; serialises to the object of `inspect --json`.
 #[derive(Debug, Serialize)]
@@ -47,6 +51,17 @@ pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
             quantities: Map::new(),
             content: None,
         }],
+    }
+}
+
+impl Inspection {
+    /// Adds to a spectrum's quantities what `meter` makes of it: `spectral_mismatch`, null where it cannot be had.
+    pub fn seen_by(&mut self, meter: &Meter) {
+        if let Some(Content::Spectrum(file)) = &self.content {
+            let factor = file.spectrum().ok().and_then(|source| meter.mismatch(&source));
+            self.quantities
+                .insert("spectral_mismatch".to_owned(), factor.map_or(Value::Null, Value::from));
+        }
     }
 }
 

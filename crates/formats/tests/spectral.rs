@@ -216,7 +216,7 @@ fn damage_is_told_at_its_line() {
 #[test]
 fn what_is_assumed_is_said() {
     let even = |skip: f64| {
-        let rows: Vec<String> = (0..20)
+        let rows: Vec<String> = (0..70)
             .map(|i| 380.0 + 5.0 * f64::from(i))
             .filter(|w| *w != skip)
             .map(|w| format!("{w},{}\n", w / 100.0))
@@ -235,6 +235,8 @@ fn what_is_assumed_is_said() {
         finding(bare, "x.spd", "spectrum-axis-unit").assumed.as_deref(),
         Some("µm")
     );
+    let cut: String = even(0.0).lines().take(40).map(|line| format!("{line}\n")).collect();
+    assert_eq!(finding(&cut, "x.csv", "spectrum-range").line, Some(40));
     let outlier = even(0.0).replace("400,4\n", "400,40000\n");
     assert_eq!(finding(&outlier, "x.csv", "spectrum-outlier").line, Some(6));
 }
@@ -309,7 +311,7 @@ fn swapped_values_in_a_smooth_curve_are_told() {
     let mut swapped = rows;
     let (a, b) = (swapped[10].1, swapped[20].1);
     (swapped[10].1, swapped[20].1) = (b, a);
-    assert_eq!(finding(&text(&swapped), "x.csv", "spectrum-spike").line, Some(12));
+    assert_eq!(finding(&text(&swapped), "x.csv", "spectrum-swapped").line, Some(12));
 }
 
 #[test]

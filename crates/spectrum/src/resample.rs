@@ -1,4 +1,4 @@
-//! Resampling of evenly spaced spectra: Sprague's fifth-order osculating polynomial, as CIE 167 recommends.
+//! Resampling: Sprague's fifth-order osculating polynomial for even spacing, as CIE 167 recommends, and straight lines.
 
 use crate::Spectrum;
 
@@ -51,13 +51,9 @@ impl Spectrum {
                 });
             }
         }
-        let count = ((w[n - 1] - w[0]) / step_nm * (1.0 + 1e-12)).floor();
-        if !(step_nm > 0.0 && count < 1e6) {
-            return Err(ResampleError::Step { step_nm });
-        }
+        let wavelength_nm = grid(w[0], w[n - 1], step_nm)?;
         let h = (w[n - 1] - w[0]) / (n - 1) as f64;
         let padded = padded(y);
-        let wavelength_nm: Vec<f64> = (0..=count as usize).map(|i| w[0] + i as f64 * step_nm).collect();
         let value = wavelength_nm
             .iter()
             .map(|&nm| {
@@ -68,6 +64,37 @@ impl Spectrum {
             .collect();
         Self::new(wavelength_nm, value).map_err(|_| ResampleError::Step { step_nm })
     }
+
+    /// The spectrum at every multiple of `step_nm` inside its range, on straight lines between its points.
+    ///
+    /// # Errors
+    /// [`ResampleError::Step`] for an impossible step.
+    pub fn resampled_linear(&self, step_nm: f64) -> Result<Self, ResampleError> {
+        let (first, last) = (
+            self.wavelength_nm()[0],
+            self.wavelength_nm()[self.wavelength_nm().len() - 1],
+        );
+        let from = (first / step_nm * (1.0 - 1e-12)).ceil() * step_nm;
+        let wavelength_nm = grid(from, last, step_nm)?;
+        let value = wavelength_nm
+            .iter()
+            .map(|&nm| self.at_nm(nm.clamp(first, last)))
+            .collect();
+        Self::new(wavelength_nm, value).map_err(|_| ResampleError::Step { step_nm })
+    }
+}
+
+/// Every `step_nm` from `first` to `last`, at least two points and at most a million.
+fn grid(first: f64, last: f64, step_nm: f64) -> Result<Vec<f64>, ResampleError> {
+    let count = ((last - first) / step_nm * (1.0 + 1e-12)).floor();
+    if !(step_nm > 0.0 && (1.0..1e6).contains(&count)) {
+        return Err(ResampleError::Step { step_nm });
+    }
+    // Twelve digits hide the dust of a product such as 3·0.1.
+    let clean = |nm: f64| format!("{nm:.11e}").parse().unwrap_or(nm);
+    Ok((0..=count as usize)
+        .map(|i| clean(first + i as f64 * step_nm))
+        .collect())
 }
 
 /// Two points more at each end by CIE 167's boundary coefficients.
@@ -109,6 +136,22 @@ mod tests {
         assert_eq!(fine.wavelength_nm().len(), 96);
         for (w, v) in fine.wavelength_nm().iter().zip(fine.value()).skip(10).take(70) {
             assert!((v - f((w - 400.0) / 5.0)).abs() < 1e-9, "{w}");
+        }
+    }
+
+    #[test]
+    fn straight_lines_take_any_spacing() {
+        let s = Spectrum::new(vec![400.3, 401.1, 404.0], vec![0.0, 0.8, 3.7]).unwrap();
+        let even = s.resampled_linear(1.0).unwrap();
+        assert_eq!(even.wavelength_nm(), [401.0, 402.0, 403.0, 404.0]);
+        for (w, v) in even.wavelength_nm().iter().zip(even.value()) {
+            assert!((v - (w - 400.3)).abs() < 1e-12, "{w}: {v}");
+        }
+        for step in [0.0, -1.0, f64::NAN, 1e-9, 50.0] {
+            assert!(
+                matches!(s.resampled_linear(step), Err(ResampleError::Step { .. })),
+                "{step}"
+            );
         }
     }
 

@@ -3,7 +3,7 @@
 use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::convert::{self, Wishes};
+use isolux_app::convert::{self, Interpolation, Wishes};
 use isolux_app::files::Overwrite;
 
 use super::reading::{Reading, compiler_style};
@@ -27,11 +27,26 @@ pub struct Convert {
     /// Series of a spectrum that has several.
     #[arg(long)]
     series: Option<String>,
+    /// Resample a spectrum at this step in nm; without it the file's own wavelengths are kept.
+    #[arg(long, value_name = "STEP")]
+    step_nm: Option<f64>,
+    /// How values between the points are found: Sprague's polynomial (CIE 167, even spacing) or straight lines.
+    #[arg(long, requires = "step_nm", value_enum, default_value_t = How::Sprague)]
+    interpolation: How,
     /// Replace the target if it exists.
     #[arg(long)]
     force: bool,
     #[command(flatten)]
     reading: Reading,
+}
+
+/// Ways to resample.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum How {
+    /// CIE 167; needs even spacing.
+    Sprague,
+    /// Any spacing.
+    Linear,
 }
 
 /// Runs the command.
@@ -40,6 +55,13 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
         read: arguments.reading.options(),
         edition: arguments.edition.clone(),
         series: arguments.series.clone(),
+        resample: arguments.step_nm.map(|step_nm| {
+            let how = match arguments.interpolation {
+                How::Sprague => Interpolation::Sprague,
+                How::Linear => Interpolation::Linear,
+            };
+            (step_nm, how)
+        }),
     };
     let overwrite = if arguments.force {
         Overwrite::Force

@@ -4,7 +4,7 @@ use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
-use isolux_app::inspect::{self, Inspection};
+use isolux_app::inspect::{self, Inspection, Meter};
 use isolux_app::plot;
 
 use super::reading::Reading;
@@ -13,6 +13,7 @@ use crate::screen;
 /// Facts, quantities and findings of photometric and spectral files.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux inspect luminaire.ldt lamp.ies --json\n\
+         isolux inspect led.spdx --meter v-lambda-head.csv --calibrated-with lamp-a.csv\n\
 Exit 1 when any file has a finding of level error.")]
 pub struct Inspect {
     /// Files of any known format.
@@ -27,6 +28,12 @@ pub struct Inspect {
     /// Replace pictures that exist.
     #[arg(long, requires = "plot")]
     force: bool,
+    /// A meter's relative responsivity: adds the spectral mismatch correction factor of every spectrum.
+    #[arg(long, value_name = "FILE")]
+    meter: Option<Utf8PathBuf>,
+    /// The spectrum that the meter was calibrated with; CIE illuminant A if not given.
+    #[arg(long, value_name = "FILE", requires = "meter")]
+    calibrated_with: Option<Utf8PathBuf>,
     #[command(flatten)]
     reading: Reading,
 }
@@ -38,10 +45,18 @@ pub fn run(arguments: &Inspect) -> Result<(), Failure> {
     } else {
         Overwrite::Never
     };
+    let meter = arguments
+        .meter
+        .as_ref()
+        .map(|meter| Meter::read(meter, arguments.calibrated_with.as_deref()))
+        .transpose()?;
     let mut wrong = 0;
     for file in &arguments.files {
-        for inspection in inspect::file(file, arguments.reading.options()) {
+        for mut inspection in inspect::file(file, arguments.reading.options()) {
             wrong += usize::from(inspection.has_error());
+            if let Some(meter) = &meter {
+                inspection.seen_by(meter);
+            }
             if arguments.json {
                 let line = serde_json::to_string(&inspection).map_err(Failure::instrument)?;
                 screen::say(line);

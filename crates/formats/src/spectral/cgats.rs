@@ -186,9 +186,15 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
     if let Some(stated) = stated_sets
         && stated != sets as f64
     {
+        // A doubled line is where the count went wrong.
+        let doubled = (1..sets).find(|&set| {
+            let texts = |set: usize| data[set * width..(set + 1) * width].iter().map(|token| token.text);
+            texts(set).eq(texts(set - 1))
+        });
+        let line = doubled.map_or(place("NUMBER_OF_SETS"), |set| data[set * width].line);
         findings.push(
             Finding::error("sp-sets", format!("NUMBER_OF_SETS is {stated}, {sets} sets follow"))
-                .at(place("NUMBER_OF_SETS"), 1)
+                .at(line, 1)
                 .assumed("the sets that stand there")
                 .fix("mend the number, or check for a lost line"),
         );

@@ -5,6 +5,8 @@ mod cgats;
 mod jcamp;
 mod json;
 mod points;
+mod resample;
+mod smooth;
 mod spdx;
 mod speos;
 mod table;
@@ -18,6 +20,7 @@ use crate::finding::Findings;
 use crate::read::{Format, Kind, Parsed};
 use crate::text::Text;
 
+pub use resample::Interpolation;
 pub use write::write;
 
 /// A spectrum as a file holds it: wavelengths rising, in nm.
@@ -138,11 +141,10 @@ pub fn read(bytes: &[u8], file_name: &str) -> Option<Parsed<SpectrumFile>> {
         "sp" => Format::Sp,
         _ => Format::Csv,
     };
-    let parsed = table::read(&text, findings, format);
-    // A text under another name must show that it is a spectrum; EULUMDAT content is none.
+    let (parsed, rising) = table::read(&text, findings, format);
+    // A text under another name must show that it is a spectrum, also a damaged one; EULUMDAT content is none.
     let named = is(&["spd", "sp", "csv", "tsv"]) || table::looks_like_vendor_text(&text);
-    let shown = parsed.document.as_ref().is_some_and(|file| file.value.len() >= 8)
-        && parsed.findings.iter().all(|f| f.code != "csv-no-heading");
+    let shown = rising >= 8 && parsed.findings.iter().all(|f| f.code != "csv-no-heading");
     (named || shown).then_some(parsed)
 }
 

@@ -69,7 +69,8 @@ impl Draft {
         if self.whole {
             gaps(&self.points, findings);
             outliers(&self.points, findings);
-            spikes(&self.points, findings);
+            super::smooth::check(&self.points, findings);
+            range(&self.points, findings);
             negatives(&self.points, findings);
         }
         let blank = self.points.iter().find(|p| p.value.first().is_none_or(Option::is_none));
@@ -81,7 +82,23 @@ impl Draft {
             );
             self.whole = false;
         }
-        self.whole.then(|| self.document())
+        if !self.whole {
+            return None;
+        }
+        let line = self.points[0].line;
+        let file = self.document();
+        if let Some(first) = file.series.first() {
+            findings.push(
+                Finding::note(
+                    "spectrum-series",
+                    format!("{} series stand in this file", file.series.len()),
+                )
+                .at(line, 1)
+                .assumed(format!("the first, “{}”, where one is needed", first.name))
+                .fix("choose another with `convert --series NAME`"),
+            );
+        }
+        Some(file)
     }
 
     fn document(self) -> SpectrumFile {
@@ -358,57 +375,6 @@ fn outliers(points: &[Point], findings: &mut Findings) {
     }
 }
 
-/// One or two values that leave a curve which is smooth on either side of them: swapped or mistyped numbers. A lamp with
-/// spectral lines has more of them, and they are none of our business.
-fn spikes(points: &[Point], findings: &mut Findings) {
-    let value: Vec<f64> = points
-        .iter()
-        .map(|p| p.value.first().copied().flatten().unwrap_or(0.0))
-        .collect();
-    let n = value.len();
-    if n < 24 {
-        return;
-    }
-    // How far each point lies off the line through its neighbours.
-    let off: Vec<f64> = (1..n - 1)
-        .map(|i| {
-            let t = (points[i].x - points[i - 1].x) / (points[i + 1].x - points[i - 1].x);
-            (value[i] - value[i - 1] - t * (value[i + 1] - value[i - 1])).abs()
-        })
-        .collect();
-    let largest = value.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    let mut spikes = Vec::new();
-    for i in 0..off.len() {
-        let mut around: Vec<f64> = (i.saturating_sub(8)..(i + 9).min(off.len()))
-            .filter(|&k| k.abs_diff(i) > 1)
-            .map(|k| off[k])
-            .collect();
-        around.sort_by(f64::total_cmp);
-        let usual = around[around.len() * 3 / 4];
-        let beside = [i.checked_sub(1), Some(i + 1)]
-            .into_iter()
-            .flatten()
-            .all(|k| off.get(k).is_none_or(|o| *o <= 0.75 * off[i]));
-        if beside && off[i] > 12.0 * usual && off[i] > 0.02 * largest {
-            spikes.push(i + 1);
-        }
-    }
-    if spikes.len() <= 2 {
-        for i in spikes {
-            findings.push(
-                Finding::warning(
-                    "spectrum-spike",
-                    format!("the value {} leaves the smooth curve of its neighbours", value[i]),
-                )
-                .at(points[i].line, points[i].column)
-                .raw(&format!("{}", value[i]))
-                .assumed("as written")
-                .fix("check for swapped or mistyped numbers, or a single hot pixel"),
-            );
-        }
-    }
-}
-
 fn negatives(points: &[Point], findings: &mut Findings) {
     let first = |p: &Point| p.value.first().copied().flatten().unwrap_or(0.0);
     let low = points.iter().min_by(|a, b| first(a).total_cmp(&first(b)));
@@ -427,6 +393,41 @@ fn negatives(points: &[Point], findings: &mut Findings) {
             Finding::note("spectrum-negative", message)
         };
         findings.push(finding.at(low.line, low.column).assumed("kept as they are"));
+    }
+}
+
+/// Data that end inside the visible where there is still light: a cut file, or colour that cannot be right.
+fn range(points: &[Point], findings: &mut Findings) {
+    const VISIBLE: (f64, f64) = (400.0, 700.0);
+    let value = |p: &Point| p.value.first().copied().flatten().unwrap_or(0.0);
+    let (Some(first), Some(last)) = (points.first(), points.last()) else {
+        return;
+    };
+    if points.len() < 8 || first.x > 780.0 || last.x < 380.0 {
+        return;
+    }
+    let largest = points.iter().map(value).fold(0.0, f64::max);
+    let ends = [
+        (first, "begin", first.x > VISIBLE.0 + 5.0),
+        (last, "end", last.x < VISIBLE.1 - 5.0),
+    ];
+    for (end, word, inside) in ends {
+        if inside && value(end) > 0.02 * largest {
+            findings.push(
+                Finding::warning(
+                    "spectrum-range",
+                    format!(
+                        "the data {word} at {} nm with {:.0} % of their highest value",
+                        short(end.x),
+                        100.0 * value(end) / largest
+                    ),
+                )
+                .at(end.line, end.column)
+                .raw(&format!("{}", end.x))
+                .assumed("no light beyond: colour and luminous integral count what stands there")
+                .fix("check that the file is not cut"),
+            );
+        }
     }
 }
 

@@ -22,8 +22,9 @@ fn is_begin(line: &str) -> bool {
     line.contains(">>>>>Begin")
 }
 
-/// Reads a table of wavelengths and values.
-pub(super) fn read(text: &Text<'_>, mut findings: Findings, format: Format) -> Parsed<SpectrumFile> {
+/// Reads a table of wavelengths and values; beside it, how many points keep one direction, which tells a spectrum even
+/// where damage made it unreadable.
+pub(super) fn read(text: &Text<'_>, mut findings: Findings, format: Format) -> (Parsed<SpectrumFile>, usize) {
     let mut draft = Draft::new(text.encoding);
     let lines = Lines::of(text, format);
     if let Some(separator) = lines.separator {
@@ -48,8 +49,24 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings, format: Format) -> P
     }
     pixels(&draft, &rows, &mut findings);
     unfinished_line(text, &mut findings);
+    let rising = one_way(&draft.points);
     let file = draft.finish(&mut findings);
-    Parsed::new(format, Kind::Spectrum, file, findings)
+    (Parsed::new(format, Kind::Spectrum, file, findings), rising)
+}
+
+/// The number of points if nearly all of them keep one direction inside what can be a wavelength or wave number, else 0.
+fn one_way(points: &[Point]) -> usize {
+    let steps = points.windows(2).map(|p| p[1].x - p[0].x);
+    let (rising, falling) = steps.fold((0usize, 0usize), |(r, f), s| {
+        (r + usize::from(s > 0.0), f + usize::from(s < 0.0))
+    });
+    let positive = points.iter().filter(|p| p.x > 0.0).count();
+    let keeps = rising.max(falling) * 10 >= 9 * points.len().saturating_sub(1);
+    if positive * 10 >= 9 * points.len() && keeps {
+        points.len()
+    } else {
+        0
+    }
 }
 
 /// A last line without its end may be cut in the middle of a number.
@@ -198,6 +215,16 @@ impl Row<'_> {
             && self.cells.len() == next.cells.len()
             && (1..self.cells.len()).all(|k| self.is_number(k))
             && above.is_none_or(|row| row.comment || (0..row.cells.len()).all(|k| !row.is_number(k)))
+    }
+
+    /// A line of data whose wavelength is blank or not finite.
+    fn lost_its_wavelength(&self, width: usize) -> bool {
+        let first = self.cells.first().map(|cell| number::read(cell));
+        let lost = matches!(
+            first,
+            Some(Err(number::NotANumber::Blank | number::NotANumber::NotFinite))
+        );
+        !self.comment && lost && self.cells.len() == width && (1..width).all(|k| self.is_number(k))
     }
 
     /// A line that begins like data and is none: a damaged number or a lost cell.
@@ -358,9 +385,10 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
         findings.push(Finding::note("csv-no-end", "no >>>>>End<<<<< line closes the data").at(text.len(), 1));
     }
     let body = &rows[first..end];
+    let usual = common_width(body);
     let last = body
         .iter()
-        .rposition(|row| row.is_data() || row.nearly_data())
+        .rposition(|row| row.is_data() || row.nearly_data() || row.lost_its_wavelength(usual))
         .unwrap_or(0);
     let after = &body[last + 1..];
     if let Some(row) = after.iter().find(|row| !row.comment) {
@@ -460,6 +488,24 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
                     Some(read.value)
                 }
                 Err(number::NotANumber::Blank) if k != columns.wavelength && columns.values.len() > 1 => None,
+                // NaN is how programs write a value that they do not have; only a spectrum's own values must be there.
+                Err(number::NotANumber::NotFinite)
+                    if k != columns.wavelength
+                        && columns.values.first() != Some(&k)
+                        && cell
+                            .to_ascii_lowercase()
+                            .trim_start_matches(['+', '-'])
+                            .starts_with("nan") =>
+                {
+                    findings.push(
+                        Finding::warning("csv-nan", "no number stands here")
+                            .at(row.line, row.column(k))
+                            .raw(cell)
+                            .assumed("missing: null in this series")
+                            .fix("write the number that was measured, or leave the cell empty"),
+                    );
+                    None
+                }
                 Err(error) => {
                     good = false;
                     findings.push(

@@ -1,0 +1,214 @@
+//! Values that leave a curve which is smooth around them: swapped, mistyped, a lost sign or decimal point, a hot pixel.
+//!
+//! Every point is compared with the cubic through its two neighbours on either side; what is usual for the sixteen points to
+//! the left and to the right is the noise. A lamp with spectral lines has many points off that cubic, and noise hides
+//! small swaps: no more is claimed than at most two findings of a kind in a file that is otherwise smooth.
+
+use super::points::Point;
+use crate::finding::{Finding, Findings};
+
+/// Departures below this part of the largest value are not looked at.
+const SMALLEST: f64 = 0.004;
+/// How far off, in units of what is usual around.
+const SPIKE: f64 = 14.0;
+/// By how much the squares must shrink when two values are put back.
+const SWAP_GAIN: f64 = 25.0;
+/// Points that are tried as partners of a swap far apart.
+const CANDIDATES: usize = 16;
+/// Findings of one kind beyond which the file is rough, not damaged.
+const MOST: usize = 2;
+/// Points on either side that tell the noise.
+const AROUND: usize = 16;
+
+/// Looks at the first series.
+pub(super) fn check(points: &[Point], findings: &mut Findings) {
+    let curve = Curve::of(points);
+    let Some(curve) = curve else { return };
+    let swaps = curve.swaps();
+    for &(i, j) in swaps.iter().filter(|_| swaps.len() <= MOST) {
+        findings.push(
+            Finding::warning(
+                "spectrum-swapped",
+                format!(
+                    "the values {} and {} (at {} nm) leave a smooth curve, and would follow it if they changed places",
+                    curve.value[i], curve.value[j], points[j].x
+                ),
+            )
+            .at(points[i].line, points[i].column)
+            .raw(&format!("{}", curve.value[i]))
+            .assumed("as written")
+            .fix("check whether two numbers were swapped"),
+        );
+    }
+    let told = |i: usize| swaps.len() <= MOST && swaps.iter().any(|&(a, b)| i.abs_diff(a) <= 2 || i.abs_diff(b) <= 2);
+    let spikes: Vec<usize> = curve.spikes().into_iter().filter(|&i| !told(i)).collect();
+    for &i in spikes.iter().filter(|_| spikes.len() <= MOST) {
+        findings.push(
+            Finding::warning(
+                "spectrum-spike",
+                format!("the value {} leaves the smooth curve of its neighbours", curve.value[i]),
+            )
+            .at(points[i].line, points[i].column)
+            .raw(&format!("{}", curve.value[i]))
+            .assumed("as written")
+            .fix("check for a mistyped or swapped number, or a single hot pixel"),
+        );
+    }
+}
+
+struct Curve {
+    value: Vec<f64>,
+    /// Weights of the four neighbours; zero at the two points of either end.
+    weight: Vec<[f64; 4]>,
+    /// Distance from the cubic through the neighbours.
+    off: Vec<f64>,
+    /// Two thirds of the distances around each point are below this.
+    usual: Vec<f64>,
+    largest: f64,
+}
+
+impl Curve {
+    fn of(points: &[Point]) -> Option<Self> {
+        let n = points.len();
+        if n < 16 {
+            return None;
+        }
+        let value: Vec<f64> = points
+            .iter()
+            .map(|p| p.value.first().copied().flatten().unwrap_or(0.0))
+            .collect();
+        let mut weight = vec![[0.0; 4]; n];
+        for (i, weight) in weight.iter_mut().enumerate().take(n - 2).skip(2) {
+            let at = [i - 2, i - 1, i + 1, i + 2];
+            for (k, &a) in at.iter().enumerate() {
+                weight[k] = at
+                    .iter()
+                    .filter(|&&b| b != a)
+                    .map(|&b| (points[i].x - points[b].x) / (points[a].x - points[b].x))
+                    .product();
+            }
+        }
+        let largest = value.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let mut curve = Self {
+            value,
+            weight,
+            off: vec![0.0; n],
+            usual: vec![0.0; n],
+            largest,
+        };
+        curve.off = (0..n).map(|i| curve.distance(&curve.value, i).abs()).collect();
+        curve.usual = (0..n).map(|i| curve.usual_around(i, i)).collect();
+        (largest > 0.0 && curve.off.iter().all(|o| o.is_finite())).then_some(curve)
+    }
+
+    fn inner(&self) -> std::ops::Range<usize> {
+        2..self.value.len() - 2
+    }
+
+    fn distance(&self, value: &[f64], i: usize) -> f64 {
+        if !self.inner().contains(&i) {
+            return 0.0;
+        }
+        let w = &self.weight[i];
+        value[i] - w[0] * value[i - 2] - w[1] * value[i - 1] - w[2] * value[i + 1] - w[3] * value[i + 2]
+    }
+
+    fn usual_around(&self, from: usize, to: usize) -> f64 {
+        let inner = self.inner();
+        let mut around: Vec<f64> = (from.saturating_sub(AROUND).max(inner.start)..(to + AROUND + 1).min(inner.end))
+            .filter(|&k| k + 2 < from || k > to + 2)
+            .map(|k| self.off[k])
+            .collect();
+        around.sort_by(f64::total_cmp);
+        around.get(around.len() * 2 / 3).copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// Points off the cubic whose neighbours are on it once the point is put there.
+    fn spikes(&self) -> Vec<usize> {
+        let inner = self.inner();
+        let mut value = self.value.clone();
+        inner
+            .clone()
+            .filter(|&i| {
+                let off = self.off[i];
+                let around = i.saturating_sub(2).max(inner.start)..(i + 3).min(inner.end);
+                if off <= SMALLEST * self.largest
+                    || off <= SPIKE * self.usual[i]
+                    || around.clone().any(|k| self.off[k] > off)
+                {
+                    return false;
+                }
+                let kept = value[i];
+                value[i] -= self.distance(&self.value, i);
+                let left = around
+                    .filter(|&k| k != i)
+                    .map(|k| self.distance(&value, k).abs())
+                    .fold(0.0, f64::max);
+                value[i] = kept;
+                left <= (4.0 * self.usual[i]).max(0.1 * off)
+            })
+            .collect()
+    }
+
+    /// Pairs that follow the curve once they change places: neighbours, or any two of the points that are farthest off.
+    fn swaps(&self) -> Vec<(usize, usize)> {
+        let inner = self.inner();
+        let floor = 1e-3 * SMALLEST * self.largest;
+        let mut far: Vec<usize> = inner.clone().collect();
+        far.sort_by(|&a, &b| {
+            let ratio = |i: usize| self.off[i] / self.usual[i].max(floor);
+            ratio(b).total_cmp(&ratio(a))
+        });
+        far.truncate(CANDIDATES);
+        far.sort_unstable();
+        let mut value = self.value.clone();
+        let mut found: Vec<(usize, usize, f64)> = Vec::new();
+        let pairs = inner
+            .clone()
+            .take(inner.len().saturating_sub(1))
+            .map(|i| (i, i + 1))
+            .chain(
+                far.iter()
+                    .flat_map(|&i| far.iter().map(move |&j| (i, j)))
+                    .filter(|&(i, j)| j > i + 1),
+            );
+        for (i, j) in pairs {
+            if (value[i] - value[j]).abs() < SMALLEST * self.largest {
+                continue;
+            }
+            let mut near: Vec<usize> = (i - 2..i + 3)
+                .chain(j - 2..j + 3)
+                .filter(|k| inner.contains(k))
+                .collect();
+            near.sort_unstable();
+            near.dedup();
+            let squares =
+                |value: &[f64]| near.iter().map(|&k| self.distance(value, k).powi(2)).sum::<f64>() / near.len() as f64;
+            let before = squares(&value);
+            value.swap(i, j);
+            let after = squares(&value);
+            value.swap(i, j);
+            let usual = if j == i + 1 {
+                self.usual_around(i, j)
+            } else {
+                self.usual[i].max(self.usual[j])
+            };
+            if before > SWAP_GAIN * after
+                && after.sqrt() <= 2.0 * usual + 1e-9 * self.largest
+                && before.sqrt() > 4.0 * usual
+            {
+                found.push((i, j, before / after.max(floor * floor)));
+            }
+        }
+        // Of pairs that share a point the better one.
+        found.sort_by(|a, b| b.2.total_cmp(&a.2));
+        let mut kept: Vec<(usize, usize)> = Vec::new();
+        for (i, j, _) in found {
+            if kept.iter().all(|&(a, b)| ![a, b].contains(&i) && ![a, b].contains(&j)) {
+                kept.push((i, j));
+            }
+        }
+        kept.sort_unstable();
+        kept
+    }
+}
