@@ -26,6 +26,7 @@ LIMIT = {
     "x": 1e-5, "y": 1e-5, "cct_k": 2.0, "duv": 2e-5, "ra": 0.1, "rf": 0.02, "rg": 0.02,
     "ler_lm_per_w": 0.5, "dominant_nm": 0.1, "purity": 1e-3, "sp_ratio": 5e-3, "r": 0.5, "rf_hue": 0.05,
 }  # fmt: skip
+NEEDS_CCT = {"cct_k", "duv", "ra", "r", "rf", "rg", "rf_hue"}
 
 
 def spectra():
@@ -65,7 +66,6 @@ def of_isolux(binary, files):
 def of_colour(nm, v):
     sd = colour.SpectralDistribution(dict(zip(nm, v)))
     cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(colour.SpectralShape(360, 830, 1))
-    k = {"x": None}
     xyz = colour.sd_to_XYZ(sd, cmfs, method="Integration")
     x, y = colour.XYZ_to_xy(xyz)
     k = {"x": x, "y": y}
@@ -75,8 +75,7 @@ def of_colour(nm, v):
         sd, colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"].copy().align(colour.SpectralShape(360, 830, 1))
     )
     e = np.array([1 / 3, 1 / 3])
-    dominant, *_ = colour.dominant_wavelength([x, y], e)
-    k["dominant_nm"] = float(dominant) if dominant > 0 else None
+    # Its dominant wavelength is a whole number of nm, so only luxpy judges that.
     k["purity"] = float(colour.excitation_purity([x, y], e))
     if abs(duv) < 0.05:
         cri = colour.colour_rendering_index(sd, additional_data=True)
@@ -100,10 +99,12 @@ def of_luxpy(nm, v):
     cct, duv = lx.xyz_to_cct(xyz, cieobs="1931_2", out="cct,duv", mode="ohno2014")
     k["cct_k"], k["duv"] = float(np.squeeze(cct)), float(np.squeeze(duv))
     k["ler_lm_per_w"] = float(np.squeeze(lx.spd_to_ler(spd, cieobs="1931_2")))
+    _, dominant, purity = lx.xyz_to_Ydlep(xyz, cieobs="1931_2", xyzw=np.full((1, 3), 100.0))[0]
+    k["dominant_nm"], k["purity"] = (float(dominant) if dominant > 0 else None), float(purity)
     if abs(k["duv"]) < 0.05:
         k["ra"] = float(np.squeeze(lx.cri.spd_to_ciera(spd)))
-        k["r"] = [float(x) for x in np.squeeze(lx.cri.spd_to_ciera_133_1995(spd, out="Rfi"))][:14]
-        rf, rg, rfh = lx.cri.spd_to_iestm30(spd, out="Rf,Rg,Rfhj")
+        k["r"] = [float(x) for x in np.squeeze(lx.cri.spd_to_cri(spd, cri_type="ciera-14", out="Rfi"))]
+        rf, rg, rfh = lx.cri.spd_to_cri(spd, cri_type="iesrf-tm30-18", out="Rf,Rg,Rfhj")
         k["rf"], k["rg"] = float(np.squeeze(rf)), float(np.squeeze(rg))
         k["rf_hue"] = [float(x) for x in np.squeeze(rfh)]
     return k
@@ -150,6 +151,9 @@ def main():
             value = own["quantities"][key]
             lists = isinstance(value, list)
             wide = [p[key] for p in peers if p.get(key) is not None]
+            # Beyond 0.05 from the locus there is no colour temperature (CIE 15): isolux gives null where the libraries go on.
+            if value is None and key in NEEDS_CCT and own["quantities"]["cct_k"] is None:
+                continue
             if value is None or not wide:
                 if (value is None) != (not wide):
                     missing.append(f"{name}: {key}: isolux {value}, peers {wide}"[:150])
