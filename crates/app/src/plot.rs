@@ -30,7 +30,10 @@ pub fn write(inspection: &Inspection, folder: &Utf8Path, overwrite: Overwrite) -
                 ("polar", plots::polar(intensity, &options)),
                 ("cartesian", plots::cartesian(intensity, &options)),
                 ("isocandela", plots::isocandela(intensity, &options)),
-                ("isolux", plots::isolux(intensity, &IsoluxOptions::at_one_metre(&name))),
+                (
+                    "isolux",
+                    plots::isolux(intensity, &IsoluxOptions::at_one_metre(intensity, &name)),
+                ),
                 ("solid", plots::solid(intensity, &options)),
             ]
         }

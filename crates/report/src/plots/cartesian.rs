@@ -6,11 +6,11 @@ use super::PolarOptions;
 use crate::axes::{Frame, Scale};
 use crate::svg::{Anchor, Stroke, Svg, colour};
 
-/// C180–C0 solid red and C270–C90 dashed blue, over γ from −γ_max to γ_max; a rotational distribution from 0.
+/// C180–C0 solid red and C270–C90 dashed blue, over γ from −γ_max to γ_max; one curve from 0 where all planes are alike.
 pub fn cartesian(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
     let (factor, unit) = options.scale();
-    let last = distribution.gamma_deg().last().copied().unwrap_or(180.0);
-    let rotational = distribution.is_rotational();
+    let last = super::shown_gamma(distribution);
+    let rotational = super::alike(distribution);
     let mut svg = Svg::new(720.0, 440.0, &format!("Intensity over γ {}", options.title));
     svg.text((390.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
     let frame = Frame {

@@ -38,14 +38,18 @@ impl Diagram {
     }
 }
 
+/// How far the axes go below zero.
+const MARGIN: f64 = 0.05;
+
 /// The source's place in the diagram, with its correlated colour temperature and Duv where they exist.
 pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String {
+    // A margin on every side for the wavelengths along the locus.
     let (year, axes, end) = match diagram {
         Diagram::Cie1931 => ("1931", ("x", "y"), (0.8, 0.9)),
-        Diagram::Cie1976 => ("1976", ("u′", "v′"), (0.65, 0.62)),
+        Diagram::Cie1976 => ("1976", ("u′", "v′"), (0.67, 0.65)),
     };
     let width = 490.0;
-    let height = width * end.1 / end.0;
+    let height = width * (end.1 + MARGIN) / (end.0 + MARGIN);
     let mut svg = Svg::new(600.0, height + 120.0, &format!("CIE {year} chromaticity {title}"));
     svg.text((320.0, 26.0), 15.0, Anchor::Middle, colour::INK, title);
     let frame = Frame {
@@ -53,8 +57,8 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
         top: 44.0,
         width,
         height,
-        x: Scale::linear(0.0, end.0).every(0.1),
-        y: Scale::linear(0.0, end.1).every(0.1),
+        x: Scale::linear(-MARGIN, end.0).every(0.1),
+        y: Scale::linear(-MARGIN, end.1).every(0.1),
     };
     let place = |c: Chromaticity| {
         let (a, b) = diagram.place(c);
@@ -82,9 +86,7 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
         .filter(|(nm, _)| [380.0, 700.0].contains(nm) || (*nm >= 460.0 && *nm <= 640.0 && nm.rem_euclid(20.0) == 0.0))
     {
         let (x, y) = place(c);
-        let (wx, wy) = place(isolux_spectrum::EQUAL_ENERGY);
-        let length = (x - wx).hypot(y - wy).max(1.0);
-        let (dx, dy) = ((x - wx) / length, (y - wy) / length);
+        let (dx, dy) = outward(nm, &place);
         svg.line((x, y), (x + 5.0 * dx, y + 5.0 * dy), Stroke::solid(colour::INK, 1.0));
         let anchor = if dx > 0.3 {
             Anchor::Start
@@ -94,7 +96,7 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
             Anchor::Middle
         };
         svg.text(
-            (x + 9.0 * dx, y + 9.0 * dy + if dy < -0.5 { 0.0 } else { 5.0 }),
+            (x + 9.0 * dx, y + 11.0 * dy + 3.5),
             10.0,
             anchor,
             colour::MUTED,
@@ -112,7 +114,9 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
     for t in [1500.0, 2000.0, 3000.0, 4000.0, 5000.0, 6500.0, 10_000.0] {
         let ends = [-0.03, 0.03].map(|duv| cct::beside_locus(t, duv).map(place));
         if let [Some(below), Some(above)] = ends {
+            svg.raw(&format!(r#"<g clip-path="url(#locus-{year})">"#));
             svg.line(below, above, Stroke::solid(colour::INK, 0.8));
+            svg.raw("</g>");
             let (dx, dy) = ((above.0 - below.0), (above.1 - below.1));
             let length = dx.hypot(dy).max(1.0);
             svg.text(
@@ -140,13 +144,33 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
     svg.finish()
 }
 
+/// Unit vector on the picture, square to the locus at a wavelength, away from its inside.
+fn outward(nm: f64, place: &impl Fn(Chromaticity) -> (f64, f64)) -> (f64, f64) {
+    let near: Vec<(f64, f64)> = spectrum_locus()
+        .filter(|(w, _)| (w - nm).abs() <= 6.0)
+        .map(|(_, c)| place(c))
+        .collect();
+    let (Some(first), Some(last)) = (near.first(), near.last()) else {
+        return (0.0, -1.0);
+    };
+    let length = (last.0 - first.0).hypot(last.1 - first.1);
+    // At either end of the locus the points nearly coincide: away from white there.
+    if length < 3.0 || nm <= 400.0 || nm >= 690.0 {
+        let ((x, y), (wx, wy)) = (near[near.len() / 2], place(isolux_spectrum::EQUAL_ENERGY));
+        let length = (x - wx).hypot(y - wy).max(1.0);
+        return ((x - wx) / length, (y - wy) / length);
+    }
+    // The locus runs clockwise on the picture, so that its outside lies to the left.
+    ((last.1 - first.1) / length, -(last.0 - first.0) / length)
+}
+
 /// The colours of the diagram's plane, `end` at the upper right corner.
 fn colours(diagram: Diagram, end: (f64, f64)) -> Option<Vec<u8>> {
     const SIDE: usize = 160;
     let rgb: Vec<u8> = (0..SIDE * SIDE)
         .flat_map(|i| {
-            let a = ((i % SIDE) as f64 + 0.5) / SIDE as f64 * end.0;
-            let b = (1.0 - ((i / SIDE) as f64 + 0.5) / SIDE as f64) * end.1;
+            let a = ((i % SIDE) as f64 + 0.5) / SIDE as f64 * (end.0 + MARGIN) - MARGIN;
+            let b = (1.0 - ((i / SIDE) as f64 + 0.5) / SIDE as f64) * (end.1 + MARGIN) - MARGIN;
             spectral_colour::bytes_of(diagram.chromaticity((a, b)))
         })
         .collect();

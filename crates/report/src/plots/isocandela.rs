@@ -10,7 +10,7 @@ use crate::svg::{Anchor, Stroke, Svg, colour};
 /// Intensity over C (0–360°) and γ in colour, with lines at 10, 20, 30, 50, 70 and 90 % of the largest.
 pub fn isocandela(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
     let (factor, unit) = options.scale();
-    let last = distribution.gamma_deg().last().copied().unwrap_or(180.0);
+    let last = super::shown_gamma(distribution);
     let peak = distribution.peak();
     let high = peak.intensity.value() * factor;
     let mut svg = Svg::new(760.0, 470.0, &format!("Isocandela diagram {}", options.title));

@@ -18,24 +18,40 @@ pub struct IsoluxOptions {
 }
 
 impl IsoluxOptions {
-    /// The plane at 1 m that shows directions up to γ = 68° along its axes.
-    pub fn at_one_metre(title: &str) -> Self {
+    /// The plane at 1 m, as wide as the light: to where the illuminance falls under 1 % of its largest value, at most to
+    /// γ = 68° along its axes.
+    pub fn at_one_metre(distribution: &IntensityDistribution, title: &str) -> Self {
+        const SIDES: [f64; 8] = [0.1, 0.2, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5];
+        let rings: Vec<f64> = (0..=125)
+            .map(|i| {
+                let radius = 0.02 * f64::from(i);
+                (0..72)
+                    .map(|k| illuminance(distribution, 1.0, radius, 5.0 * f64::from(k)))
+                    .fold(0.0, f64::max)
+            })
+            .collect();
+        let high = rings.iter().copied().fold(0.0, f64::max);
+        let reach = rings.iter().rposition(|e| *e > 0.01 * high).unwrap_or(125) as f64 * 0.02;
         Self {
             title: title.to_owned(),
             height_m: 1.0,
-            half_side_m: 2.5,
+            half_side_m: SIDES.into_iter().find(|side| *side > reach).unwrap_or(2.5),
         }
     }
+}
+
+/// E = I cos³γ / h² at a distance from the foot of the luminaire.
+fn illuminance(distribution: &IntensityDistribution, h: f64, radius: f64, c_deg: f64) -> f64 {
+    let gamma = radius.atan2(h);
+    distribution.intensity_cd_at(c_deg, gamma.to_degrees()) * gamma.cos().powi(3) / (h * h)
 }
 
 /// Illuminance E = I cos³γ / h² on the plane in colour, with level lines; C0 to the right, C90 up: seen from the lamp.
 pub fn isolux(distribution: &IntensityDistribution, options: &IsoluxOptions) -> String {
     let (h, half) = (options.height_m, options.half_side_m);
     let at = |x_m: f64, y_m: f64| {
-        let radius = x_m.hypot(y_m);
-        let gamma = radius.atan2(h);
         let c = y_m.atan2(x_m).to_degrees().rem_euclid(360.0);
-        distribution.intensity_cd_at(c, gamma.to_degrees()) * gamma.cos().powi(3) / (h * h)
+        illuminance(distribution, h, x_m.hypot(y_m), c)
     };
     let grid = Grid::sample(161, 161, |x, y| at(half * (2.0 * x - 1.0), half * (1.0 - 2.0 * y)));
     let high = grid.value.iter().copied().fold(0.0, f64::max);
@@ -73,9 +89,13 @@ mod tests {
     #[test]
     fn an_isotropic_source_draws_circles_and_a_dark_one_nothing() {
         let even = IntensityDistribution::new(vec![0.0], vec![0.0, 180.0], vec![100.0, 100.0]).unwrap();
-        let out = isolux(&even, &IsoluxOptions::at_one_metre("x"));
+        let out = isolux(&even, &IsoluxOptions::at_one_metre(&even, "x"));
         assert!(out.contains(">50<") && !out.contains("NaN"));
+        assert_eq!(IsoluxOptions::at_one_metre(&even, "x").half_side_m, 2.5);
+        let spot =
+            IntensityDistribution::new(vec![0.0], vec![0.0, 4.0, 5.0, 180.0], vec![100.0, 100.0, 0.0, 0.0]).unwrap();
+        assert_eq!(IsoluxOptions::at_one_metre(&spot, "x").half_side_m, 0.1);
         let dark = IntensityDistribution::new(vec![0.0], vec![0.0, 180.0], vec![0.0, 0.0]).unwrap();
-        assert!(!isolux(&dark, &IsoluxOptions::at_one_metre("x")).contains("NaN"));
+        assert!(!isolux(&dark, &IsoluxOptions::at_one_metre(&dark, "x")).contains("NaN"));
     }
 }

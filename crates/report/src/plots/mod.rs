@@ -20,8 +20,41 @@ pub use solid::solid;
 pub use spectrum::{SpectrumOptions, spectrum};
 pub use tm30::tm30;
 
+use isolux_photometry::IntensityDistribution;
+
 use crate::axes::{Scale, number};
 use crate::svg::{Anchor, Stroke, Svg, colour};
+
+/// Whether light goes above γ = 90°: more than 0.5 % of the largest intensity.
+fn upper_light(distribution: &IntensityDistribution) -> bool {
+    let peak = distribution.peak().intensity.value();
+    distribution.c_deg().iter().enumerate().any(|(plane, _)| {
+        distribution
+            .gamma_deg()
+            .iter()
+            .zip(distribution.row(plane))
+            .any(|(g, v)| *g > 90.0 && *v > 0.005 * peak)
+    })
+}
+
+/// The largest γ that a picture needs: the data's own, or 90° where nothing is above.
+fn shown_gamma(distribution: &IntensityDistribution) -> f64 {
+    let last = distribution.gamma_deg().last().copied().unwrap_or(180.0);
+    if upper_light(distribution) {
+        last
+    } else {
+        last.min(90.0)
+    }
+}
+
+/// Whether all planes are alike to a millionth of the largest intensity.
+fn alike(distribution: &IntensityDistribution) -> bool {
+    let near = 1e-6 * distribution.peak().intensity.value().abs();
+    (1..distribution.c_deg().len()).all(|plane| {
+        let rows = distribution.row(plane).iter().zip(distribution.row(0));
+        rows.into_iter().all(|(a, b)| (a - b).abs() <= near)
+    })
+}
 
 /// A vertical bar from 0 to `high` beside a picture in the colours of [`contour::shade`].
 fn scale_bar(svg: &mut Svg, (x, y, width, height): (f64, f64, f64, f64), high: f64, unit: &str) {

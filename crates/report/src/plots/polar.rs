@@ -33,13 +33,7 @@ pub fn polar(distribution: &IntensityDistribution, options: &PolarOptions) -> St
     let rings = (peak / step).ceil().max(1.0);
     let outer = rings * step;
 
-    let upper_light = distribution.c_deg().iter().enumerate().any(|(plane, _)| {
-        distribution
-            .gamma_deg()
-            .iter()
-            .zip(distribution.row(plane))
-            .any(|(g, v)| *g > 90.0 && v * factor > 0.005 * peak)
-    });
+    let upper_light = super::upper_light(distribution);
     let widest = if upper_light { 180.0 } else { 105.0_f64 };
     let radius = 220.0;
     let (width, top) = (600.0, 56.0);

@@ -12,10 +12,14 @@ use crate::svg::{Anchor, Stroke, Svg, colour};
 pub fn solid(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
     let (factor, unit) = options.scale();
     let high = distribution.peak().intensity.value();
-    let last = distribution.gamma_deg().last().copied().unwrap_or(180.0);
+    let last = super::shown_gamma(distribution);
     let mut svg = Svg::new(600.0, 600.0, &format!("Photometric solid {}", options.title));
     svg.text((300.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
-    let (centre, radius) = ((300.0, if last > 90.0 { 310.0 } else { 210.0 }), 225.0);
+    let (centre, radius) = if super::upper_light(distribution) {
+        ((300.0, 310.0), 225.0)
+    } else {
+        ((300.0, 205.0), 280.0)
+    };
 
     // Camera 25° above the horizon, turned 35° from the axis C0 so that no axis hides another.
     let (turn, lift) = (35f64.to_radians(), 25f64.to_radians());

@@ -10,7 +10,7 @@ pub(super) fn of_wavelength(nm: f64) -> String {
     let sum = x + y + z;
     // Fades into grey where the eye fades out.
     let visible = if (380.0..=780.0).contains(&nm) {
-        (sum / 0.02).clamp(0.0, 1.0)
+        (0.25 * (sum / 0.002).ln()).clamp(0.0, 1.0)
     } else {
         0.0
     };

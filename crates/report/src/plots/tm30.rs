@@ -37,7 +37,8 @@ pub fn tm30(source: &Spectrum, title: &str) -> Option<String> {
     );
     let shift = fidelity.bins.map(|b| b.chroma_shift_percent);
     let most = shift.iter().fold(10.0, |m: f64, v| m.max(v.abs()));
-    let most = (most / 10.0).ceil() * 10.0;
+    // Room for the number at the end of the longest bar.
+    let most = (1.12 * most / 10.0).ceil() * 10.0;
     bars(
         &mut svg,
         (290.0, 170.0),
