@@ -297,6 +297,80 @@ fn vendors_texts() {
 }
 
 #[test]
+fn what_a_program_could_not_compute_is_missing_in_a_further_series_and_damage_in_the_first() {
+    let text = "W,D,P\n380,1,2\n381,3,NaN\n382,5,-inf\n383,7,4\n384,9,5\n";
+    let (file, findings) = spectrum(text, "x.csv");
+    assert_eq!(file.value, [1.0, 3.0, 5.0, 7.0, 9.0]);
+    assert_eq!(file.series[1].value, [Some(2.0), None, None, Some(4.0), Some(5.0)]);
+    let lines: Vec<_> = findings
+        .iter()
+        .filter(|f| f.code == "csv-nan")
+        .map(|f| f.line)
+        .collect();
+    assert_eq!(lines, [Some(3), Some(4)]);
+    refused("W,D,P\n380,1,2\n381,nan,4\n382,5,6\n", "x.csv", "csv-number", 3);
+}
+
+#[test]
+fn a_damaged_spectrum_under_any_name_is_told_as_one() {
+    let rows: Vec<String> = (0..30).map(|i| format!("{}\t{}\n", 400 + 10 * i, 30 - i)).collect();
+    let text = format!("Wavelength (nm)\tpower\n{}", rows.concat()).replace("450\t25", "450\t2x5");
+    refused(&text, "scan.txt", "csv-number", 7);
+    let lost = rows.concat().replace("690\t1\n", "\t1\n");
+    refused(&lost, "x.csv", "csv-number", 30);
+}
+
+#[test]
+fn resampling_is_asked_for_and_told() {
+    use isolux_formats::spectral::Interpolation;
+    let rows: Vec<String> = (0..41).map(|i| format!("{},{}\n", 380 + 10 * i, i * i)).collect();
+    let (file, _) = spectrum(&format!("nm,v\n{}", rows.concat()), "x.csv");
+    let (fine, findings) = file.resampled(1.0, Interpolation::Sprague).unwrap();
+    assert_eq!((fine.wavelength_nm.len(), fine.wavelength_nm[400]), (401, 780.0));
+    // A square is kept by a polynomial of the fifth order.
+    assert!((fine.value[25] - 6.25).abs() < 1e-9, "{}", fine.value[25]);
+    assert!(fine.header["resampled"].as_str().unwrap().contains("sprague"));
+    assert!(findings.iter().any(|f| f.code == "convert-resampled"));
+    let mut uneven = file.clone();
+    uneven.wavelength_nm[3] += 2.0;
+    assert_eq!(
+        uneven.resampled(1.0, Interpolation::Sprague).unwrap_err().code,
+        "convert-resample"
+    );
+    assert!(uneven.resampled(1.0, Interpolation::Linear).is_ok());
+    let (_, coarse) = file.resampled(20.0, Interpolation::Linear).unwrap();
+    assert!(coarse.iter().any(|f| f.code == "convert-coarser"));
+}
+
+#[test]
+fn a_comment_about_another_unit_does_not_move_the_numbers() {
+    let rows: Vec<String> = (0..20).map(|i| format!("{} {i}\n", 400 + 10 * i)).collect();
+    let text = format!("# Lambda (A)   n   k\n{}", rows.concat());
+    let (file, findings) = spectrum(&text, "x.spd");
+    assert_eq!(file.wavelength_nm[0], 400.0);
+    assert!(
+        findings
+            .iter()
+            .any(|f| f.code == "spectrum-axis-unit" && f.severity == Severity::Warning)
+    );
+    // What is written from a file in µm says nm, whatever its old header said.
+    let text = format!("X Units: micrometers\nunit: mW/nm\n{}", rows.concat().replace(' ', ","))
+        .replace("\n4", "\n0.4")
+        .replace("\n5", "\n0.5");
+    let (file, _) = spectrum(&text, "x.csv");
+    assert_eq!((file.wavelength_nm[0], file.unit.as_deref()), (400.0, Some("mW/nm")));
+    for (format, name) in WRITTEN {
+        let (bytes, _) = write(&file, format).unwrap();
+        let (back, _) = spectrum(std::str::from_utf8(&bytes).unwrap(), name);
+        assert_eq!(
+            (&back.wavelength_nm, &back.value),
+            (&file.wavelength_nm, &file.value),
+            "{name}"
+        );
+    }
+}
+
+#[test]
 fn swapped_values_in_a_smooth_curve_are_told() {
     let value = |w: f64| (-((w - 480.0) / 40.0).powi(2)).exp();
     let rows: Vec<(f64, f64)> = (0..60)

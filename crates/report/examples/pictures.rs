@@ -52,7 +52,7 @@ fn main() -> std::io::Result<()> {
         ("isocandela", plots::isocandela(&d, &options)),
         (
             "isolux",
-            plots::isolux(&d, &plots::IsoluxOptions::at_one_metre("Street light, made up")),
+            plots::isolux(&d, &plots::IsoluxOptions::at_one_metre(&d, "Street light, made up")),
         ),
         ("solid", plots::solid(&d, &options)),
         (

@@ -412,10 +412,7 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
 
     let width = common_width(body);
     let names: Vec<&str> = heading.map_or(Vec::new(), |row| row.cells.clone());
-    let names: Vec<&str> = names
-        .iter()
-        .map(|n| n.trim_start_matches(['#', '%', '!']).trim())
-        .collect();
+    let names: Vec<&str> = names.iter().map(|n| bare(n)).collect();
     if format == Format::Spd && names.is_empty() && width > 2 && width.is_multiple_of(2) && in_one_run(body) {
         pairs_in_a_run(body, draft, findings);
         return;
@@ -425,7 +422,7 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
     draft.axis = names
         .get(columns.wavelength)
         .and_then(|name| AxisUnit::of(name))
-        .or_else(|| stated_unit(&rows[..first], names.is_empty()))
+        .or_else(|| believable_unit(&rows[..first], names.is_empty(), body, columns.wavelength, findings))
         .or_else(|| {
             let cell = body.iter().find_map(|row| row.cells.get(columns.wavelength));
             cell.filter(|cell| without_nm(cell) != **cell)
@@ -488,15 +485,8 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
                     Some(read.value)
                 }
                 Err(number::NotANumber::Blank) if k != columns.wavelength && columns.values.len() > 1 => None,
-                // NaN is how programs write a value that they do not have; only a spectrum's own values must be there.
-                Err(number::NotANumber::NotFinite)
-                    if k != columns.wavelength
-                        && columns.values.first() != Some(&k)
-                        && cell
-                            .to_ascii_lowercase()
-                            .trim_start_matches(['+', '-'])
-                            .starts_with("nan") =>
-                {
+                // NaN and infinity are how programs write what they could not compute; a spectrum's own values must be there.
+                Err(number::NotANumber::NotFinite) if k != columns.wavelength && columns.values.first() != Some(&k) => {
                     findings.push(
                         Finding::warning("csv-nan", "no number stands here")
                             .at(row.line, row.column(k))
@@ -526,6 +516,14 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
         draft.whole &= good;
         if good {
             draft.points.push(point);
+        }
+    }
+    // What the writer put into comments.
+    for (field, key) in [(&mut draft.quantity, "quantity"), (&mut draft.unit, "unit")] {
+        if field.is_none()
+            && let Some(text) = draft.header.remove(key)
+        {
+            *field = text.as_str().map(str::to_owned);
         }
     }
     if let Some(line) = comma {
@@ -567,12 +565,22 @@ fn heading<'r, 't>(before: &'r [Row<'t>], body: &[Row<'t>]) -> Option<&'r Row<'t
         .iter()
         .rev()
         .take(4)
-        .find(|row| row.cells.len() == width && !row.text.contains(">>>>>") && (0..width).all(|k| !row.is_number(k)))
-        .or_else(|| {
-            before
-                .last()
-                .filter(|row| row.cells.len() == width && row.cells.first().is_some_and(|c| is_wavelength_heading(c)))
+        .find(|row| {
+            row.cells.len() == width
+                && !row.text.contains(">>>>>")
+                && (0..width).all(|k| !row.is_number(k))
+                && (!row.comment || row.cells.iter().any(|cell| is_wavelength_heading(bare(cell))))
         })
+        .or_else(|| {
+            before.last().filter(|row| {
+                row.cells.len() == width && row.cells.first().is_some_and(|c| is_wavelength_heading(bare(c)))
+            })
+        })
+}
+
+/// A cell without the mark of a comment.
+fn bare(cell: &str) -> &str {
+    cell.trim_start_matches(['#', '%', '!']).trim()
 }
 
 fn common_width(body: &[Row<'_>]) -> usize {
@@ -636,6 +644,48 @@ fn stated_unit(before: &[Row<'_>], without_heading: bool) -> Option<AxisUnit> {
             .then(|| AxisUnit::of(word).or_else(|| AxisUnit::of(row.text)))
             .flatten()
     })
+}
+
+/// [`stated_unit`], unless the numbers contradict it: comments outlive a conversion of the numbers.
+fn believable_unit(
+    before: &[Row<'_>],
+    without_heading: bool,
+    body: &[Row<'_>],
+    wavelength: usize,
+    findings: &mut Findings,
+) -> Option<AxisUnit> {
+    let unit = stated_unit(before, without_heading)?;
+    let x: Vec<f64> = body
+        .iter()
+        .filter_map(|row| number::read(without_nm(row.cells.get(wavelength)?)).ok())
+        .map(|n| n.value)
+        .collect();
+    let (low, high) = x
+        .iter()
+        .fold((f64::INFINITY, 0.0f64), |(a, b), &x| (a.min(x), b.max(x)));
+    let contradicted = match unit {
+        AxisUnit::Angstrom => high < 2000.0,
+        AxisUnit::Micrometre => low > 100.0,
+        _ => false,
+    };
+    if !contradicted || x.is_empty() {
+        return Some(unit);
+    }
+    findings.push(
+        Finding::warning(
+            "spectrum-axis-unit",
+            format!(
+                "a comment speaks of {}, but {low} to {high} {} is no range of light",
+                unit.name(),
+                unit.name()
+            ),
+        )
+        .at(body[0].line, 1)
+        .raw(unit.name())
+        .assumed("nm")
+        .fix("mend the comment, or write the unit into the heading"),
+    );
+    Some(AxisUnit::Nanometre)
 }
 
 /// Which columns are what.

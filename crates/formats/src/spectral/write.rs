@@ -178,10 +178,19 @@ fn spdx(file: &SpectrumFile, findings: &mut Vec<Finding>) -> String {
 fn spd(file: &SpectrumFile, findings: &mut Vec<Finding>) -> String {
     other_series(file, findings);
     let mut out = comments(file);
+    // The unit last: comments above may speak of the unit that the source had.
+    out.push_str("#wavelength_nm value\n");
     for (nm, value) in file.wavelength_nm.iter().zip(&file.value) {
         let _ = writeln!(out, "{} {}", number(*nm), number(*value));
     }
     out
+}
+
+fn lost_unit(file: &SpectrumFile, findings: &mut Vec<Finding>) {
+    if let Some(unit) = &file.unit {
+        findings
+            .push(Finding::warning("write-unit", format!("this format has no field for the unit {unit}")).raw(unit));
+    }
 }
 
 fn comments(file: &SpectrumFile) -> String {
@@ -203,6 +212,7 @@ fn comments(file: &SpectrumFile) -> String {
 /// Speos: the description is all that it holds.
 fn speos(file: &SpectrumFile, findings: &mut Vec<Finding>) -> String {
     other_series(file, findings);
+    lost_unit(file, findings);
     lost_header(file, &["description"], findings);
     let description = ["description", "Description", "DESCRIPTOR"]
         .iter()
@@ -253,6 +263,7 @@ fn sp(file: &SpectrumFile, findings: &mut Vec<Finding>) -> String {
             .fix("resample first if the file is for ArgyllCMS"),
         );
     }
+    lost_unit(file, findings);
     let mut lost = Vec::new();
     let mut out = String::from("SPECT\n\n");
     let quote = |text: &str| one_line(text);
