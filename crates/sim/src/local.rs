@@ -31,19 +31,20 @@ pub(crate) struct Rule {
 /// Rules of rising cost for one pixel and one emitter patch (`None`: a point).
 pub(crate) fn rules(pixel: &Patch, emitter: Option<&Patch>) -> Vec<Rule> {
     let (rp, re) = (pixel.radius(), emitter.map_or(0.0, Patch::radius));
-    let split = |total: f64| {
-        let of = |own: f64| ((total * own / (rp + re)).round() as usize).clamp(1, 16);
+    // Points a side stay well below those that measure the rule.
+    let split = |total: f64, most: usize| {
+        let of = |own: f64| ((total * own / (rp + re)).round() as usize).clamp(1, most);
         [of(rp), of(re)]
     };
-    let [fine_pixel, fine_emitter] = split(18.0);
+    let [fine_pixel, fine_emitter] = split(32.0, 16);
     let fine = Ramps::of(
         &nodes(pixel, emitter, [fine_pixel.max(2), fine_emitter.max(2)]),
         rp + re,
     );
-    [1.0, 2.0, 4.0, 7.0, 12.0]
+    [1.0, 2.0, 4.0, 7.0, 12.0, 20.0]
         .into_iter()
         .map(|total| {
-            let orders = split(total);
+            let orders = split(total, 11);
             let nodes = nodes(pixel, emitter, orders);
             let reach = (rp + re).max(1e-300);
             Rule::new(&nodes, &fine, reach, orders, [rp / reach, re / reach])
