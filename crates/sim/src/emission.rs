@@ -455,7 +455,7 @@ pub(crate) fn first_number(words: [u32; 4]) -> f64 {
     unit53(words[0], words[1])
 }
 
-/// All of a table as an emission without a sensor: every cell, for ray files. Cells are at most [`WIDTH`] wide.
+/// All of a table as an emission without a sensor: every cell, for ray files. Cells are at most 0.05 rad wide.
 pub fn whole(source: &Source) -> Emission {
     // A sensor that surrounds nothing would sort every cell away: aim at a ball that holds the emitter instead.
     let sensor = Sensor {
