@@ -184,12 +184,12 @@ pub(crate) fn maxima(book: &mut Book, source: &Source, seeds: u64) {
     let _ = writeln!(
         text,
         "\nOne ray against two: with the 3 × 3 mean once or twice, 5096.2 is one ray at 12 µm for K = {:.2} lm/W and 2548.1 is two rays at 24 µm for K = {:.2} lm/W; \
-         the two agree to {:.0e}, and K lies inside the interval that the means imply. At 2·10⁹ rays 11.95 is {:.2} and 8.58 is {:.2} eighty-firsts of a ray; \
+         5096.2 / 2548.1 = {:.5}, and K lies inside the interval that the means imply. At 2·10⁹ rays 11.95 is {:.2} and 8.58 is {:.2} eighty-firsts of a ray; \
          one pass, whose results are whole ninths, would need {:.2} and {:.2} of them. After two passes the simulated maximum at 12 µm is {:.2} ± {:.2} W/m² over the seeds. \
          So two passes of the 3 × 3 mean is **{}** by these simulations.\n",
         efficacy_of(2048, 1.0, 5096.2),
         efficacy_of(1024, 2.0, 2548.1),
-        (efficacy_of(2048, 1.0, 5096.2) / efficacy_of(1024, 2.0, 2548.1) - 1.0).abs(),
+        5096.2 / 2548.1,
         81.0 * 11.95 / one_ray(2048, 2_000_000_000),
         81.0 * 8.58 / one_ray(1024, 2_000_000_000),
         9.0 * 11.95 / one_ray(2048, 2_000_000_000),

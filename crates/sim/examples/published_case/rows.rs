@@ -349,7 +349,7 @@ fn maxima_figure(all: &[Runs]) -> String {
                     10.0,
                     Anchor::End,
                     "#222831",
-                    &significant(tick),
+                    &format!("{tick}"),
                 );
                 svg.line((at.0 - 4.0, at.1), at, Stroke::solid("#66707c", 1.0));
             }
