@@ -264,6 +264,15 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         ),
         None => {}
     }
+    // TM-27 has no field for a unit; the writer leaves it in the comments.
+    if let Some((_, unit)) = draft
+        .header
+        .get("Comments")
+        .and_then(Value::as_str)
+        .and_then(|comments| comments.rsplit_once(super::write::UNIT_COMMENT))
+    {
+        draft.unit = Some(unit.trim().to_owned());
+    }
     let file = draft.finish(&mut findings);
     Parsed::new(Format::Spdx, Kind::Spectrum, file, findings)
 }

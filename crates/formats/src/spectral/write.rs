@@ -24,6 +24,9 @@ pub fn write(file: &SpectrumFile, format: Format) -> Option<(Vec<u8>, Vec<Findin
     Some((out.into_bytes(), findings))
 }
 
+/// In front of the unit among the comments of a TM-27 file.
+pub(super) const UNIT_COMMENT: &str = "unit of the values: ";
+
 /// The shortest notation that reads back as the same number, with an exponent where plain digits would run away.
 fn number(value: f64) -> String {
     if value != 0.0 && !(1e-5..1e15).contains(&value.abs()) {
@@ -116,7 +119,7 @@ fn spdx(file: &SpectrumFile, findings: &mut Vec<Finding>) -> String {
     );
     for key in HEADER {
         let comment_unit = (key == "Comments")
-            .then(|| file.unit.as_ref().map(|unit| format!("unit of the values: {unit}")))
+            .then(|| file.unit.as_ref().map(|unit| format!("{UNIT_COMMENT}{unit}")))
             .flatten();
         let own = file.header.get(key).map(text_of);
         let text = match (own, comment_unit) {
