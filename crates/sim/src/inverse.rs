@@ -15,8 +15,8 @@ use crate::{strips, tiles};
 /// Relative error that the reference path aims at in every pixel.
 pub(crate) const RELATIVE_TOLERANCE: f64 = 2e-7;
 
-/// Relative error that the quick rules may have; most have far less.
-const QUICK_TOLERANCE: f64 = 1e-6;
+/// Relative error that the quick rules may have by their own estimate, which a bend near a corner can exceed tenfold.
+const QUICK_TOLERANCE: f64 = 2e-7;
 
 /// Share of the brightest light that could reach a pixel below which a pixel's error is no longer relative to itself.
 const DARK: f64 = 1e-7;
@@ -78,7 +78,7 @@ pub(crate) enum Care {
 const KINK_BLUR: f64 = 10.0;
 
 /// Share of the quick rules' tolerance that nodes of polynomials ask for.
-const NODE_SHARE: f64 = 0.05;
+const NODE_SHARE: f64 = 0.25;
 
 /// A source before a sensor, with everything that does not depend on the pixel.
 struct Prepared<'a> {
