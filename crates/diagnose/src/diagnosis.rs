@@ -214,6 +214,8 @@ fn effect_entries(believed: &Believed, outcome: &Outcome) -> Vec<EffectEntry> {
         let own = covariance.view((place, place), (free, free)).into_owned();
         place += free;
         let mut equivalents = Vec::new();
+        // The set is among those that could make it: what belongs to "nothing" asks for no further names.
+        let limit = 0.95 * rivalry.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
         let mut sum = 0.0;
         let mut posterior = 0.0;
         let mut sigma = 0.0;
@@ -223,7 +225,7 @@ fn effect_entries(believed: &Believed, outcome: &Outcome) -> Vec<EffectEntry> {
                 posterior = ranked.posterior;
                 sigma = ranked.sigma;
             }
-            if sum < 0.95 && !is_own {
+            if sum < limit && !is_own {
                 equivalents.push(label(believed, ranked.label));
             }
             sum += ranked.posterior;
