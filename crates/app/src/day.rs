@@ -8,6 +8,7 @@ mod page;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Scene;
+use isolux_record::run::StopHow;
 use isolux_record::{Job, Plan, Run};
 use isolux_sim::simulation::{Method, Simulation};
 use isolux_spectrum::Quantities;
@@ -31,6 +32,8 @@ pub struct Wishes {
     pub job: Option<Utf8PathBuf>,
     /// The folder of the day; without one a fresh `day`, `day-2`, ….
     pub out: Option<Utf8PathBuf>,
+    /// Whether `out` is a day that broke off, to be taken up again.
+    pub resume: bool,
 }
 
 /// A finished day.
@@ -73,57 +76,69 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
     if let Some(job) = &job {
         scene::table(job.scene(), &Changes::default())?;
     }
+    let target = if wishes.resume {
+        Target::Resume(&folder)
+    } else {
+        Target::New(&folder)
+    };
+    let scanned = wishes.resume && completed(&folder)?;
     match &job {
+        _ if scanned => {}
         Some(job) => {
-            scan::run(job.station(), job.plan(), Target::New(&folder), operator, progress)?;
+            scan::run(job.station(), job.plan(), target, operator, progress)?;
         }
-        None => virtual_scan(&folder, progress)?,
+        None => virtual_scan(target, progress)?,
     }
-    finish(&folder, job.as_ref(), progress)
+    // What a day that broke off in the evening had made of its record is made again.
+    let overwrite = if wishes.resume {
+        Overwrite::Force
+    } else {
+        Overwrite::Never
+    };
+    finish(&folder, job.as_ref(), overwrite, progress)
+}
+
+/// Whether the scan of a day was carried out to its end.
+fn completed(folder: &Utf8Path) -> Result<bool, Failure> {
+    let run = Run::read(folder).map_err(Failure::bad_input)?;
+    Ok(run
+        .header
+        .stopped
+        .is_some_and(|stopped| stopped.how == StopHow::Completed))
 }
 
 /// The scan in the built-in virtual darkroom.
-fn virtual_scan(folder: &Utf8Path, progress: &dyn Progress) -> Result<(), Failure> {
+fn virtual_scan(target: Target<'_>, progress: &dyn Progress) -> Result<(), Failure> {
     let (station, calibration) = init::virtual_station()?;
     let source = bench::Source::from_text(&station, &calibration)?;
     let plan = Plan::parse(Utf8Path::new("built-in plan"), init::PLAN).map_err(Failure::bad_input)?;
-    scan::refuse(Target::New(folder))?;
+    scan::refuse(target)?;
     stage::play(true, async {
         let stage = Stage::open(true)?;
         let cancel = stage::on_signals()?;
         let catalogue = Catalogue::new(stage.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = jiff::Timestamp::now();
-        scan::on(
-            &source,
-            &mut devices,
-            &plan,
-            Target::New(folder),
-            None,
-            &cancel,
-            now,
-            progress,
-        )
-        .await
+        scan::on(&source, &mut devices, &plan, target, None, &cancel, now, progress).await
     })?;
     Ok(())
 }
 
 /// From the record to the report.
-fn finish(folder: &Utf8Path, job: Option<&Job>, progress: &dyn Progress) -> Result<Day, Failure> {
+fn finish(folder: &Utf8Path, job: Option<&Job>, overwrite: Overwrite, progress: &dyn Progress) -> Result<Day, Failure> {
     let results = folder.join("results");
     progress.event(Event::Began {
         step: "reduce",
         total: None,
     });
-    let reduced = reduce::run(folder, None, &[], None, Overwrite::Never)?;
+    let reduced = reduce::run(folder, None, &[], None, overwrite)?;
     progress.event(Event::Ended(&format!("flux {}", with_u(&reduced.reduction.flux))));
 
     let mut evening = light(folder, reduced, job.map(Job::scene), progress)?;
-    simulate::write(&results, &evening.simulation, Overwrite::Never)?;
+    simulate::write(&results, &evening.simulation, overwrite)?;
     if let Some(comparison) = &evening.comparison {
         let text = format!("{:#}\n", serde_json::to_value(comparison).map_err(Failure::instrument)?);
-        files::write(&results.join("comparison.json"), text.as_bytes(), Overwrite::Never)?;
+        files::write(&results.join("comparison.json"), text.as_bytes(), overwrite)?;
     }
 
     let model = results.join("luminaire.model.toml");
@@ -139,16 +154,16 @@ fn finish(folder: &Utf8Path, job: Option<&Job>, progress: &dyn Progress) -> Resu
             held_out: None,
             seed: 1,
             accept: false,
-            overwrite: Overwrite::Never,
+            overwrite,
         },
         progress,
     )?;
     let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
-    files::write(&results.join("diagnosis.json"), &answer_file, Overwrite::Never)?;
+    files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
     evening.diagnosis = Some(diagnose::words(&answer));
 
     let report = results.join("report.html");
-    files::write(&report, page::page(&evening)?.as_bytes(), Overwrite::Never)?;
+    files::write(&report, page::page(&evening)?.as_bytes(), overwrite)?;
     Ok(Day {
         sentences: sentences(&evening),
         folder: folder.to_owned(),

@@ -140,8 +140,8 @@ fn table(effect: &Effect) -> String {
 }
 
 /// The floor whose diffuse reflection explains the baffled readings: its albedo, fitted to baffled − lamp_off over γ at the
-/// height that the station gives. None where the stray light is not twice its uncertainty; then it is not in the model, and
-/// what was subtracted of it is below a digit.
+/// height that the station gives. An albedo within its uncertainty of nothing is still what stands for the stray light that
+/// was subtracted.
 fn floor(run: &Run, reduction: &Reduction) -> Option<String> {
     const TRIAL_ALBEDO: f64 = 0.1;
     let height_mm = run.header.station.bench().floor_mm?;
@@ -178,7 +178,7 @@ fn floor(run: &Run, reduction: &Reduction) -> Option<String> {
     let albedo = TRIAL_ALBEDO * product / squares;
     // The rounding is the same at every γ, so it does not average out over them.
     let u = TRIAL_ALBEDO * sum * u_lx / squares;
-    (albedo.is_finite() && albedo > 2.0 * u)
+    (albedo.is_finite() && albedo > 0.0)
         .then(|| format!("name = \"floor_reflection\"\nalbedo = {albedo:.6}\nheight_mm = {height_mm:?}\n\n[effect.u]\nalbedo = {u:.6}\n"))
 }
 
@@ -197,9 +197,11 @@ impl Bench {
             .filter(|effect| effect.spec().belongs_to(BelongsTo::Bench))
     }
 
-    /// Its effects as tables of a model file: the new model predicts the readings as they were read.
+    /// Its effects as tables of a model file: the new model predicts the readings as they were read. The near field, which
+    /// no far distribution holds, stays known too.
     fn tables(&self) -> Vec<String> {
-        self.of_the_bench().map(table).collect()
+        let near_field = self.0.effects().iter().filter(|effect| effect.name() == "near_field");
+        self.of_the_bench().chain(near_field).map(table).collect()
     }
 
     fn has(&self, name: &str) -> bool {

@@ -99,7 +99,7 @@ pub async fn on(
         let failure = stage::failure(&error);
         let path = run.path();
         failure.help(format!(
-            "{path} holds {} readings; go on with `isolux scan … --resume {path}`",
+            "{path} holds {} readings; go on with --resume {path}",
             run.len()
         ))
     })

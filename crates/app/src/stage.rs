@@ -1,7 +1,9 @@
 //! Where a bench plays: real links and real time, or the built-in virtual darkroom and a clock that runs as fast as it can.
 
 use std::future::Future;
-use std::sync::Arc;
+use std::io::Write as _;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Once};
 
 use camino::Utf8Path;
 use isolux_darkroom::Darkroom;
@@ -101,7 +103,62 @@ pub fn play<T>(in_memory: bool, work: impl Future<Output = Result<T, Failure>>) 
     if in_memory {
         builder.start_paused(true);
     }
-    builder.build().map_err(Failure::instrument)?.block_on(work)
+    let runtime = builder.build().map_err(Failure::instrument)?;
+    AXES_IN_USE.fetch_add(1, Ordering::SeqCst);
+    let outcome = runtime.block_on(work);
+    AXES_IN_USE.fetch_sub(1, Ordering::SeqCst);
+    end_on_signals();
+    outcome
+}
+
+/// Scans and steps by hand that are under way: they stop the axes themselves when a signal comes.
+static AXES_IN_USE: AtomicUsize = AtomicUsize::new(0);
+
+/// Once a runtime has listened for signals the system no longer ends the program on them. What is computed after a scan can
+/// be ended at any time, for every file is written whole or not at all; so this does in the system's place.
+fn end_on_signals() {
+    static WATCH: Once = Once::new();
+    WATCH.call_once(|| {
+        std::thread::spawn(|| {
+            let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+            let Ok(runtime) = runtime else { return };
+            runtime.block_on(async {
+                loop {
+                    if !signalled().await {
+                        return;
+                    }
+                    if AXES_IN_USE.load(Ordering::SeqCst) == 0 {
+                        // The front end is in the middle of a computation and cannot say it.
+                        let _ = writeln!(
+                            std::io::stderr(),
+                            "isolux: interrupted; what was written until now is whole"
+                        );
+                        std::process::exit(i32::from(FailureKind::Interrupted.exit_code()));
+                    }
+                }
+            });
+        });
+    });
+}
+
+/// Waits for SIGINT or SIGTERM; false where the system refuses.
+async fn signalled() -> bool {
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        let (Ok(mut interrupt), Ok(mut terminate)) = (signal(SignalKind::interrupt()), signal(SignalKind::terminate()))
+        else {
+            return false;
+        };
+        tokio::select! {
+            came = interrupt.recv() => came.is_some(),
+            came = terminate.recv() => came.is_some(),
+        }
+    }
+    #[cfg(not(unix))]
+    {
+        tokio::signal::ctrl_c().await.is_ok()
+    }
 }
 
 /// A handle that SIGINT and SIGTERM use. Must be called on the runtime.

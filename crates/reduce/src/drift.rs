@@ -17,6 +17,8 @@ pub enum Drift {
     Linear {
         /// Relative change per hour.
         rate_per_h: f64,
+        /// Its standard uncertainty.
+        u_rate_per_h: f64,
         /// Time at which the factor is 1, seconds since the lamp was switched on.
         centre_s: f64,
         /// Relative standard uncertainty of the correction.
@@ -79,6 +81,7 @@ impl Drift {
         if slope.abs() > 2.0 * u_slope {
             return Ok(Self::Linear {
                 rate_per_h: slope * 3600.0,
+                u_rate_per_h: u_slope * 3600.0,
                 centre_s,
                 u_rel: u_line,
             });

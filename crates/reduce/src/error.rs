@@ -34,6 +34,19 @@ pub enum ReduceError {
         /// γ of the grid.
         expected: usize,
     },
+    /// The scan of the distribution was not finished.
+    #[error(
+        "block {block:?} has {found} of its {planned} directions: the scan ended early, and a part of the sphere is no luminaire; \
+         take it up again with --resume"
+    )]
+    Unfinished {
+        /// The block.
+        block: String,
+        /// Directions that were read.
+        found: usize,
+        /// Directions of the plan.
+        planned: usize,
+    },
     /// An axis was read back far from where it was sent.
     #[error("row {row}: read back at C {c_deg}°, γ {gamma_deg}°, far from the plan's direction")]
     Astray {

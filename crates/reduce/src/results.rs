@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use crate::error::ReduceError;
-use crate::{Reduction, SENSOR_MM};
+use crate::{Drift, Reduction, SENSOR_MM};
 
 /// One file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -197,14 +197,14 @@ fn model_toml(reduction: &Reduction, run_files: &[(String, Vec<u8>)]) -> String 
     if !reduction.removed_effects.is_empty() {
         text.push_str(&format!("removed = {:?}\n", reduction.removed_effects));
     }
-    text.push_str("\n[noise]\nu_scale = \"fit\"\n");
+    text.push_str("\n[noise]\nu_scale = \"stated\"\n");
     for effect in bench_effects(reduction) {
         text.push_str(&format!("\n[[effect]]\n{effect}"));
     }
     text
 }
 
-/// Offset and ambient light as the run measured them. A level within its uncertainty of nothing is still what was subtracted.
+/// Offset and ambient light as the run measured them, and the drift of the lamp. A level within its uncertainty of nothing is still what was subtracted.
 fn bench_effects(reduction: &Reduction) -> Vec<String> {
     let [offset, ambient, _] = reduction.levels.parts_lx(0.0);
     let mut effects = Vec::new();
@@ -215,7 +215,25 @@ fn bench_effects(reduction: &Reduction) -> Vec<String> {
         effects.push(format!("name = \"ambient_stray\"\nilluminance_lx = {ambient:.6}\n"));
     }
     effects.extend(reduction.bench_effects.iter().cloned());
+    effects.extend(lamp_drift(&reduction.drift));
     effects
+}
+
+/// The drift that was taken out of the readings, which the lamp still has. The intensities are those of its reference time.
+fn lamp_drift(drift: &Drift) -> Option<String> {
+    let Drift::Linear {
+        rate_per_h,
+        u_rate_per_h,
+        centre_s,
+        ..
+    } = drift
+    else {
+        return None;
+    };
+    Some(format!(
+        "name = \"lamp_drift\"\nrate_per_h = {rate_per_h:.8}\nreference_s = {centre_s:.3}\n\n[effect.u]\n\
+         rate_per_h = {u_rate_per_h:.8}\n\n[effect.provenance]\nby = \"reduce\"\nfrom = \"visits to the reference point\"\n"
+    ))
 }
 
 /// budget.json.

@@ -277,3 +277,74 @@ fn the_same_run_gives_the_same_bytes_and_the_file_the_same_flux() {
         "{findings:?}"
     );
 }
+
+#[test]
+fn the_drift_that_was_taken_out_stands_in_the_model() {
+    let falling = run(day(rounded, -0.01));
+    let result = reduce(&falling, &Options::default(), None).unwrap();
+    let Drift::Linear {
+        rate_per_h, centre_s, ..
+    } = result.drift
+    else {
+        panic!("{:?}", result.drift);
+    };
+    let files = crate::files(&result, &falling, &[], "isolux test").unwrap();
+    let model = files.iter().find(|file| file.name == "luminaire.model.toml").unwrap();
+    let text = std::str::from_utf8(&model.bytes).unwrap();
+    assert!(
+        text.contains(&format!(
+            "name = \"lamp_drift\"\nrate_per_h = {rate_per_h:.8}\nreference_s = {centre_s:.3}\n"
+        )),
+        "{text}"
+    );
+    let steady = run(day(rounded, 0.0));
+    let result = reduce(&steady, &Options::default(), None).unwrap();
+    let files = crate::files(&result, &steady, &[], "isolux test").unwrap();
+    assert!(files.iter().all(
+        |file| file.name != "luminaire.model.toml" || !String::from_utf8_lossy(&file.bytes).contains("lamp_drift")
+    ));
+}
+
+#[test]
+fn half_a_scan_is_no_luminaire() {
+    let mut half = run(day(|lux| lux, 0.0));
+    let plan = PLAN.replace(
+        "c_deg = 0\ngamma_deg = 0",
+        "c_range = [0, 345, 15]\ngamma_range = [0, 180, 2]",
+    );
+    half.header.plan = Plan::parse(Utf8Path::new("p.toml"), &plan).unwrap();
+    assert!(reduce(&half, &Options::default(), None).is_ok());
+    // The first half-planes, each whole: a grid, but not the lamp.
+    half.readings.rows.retain(|row| row.c_target_deg <= 90.0);
+    let error = reduce(&half, &Options::default(), None).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            ReduceError::Unfinished {
+                found: 637,
+                planned: 2184,
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_signed_scan_beside_the_grid_is_left_out() {
+    let mut rows: Vec<_> = [0.0, 90.0, 180.0, 270.0]
+        .iter()
+        .flat_map(|c| [0.0, 10.0, 20.0].map(|gamma| reading(*c, gamma, 3.0)))
+        .collect();
+    let block = |name: &str, c, gamma| Reading {
+        block: name.to_owned(),
+        ..reading(c, gamma, 3.0)
+    };
+    // A repeat of the grid's own directions joins it.
+    rows.push(block("again", 90.0, 10.0));
+    assert_eq!(crate::samples::lit_points(&rows).len(), 13);
+    rows.extend([-15.0, -5.0, 5.0, 15.0].map(|gamma| block("signed", 0.0, gamma)));
+    let kept = crate::samples::lit_points(&rows);
+    assert_eq!(kept.len(), 12);
+    assert!(kept.iter().all(|row| row.block == "lit"));
+}

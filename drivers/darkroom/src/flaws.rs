@@ -154,6 +154,8 @@ flaws! {
     lamp_drift: LampDrift {
         /// Relative change per hour.
         rate_per_h = 0.0,
+        /// Time since switch-on at which the lamp has its nominal output, s.
+        reference_s = 0.0,
     }
     /// Slow beat of the lamp's modulation with the meter's sampling.
     flicker_alias: FlickerAlias {

@@ -31,7 +31,7 @@ fn instant(flaws: &Flaws, time_s: f64) -> f64 {
     let housing = warmup.second_share * (-time_s / second_s).exp();
     let droop = 1.0 + warmup.amplitude_rel * (board + housing);
     // Depreciation follows L(t) = exp(r t), as TM-21 extrapolates it.
-    let depreciation = (flaws.lamp_drift.rate_per_h * time_s / 3600.0).exp();
+    let depreciation = (flaws.lamp_drift.rate_per_h * (time_s - flaws.lamp_drift.reference_s) / 3600.0).exp();
     let beat = &flaws.flicker_alias;
     let modulation = 1.0 + beat.amplitude_rel * (std::f64::consts::TAU * time_s / beat.period_s + beat.phase_rad).sin();
     droop * depreciation * modulation

@@ -10,13 +10,16 @@ use crate::screen;
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux run --out day\n\
 Without a job the built-in virtual darkroom plays the day in virtual time, in under a minute. `isolux init DIR` writes a job \
-to start from; `isolux run DIR/job.toml --out day` runs it.")]
+to start from; `isolux run DIR/job.toml --out day` runs it. A day that was interrupted goes on with `isolux run --resume day`.")]
 pub struct Run {
     /// The job: station, plan, scene.
     job: Option<Utf8PathBuf>,
     /// Folder of the day; without it a fresh one beside where you are.
     #[arg(long)]
     out: Option<Utf8PathBuf>,
+    /// Take up a day that broke off: what its scan lacks is measured, and all results are made anew.
+    #[arg(long, value_name = "DIR", conflicts_with = "out")]
+    resume: Option<Utf8PathBuf>,
     /// Show the report in the browser at the end.
     #[arg(long)]
     open: bool,
@@ -26,7 +29,8 @@ pub struct Run {
 pub fn run(arguments: &Run) -> Result<(), Failure> {
     let wishes = day::Wishes {
         job: arguments.job.clone(),
-        out: arguments.out.clone(),
+        out: arguments.resume.clone().or_else(|| arguments.out.clone()),
+        resume: arguments.resume.is_some(),
     };
     let operator = super::scan::operator();
     let operator = operator

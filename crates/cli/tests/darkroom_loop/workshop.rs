@@ -1,0 +1,401 @@
+//! A folder with a healthy room, its scan and the operator's model, and the two loops.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+use crate::cases::Case;
+use crate::maps;
+
+/// An ordinary room: a lamp that warms up, a little light and offset everywhere, a dark floor.
+const ROOM: &str = "\
+format = \"isolux-darkroom/1\"
+seed = 7
+[bench]
+distance_mm = 2000.0
+[lamp]
+ellipticity_rel = 0.05
+[luxmeter]
+gain_error_rel = 0.002
+";
+
+/// Flaws of every room here, healthy or not.
+const ORDINARY: &[(&str, &str, f64)] = &[
+    ("lamp_warmup", "amplitude_rel", 0.045),
+    ("lamp_warmup", "time_constant_s", 420.0),
+];
+
+/// The distribution, then what tells effects apart: signed γ, both directions, three distances, baffle, cap, lamp off.
+const PLAN: &str = r#"
+format = "isolux-plan/1"
+[[block]]
+name = "distribution"
+kind = "lit"
+c_range = [0, 330, 30]
+gamma_range = [0, 90, 2]
+reference_every = 46
+repeats = REPEATS
+[[block]]
+name = "signed"
+kind = "lit"
+c_deg = [0, 60, 90, 200]
+gamma_range = [-80, 80, 8]
+order = "both"
+[[block]]
+name = "nearer"
+kind = "lit"
+c_deg = [0, 60, 90, 200]
+gamma_range = [-80, 80, 8]
+distance_mm = 1000.0
+[[block]]
+name = "nearest"
+kind = "lit"
+c_deg = [0, 60, 90, 200]
+gamma_range = [-80, 80, 8]
+distance_mm = 500.0
+[[block]]
+name = "baffled"
+kind = "baffled"
+c_deg = 0
+gamma_range = [0, 80, 10]
+repeats = 3
+[[block]]
+name = "capped"
+kind = "capped"
+c_deg = 0
+gamma_deg = 0
+repeats = 20
+[[block]]
+name = "lamp off"
+kind = "lamp_off"
+c_deg = 0
+gamma_deg = 0
+repeats = 20
+"#;
+
+/// A screen so wide and near that the shape of the distribution shows.
+const SCREEN: &str = r#"
+sensor_mm = 300.0
+bins = 24
+unit = "lx"
+[[map]]
+name = "d500"
+distance_mm = 500.0
+[[map]]
+name = "turned"
+distance_mm = 400.0
+rot_z_deg = 45.0
+offset_mm = [40.0, -20.0]
+"#;
+
+/// A camera's sensor.
+const SCENE: &str = r#"
+format = "isolux-scene/1"
+model = "unused.toml"
+[sensor]
+size_mm = [24.576, 24.576]
+pixels = [24, 24]
+distance_mm = 500.0
+"#;
+
+/// Poses that no diagnosis sees.
+const HELD_OUT: &str = r#"
+sensor_mm = 24.576
+bins = 24
+unit = "relative"
+full_scale = 1.0
+[[map]]
+name = "further"
+distance_mm = 420.0
+exposure = 0.7
+[[map]]
+name = "leaning"
+distance_mm = 260.0
+tilt_x_deg = -30.0
+tilt_y_deg = 15.0
+rot_z_deg = 180.0
+exposure = 0.25
+"#;
+
+pub const HEADING: &str = "\
+effect            verdict      named (and what cannot be told from it)      parameters                              \
+held out        maps in the room";
+
+pub struct Workshop {
+    folder: PathBuf,
+    _keep: tempfile::TempDir,
+}
+
+/// What one loop found.
+pub struct Found {
+    verdict: String,
+    effects: Vec<(String, Vec<String>)>,
+    parameters: String,
+    held_out: Option<[f64; 3]>,
+    maps: [f64; 2],
+}
+
+impl Workshop {
+    /// Scans the healthy room and makes the operator's model of it: the reduced distribution and the lamp's three rings,
+    /// as its drawing has them.
+    pub fn open() -> Self {
+        let keep = tempfile::tempdir().expect("a folder");
+        let folder = match std::env::var_os("ISOLUX_LOOP_DIR") {
+            Some(folder) => PathBuf::from(folder),
+            None => keep.path().to_owned(),
+        };
+        let workshop = Self { folder, _keep: keep };
+        let (once, often) = (PLAN.replace("REPEATS", "1"), PLAN.replace("REPEATS", "10"));
+        for (name, text) in [
+            ("plan.toml", once.as_str()),
+            // A reference is measured with care, so that its own noise is not what a diagnosis sees.
+            ("reference-plan.toml", often.as_str()),
+            ("screen.toml", SCREEN),
+            ("scene.toml", SCENE),
+            ("held-out-poses.toml", HELD_OUT),
+        ] {
+            workshop.write(name, text);
+        }
+        workshop.scan("healthy", None, &[], "reference-plan.toml");
+        workshop.drawn("healthy/run/results/luminaire.model.toml", "reference.model.toml");
+        workshop
+    }
+
+    /// The loop over the bench: scan, reduce, diagnose, reduce with the model after, compare with the camera.
+    pub fn bench(&self, case: &Case) -> Found {
+        let name = case.name;
+        self.scan(name, Some(name), case.keys, "plan.toml");
+        let (run, out) = (format!("{name}/run"), format!("{name}/diagnosis"));
+        self.isolux(&["diagnose", "reference.model.toml", &run, "--out", &out]);
+        self.isolux(&[
+            "virtual",
+            "capture",
+            &format!("{name}/darkroom.toml"),
+            "screen.toml",
+            "--out",
+            &format!("{name}/screen.toml"),
+        ]);
+        let after = format!("{out}/model.after.toml");
+        self.isolux(&["reduce", &run, "--with", &after, "--out", &format!("{name}/mended")]);
+        let on_screen = |results: &str, predicted: &str| {
+            let model = format!("{results}/drawn.model.toml");
+            self.drawn(&format!("{results}/luminaire.model.toml"), &model);
+            let predicted = format!("{name}/{predicted}.csv");
+            self.isolux(&["predict", &model, "screen.toml", "--out", &predicted]);
+            maps::gap(&self.path(&format!("{name}/screen.csv")), &self.path(&predicted)).0
+        };
+        let gaps = [
+            on_screen(&format!("{run}/results"), "before"),
+            on_screen(&format!("{name}/mended"), "after"),
+        ];
+        self.found(&out, gaps)
+    }
+
+    /// The loop over the camera: nine exposures, diagnose, predict poses that the diagnosis has not seen.
+    pub fn camera(&self, case: &Case) -> Found {
+        let name = format!("camera-{}", case.name);
+        self.room(&name, Some(case.name), case.keys);
+        let room = format!("{name}/darkroom.toml");
+        let maps = format!("{name}/maps.toml");
+        let out = format!("{name}/diagnosis");
+        self.isolux(&["virtual", "capture", &room, "scene.toml", "--out", &maps, "--designed"]);
+        self.isolux(&[
+            "virtual",
+            "capture",
+            &room,
+            "held-out-poses.toml",
+            "--out",
+            &format!("{name}/held.toml"),
+        ]);
+        self.isolux(&["diagnose", "reference.model.toml", &maps, "--out", &out]);
+        let gaps = ["baseline", "after"].map(|which| {
+            let predicted = format!("{name}/{which}.csv");
+            self.isolux(&[
+                "predict",
+                &format!("{out}/model.{which}.toml"),
+                "held-out-poses.toml",
+                "--out",
+                &predicted,
+            ]);
+            maps::gap(&self.path(&format!("{name}/held.csv")), &self.path(&predicted)).0
+        });
+        self.found(&out, gaps)
+    }
+
+    /// Runs `by` on each case and asserts its verdict and that the gap shrank to the noise.
+    pub fn hold(&self, cases: &[&Case], by: impl Fn(&Self, &Case) -> Found) {
+        println!("{HEADING}");
+        let failures = self.table(cases, by);
+        assert!(failures.is_empty(), "{failures:#?}");
+    }
+
+    /// Runs `by` on each case and prints a line for it; what does not hold.
+    pub fn table(&self, cases: &[&Case], by: impl Fn(&Self, &Case) -> Found) -> Vec<String> {
+        let mut failures = Vec::new();
+        for case in cases {
+            let found = by(self, case);
+            println!("{}", found.line(case));
+            failures.extend(found.wrong(case).map(|what| format!("{}: {what}", case.name)));
+        }
+        failures
+    }
+
+    fn found(&self, diagnosis: &str, maps: [f64; 2]) -> Found {
+        let text = std::fs::read_to_string(self.path(&format!("{diagnosis}/diagnosis.json"))).expect("a diagnosis");
+        let document: Value = serde_json::from_str(&text).expect("JSON");
+        let word = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+        let mut parameters = String::new();
+        let effects = document["effects"].as_array().expect("effects");
+        for effect in effects {
+            for (key, value) in effect["parameters"].as_object().expect("parameters") {
+                let number = |key: &str| value[key].as_f64().unwrap_or(f64::NAN);
+                let _ = write!(parameters, "{key} {:.4}±{:.4} ", number("value"), number("u"));
+            }
+        }
+        let held = &document["gap"]["held_out"];
+        let number = |key: &str| held[key].as_f64();
+        Found {
+            verdict: word(&document["verdict"]),
+            effects: effects
+                .iter()
+                .map(|effect| {
+                    let twins = effect["equivalents"].as_array().expect("equivalents");
+                    (word(&effect["name"]), twins.iter().map(word).collect())
+                })
+                .collect(),
+            parameters,
+            held_out: number("before").and_then(|before| Some([before, number("after")?, number("floor")?])),
+            maps,
+        }
+    }
+
+    /// Scans and reduces the room with one flaw more into the folder `name`.
+    fn scan(&self, name: &str, flaw: Option<&str>, keys: &[(&str, f64)], plan: &str) {
+        self.room(name, flaw, keys);
+        let (room, station, run) = (
+            format!("{name}/darkroom.toml"),
+            format!("{name}/station.toml"),
+            format!("{name}/run"),
+        );
+        self.isolux(&["virtual", "darkroom", &room, "--in-memory", "--station-out", &station]);
+        self.isolux(&["scan", &station, plan, "--out", &run]);
+        self.isolux(&["reduce", &run]);
+    }
+
+    fn room(&self, name: &str, flaw: Option<&str>, keys: &[(&str, f64)]) {
+        let mut text = String::from(ROOM);
+        let own = |effect: &str| flaw == Some(effect);
+        let mut written: Vec<&str> = Vec::new();
+        for &(effect, ..) in ORDINARY {
+            if written.contains(&effect) || own(effect) {
+                continue;
+            }
+            written.push(effect);
+            let _ = writeln!(text, "[flaws.{effect}]");
+            for (_, key, value) in ORDINARY.iter().filter(|(name, ..)| *name == effect) {
+                let _ = writeln!(text, "{key} = {value:?}");
+            }
+        }
+        if let Some(flaw) = flaw {
+            let _ = writeln!(text, "[flaws.{flaw}]");
+            for (key, value) in keys {
+                let _ = writeln!(text, "{key} = {value:?}");
+            }
+        }
+        std::fs::create_dir_all(self.path(name)).expect("a folder");
+        self.write(&format!("{name}/darkroom.toml"), &text);
+    }
+
+    /// The model `from` with the rings of the lamp's drawing in place of its disc, its files named from the new place.
+    fn drawn(&self, from: &str, to: &str) {
+        let text = std::fs::read_to_string(self.path(from)).expect("a model");
+        let beside = Path::new(from)
+            .parent()
+            .filter(|folder| Path::new(to).parent() != Some(folder));
+        let mut text = text.replace(
+            "emitter = { shape = \"disc\", diameter_mm = 1.0 }",
+            "emitter = { shape = \"leds\", radius_mm = [22.0, 28.0, 34.0], count = [20, 20, 20], aim_deg = 0.0 }",
+        );
+        assert!(text.contains("\"leds\""), "{from}: {text}");
+        if let Some(folder) = beside {
+            for key in ["distribution", "spectrum"] {
+                text = text.replace(&format!("{key} = \""), &format!("{key} = \"{}/", folder.display()));
+            }
+        }
+        self.write(to, &text);
+    }
+
+    /// Runs a command; its exit status must be 0, or 1 for an honest no.
+    fn isolux(&self, arguments: &[&str]) -> Output {
+        let output = Command::new(env!("CARGO_BIN_EXE_isolux"))
+            .args(arguments)
+            .current_dir(&self.folder)
+            .output()
+            .expect("the program runs");
+        assert!(
+            matches!(output.status.code(), Some(0 | 1)),
+            "isolux {}: {}\n{}",
+            arguments.join(" "),
+            output.status,
+            String::from_utf8_lossy(&output.stderr)
+        );
+        output
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).expect("a file");
+    }
+}
+
+impl Found {
+    fn line(&self, case: &Case) -> String {
+        let named: Vec<String> = self
+            .effects
+            .iter()
+            .map(|(name, twins)| {
+                if twins.is_empty() {
+                    name.clone()
+                } else {
+                    format!("{name} (or {})", twins.join(", "))
+                }
+            })
+            .collect();
+        let held = self.held_out.map_or_else(
+            || "–".to_owned(),
+            |[before, after, floor]| format!("{before:.2}→{after:.2} ({floor:.2})"),
+        );
+        format!(
+            "{:17} {:12} {:43} {:45} {:22} {:.2}→{:.2}",
+            case.name,
+            self.verdict,
+            named.join(" + "),
+            self.parameters,
+            held,
+            self.maps[0],
+            self.maps[1]
+        )
+    }
+
+    /// What an honest diagnosis of this flaw may not look like.
+    fn wrong(&self, case: &Case) -> Option<String> {
+        let set = |name: &str, twins: &[String]| name == case.name || twins.iter().any(|twin| twin == case.name);
+        let Some((name, twins)) = self.effects.iter().find(|(name, twins)| set(name, twins)) else {
+            return Some(format!("{} is not among what was found: {:?}", case.name, self.effects));
+        };
+        if self.effects.len() > 1 {
+            return Some(format!("more than was done: {:?}", self.effects));
+        }
+        let allowed = |other: &&String| other.as_str() != case.name && !case.twins.contains(&other.as_str());
+        if let Some(other) = std::iter::once(name).chain(twins).find(allowed) {
+            return Some(format!("{other} can be told from it, and was not"));
+        }
+        (self.maps[1] > 1.3 && self.maps[1] > 0.5 * self.maps[0])
+            .then(|| format!("the maps in the room stay {:.2} σ away", self.maps[1]))
+    }
+}
