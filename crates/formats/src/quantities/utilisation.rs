@@ -2,6 +2,8 @@
 
 use isolux_photometry::IntensityDistribution;
 
+use crate::eulumdat::ROOM_INDICES;
+
 /// Fluxes of the CIE flux code: within the solid angles π/2, π, 3π/2 and 2π around γ = 0, that is up to these γ.
 const CODE_GAMMA_DEG: [f64; 3] = [41.409_622_109_270_86, 60.0, 75.522_487_814_070_08];
 
@@ -20,29 +22,31 @@ pub(crate) fn cie_flux_code(grid: &IntensityDistribution, lamp_flux_lm: Option<f
     Some([n1, n2, n3, 100.0 * down / all, n5])
 }
 
-/// Geometric multipliers of the zonal method of EULUMDAT (LiTG): the direct ratio is the sum over four cumulated
-/// fluxes F1 … F4 (to 41.4°, 60°, 75.5° and 90°) of p1·F1 + p2·F2 + p3·F3 + p4·F4 per total downward flux, for room
-/// indices 0.6 … 5.
-const MULTIPLIERS: [[f64; 10]; 4] = [
-    [0.943, 0.752, 0.636, 0.510, 0.429, 0.354, 0.286, 0.258, 0.236, 0.231],
-    [-0.317, -0.033, 0.121, 0.238, 0.275, 0.248, 0.190, 0.118, -0.006, -0.099],
-    [0.481, 0.372, 0.310, 0.282, 0.309, 0.363, 0.416, 0.463, 0.512, 0.518],
-    [
-        -0.107, -0.091, -0.067, -0.030, -0.013, 0.035, 0.108, 0.161, 0.258, 0.350,
-    ],
-];
-
 /// Direct ratios for the room indices 0.6, 0.8, 1, 1.25, 1.5, 2, 2.5, 3, 4, 5: the share of the downward flux that
-/// falls directly on the working plane. None where nothing goes down.
+/// falls directly on the working plane of a square room whose ceiling is evenly filled with luminaires. None where
+/// nothing goes down.
+///
+/// From height 1 over a square of side 2k, light in the direction (C, γ) shifts by tan γ; the share of it that lands
+/// on the square is the overlap of the square with itself, shifted so. For a Lambertian lamp this is the view factor
+/// of opposite faces.
 pub(crate) fn direct_ratios(grid: &IntensityDistribution) -> Option<[f64; 10]> {
-    let down = grid.flux_between(0.0, 90.0).value();
-    if down <= 0.0 {
-        return None;
+    let mut all = 0.0;
+    let mut landing = [0.0; 10];
+    for gamma in 0..180 {
+        let gamma = (f64::from(gamma) + 0.5) * 0.5;
+        let (sin, cos) = gamma.to_radians().sin_cos();
+        for c in 0..72 {
+            let c = (f64::from(c) + 0.5) * 5.0;
+            let flux = grid.intensity_cd_at(c, gamma) * sin;
+            all += flux;
+            let (along, across) = c.to_radians().sin_cos();
+            for (sum, k) in landing.iter_mut().zip(ROOM_INDICES) {
+                let overlap = |part: f64| (1.0 - (part * sin / cos).abs() / (2.0 * k)).max(0.0);
+                *sum += flux * overlap(along) * overlap(across);
+            }
+        }
     }
-    let flux = [CODE_GAMMA_DEG[0], CODE_GAMMA_DEG[1], CODE_GAMMA_DEG[2], 90.0]
-        .map(|gamma| grid.flux_between(0.0, gamma).value() / down);
-    let ratio = |room: usize| (0..4).map(|zone| MULTIPLIERS[zone][room] * flux[zone]).sum();
-    Some(std::array::from_fn(ratio))
+    (all > 0.0).then(|| landing.map(|sum| sum / all))
 }
 
 #[cfg(test)]
@@ -64,8 +68,9 @@ mod tests {
         }
         let ratios = direct_ratios(&grid).unwrap();
         assert!(ratios.windows(2).all(|pair| pair[1] > pair[0]), "{ratios:?}");
+        // View factors of opposite squares of side 1.2 and 10 at distance 1.
         assert!(
-            (0.45..0.55).contains(&ratios[0]) && (0.8..1.0).contains(&ratios[9]),
+            (ratios[0] - 0.2494).abs() < 0.01 && (ratios[9] - 0.8270).abs() < 0.005,
             "{ratios:?}"
         );
     }
