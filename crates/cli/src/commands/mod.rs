@@ -22,7 +22,7 @@ mod twins;
 use clap::Subcommand;
 use isolux_app::Failure;
 
-/// Everything that `isolux` can be told to do, in the order of a day. One line a command here, one arm in [`run`].
+/// Everything that `isolux` can be told to do, in the order of a day. One line a command here, one arm in [`run()`].
 #[derive(Debug, Subcommand)]
 pub enum Command {
     Run(run::Run),

@@ -13,7 +13,7 @@ use crate::screen::{self, Bars};
 #[command(after_help = "Examples:\n  isolux sweep distances.sweep.toml --out distances\n  \
 isolux sweep distances.sweep.toml --out shard3 --shard 3/8   (then: isolux merge shard* --out distances)")]
 pub struct Sweep {
-    /// A file of format isolux-sweep/1: scene, method, and [vary] "key" = [values].
+    /// A file of format isolux-sweep/1: scene, method, and under `[vary]` lines of `"key" = [values]`.
     file: Utf8PathBuf,
     /// Folder of the table and its charts.
     #[arg(long)]
