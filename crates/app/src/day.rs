@@ -232,7 +232,7 @@ pub fn report(folder: &Utf8Path, out: &Utf8Path, overwrite: Overwrite, progress:
     files::refuse_existing(out, overwrite)?;
     let run = Run::read(folder).map_err(Failure::bad_input)?;
     let results = folder.join("results");
-    let reduction = isolux_reduce::reduce(&run, &isolux_reduce::Options::default(), None)
+    let reduction = crate::reduce::reduction(&run, &isolux_reduce::Options::default(), None)
         .map_err(|error| Failure::bad_input(format!("{folder}: {error}")))?;
     let reduced = Reduced {
         run,

@@ -6,7 +6,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::{BelongsTo, Effect, Emitter, Luminaire, Model, Spectral};
 use isolux_record::observation::ReadingCoordinates;
 use isolux_record::{Reading, ReadingKind, Run};
-use isolux_reduce::{BenchInverse, Corrected, Correction, Options, Quantity, Reduction, Subtract};
+use isolux_reduce::{BenchInverse, Corrected, Correction, Options, Quantity, ReduceError, Reduction, Subtract};
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
@@ -88,22 +88,10 @@ pub fn run(
         .map(|word| word.parse::<Correction>())
         .collect::<Result<BTreeSet<_>, _>>()
         .map_err(Failure::bad_input)?;
-    let bench = with
-        .map(Model::load)
-        .transpose()
-        .map_err(Failure::bad_input)?
-        .map(Bench::new);
+    let model = with.map(Model::load).transpose().map_err(Failure::bad_input)?;
     let record = Run::read(run).map_err(Failure::bad_input)?;
-    let mut reduction = isolux_reduce::reduce(
-        &record,
-        &Options { without },
-        bench.as_ref().map(|bench| bench as &dyn BenchInverse),
-    )
-    .map_err(|error| Failure::bad_input(format!("{run}: {error}")))?;
-    reduction.bench_effects = match &bench {
-        Some(bench) => bench.tables(),
-        None => floor(&record, &reduction).into_iter().collect(),
-    };
+    let reduction = reduction(&record, &Options { without }, model)
+        .map_err(|error| Failure::bad_input(format!("{run}: {error}")))?;
     let made =
         isolux_reduce::files(&reduction, &record, &run_files(run, &record)?, PROGRAM).map_err(Failure::bad_input)?;
     for file in &made {
@@ -139,57 +127,104 @@ fn table(effect: &Effect) -> String {
     })
 }
 
-/// The floor whose diffuse reflection explains the baffled readings: its albedo, fitted to baffled − lamp_off over γ at the
-/// height that the station gives. An albedo within its uncertainty of nothing is still what stands for the stray light that
-/// was subtracted.
-fn floor(run: &Run, reduction: &Reduction) -> Option<String> {
-    const TRIAL_ALBEDO: f64 = 0.1;
-    let height_mm = run.header.station.bench().floor_mm?;
-    let levels = &reduction.levels;
-    let off = levels.lamp_off.or(levels.capped)?;
-    if levels.baffled.is_empty() || !reduction.subtract.stray {
-        return None;
+/// What a run says: by `model`, whose bench effects are taken out, or else by the run's own dark, ambient and baffled
+/// readings. Where a floor explains the baffled readings, it is the floor that is taken out: then the model file, which
+/// carries it, predicts the readings as they were read, and no digit of the baffled readings is cut into the distribution.
+///
+/// # Errors
+/// [`ReduceError`].
+pub fn reduction(record: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
+    if let Some(model) = model {
+        let bench = Bench(model);
+        let mut reduction = isolux_reduce::reduce(record, options, Some(&bench))?;
+        reduction.bench_effects = bench.tables();
+        return Ok(reduction);
     }
-    let at: Vec<ReadingCoordinates> = levels
-        .baffled
-        .iter()
-        .map(|(gamma_deg, _)| ReadingCoordinates {
-            kind: ReadingKind::Baffled,
-            time_s: None,
-            c_deg: 0.0,
-            gamma_deg: *gamma_deg,
-            distance_mm: reduction.distance_mm,
-            travel: 0,
-            range: None,
-            ambient_c: None,
+    let plain = isolux_reduce::reduce(record, options, None)?;
+    let Some(floor) = Floor::of(record, &plain) else {
+        return Ok(plain);
+    };
+    let table = floor.table();
+    let bench = Bench(far_field(&plain).with_effects(vec![floor.effect]));
+    let mut reduction = isolux_reduce::reduce(record, options, Some(&bench))?;
+    reduction.bench_effects = vec![table];
+    Ok(reduction)
+}
+
+fn far_field(reduction: &Reduction) -> Model {
+    let distribution = reduction.grid.distribution.clone();
+    Model::of(Luminaire::new(distribution, Emitter::Point {}, Spectral::None))
+}
+
+/// The floor whose diffuse reflection explains the baffled readings.
+struct Floor {
+    effect: Effect,
+    u_albedo: f64,
+}
+
+impl Floor {
+    /// The albedo fitted to baffled − lamp_off over γ, at the height that the station gives; nothing where there is no such
+    /// reading, where the fit is no floor (albedo below zero) or where a reading is further from it than three times its
+    /// uncertainty: that stray light comes another way.
+    fn of(run: &Run, reduction: &Reduction) -> Option<Self> {
+        const TRIAL_ALBEDO: f64 = 0.1;
+        const WITHIN_U: f64 = 3.0;
+        let height_mm = run.header.station.bench().floor_mm?;
+        let levels = &reduction.levels;
+        let off = levels.lamp_off.or(levels.capped)?;
+        if levels.baffled.is_empty() || !reduction.subtract.stray {
+            return None;
+        }
+        let at: Vec<ReadingCoordinates> = levels
+            .baffled
+            .iter()
+            .map(|(gamma_deg, _)| ReadingCoordinates {
+                kind: ReadingKind::Baffled,
+                time_s: None,
+                c_deg: 0.0,
+                gamma_deg: *gamma_deg,
+                distance_mm: reduction.distance_mm,
+                travel: 0,
+                range: None,
+                ambient_c: None,
+            })
+            .collect();
+        let of_albedo = |albedo| Effect::from_keys("floor_reflection", [("albedo", albedo), ("height_mm", height_mm)]);
+        let per_trial = far_field(reduction)
+            .with_effects(vec![of_albedo(TRIAL_ALBEDO).ok()?])
+            .predict_readings(&at);
+        let stray: Vec<(f64, f64)> = levels
+            .baffled
+            .iter()
+            .map(|(_, level)| (level.mean_lx - off.mean_lx, level.u_lx().hypot(off.u_lx())))
+            .collect();
+        let squares: f64 = per_trial.iter().map(|lux| lux * lux).sum();
+        let product: f64 = per_trial.iter().zip(&stray).map(|(lux, (stray, _))| lux * stray).sum();
+        let share = product / squares;
+        let explained = per_trial
+            .iter()
+            .zip(&stray)
+            .all(|(lux, (stray, u))| (stray - share * lux).abs() <= WITHIN_U * u);
+        if !(share > 0.0 && explained) {
+            return None;
+        }
+        // The rounding is the same at every γ, so it does not average out over them.
+        let u_lx = stray.iter().fold(0.0_f64, |largest, (_, u)| largest.max(*u));
+        Some(Self {
+            effect: of_albedo(TRIAL_ALBEDO * share).ok()?,
+            u_albedo: TRIAL_ALBEDO * per_trial.iter().sum::<f64>() * u_lx / squares,
         })
-        .collect();
-    let trial = Effect::from_keys("floor_reflection", [("albedo", TRIAL_ALBEDO), ("height_mm", height_mm)]).ok()?;
-    let lamp = Luminaire::new(reduction.grid.distribution.clone(), Emitter::Point {}, Spectral::None);
-    let predicted = Model::of(lamp).with_effects(vec![trial]).predict_readings(&at);
-    let (mut squares, mut product, mut sum) = (0.0, 0.0, 0.0);
-    let mut u_lx = 0.0_f64;
-    for (lux, (_, level)) in predicted.iter().zip(&levels.baffled) {
-        squares += lux * lux;
-        product += lux * (level.mean_lx - off.mean_lx);
-        sum += lux;
-        u_lx = u_lx.max(level.u_lx().hypot(off.u_lx()));
     }
-    let albedo = TRIAL_ALBEDO * product / squares;
-    // The rounding is the same at every γ, so it does not average out over them.
-    let u = TRIAL_ALBEDO * sum * u_lx / squares;
-    (albedo.is_finite() && albedo > 0.0)
-        .then(|| format!("name = \"floor_reflection\"\nalbedo = {albedo:.6}\nheight_mm = {height_mm:?}\n\n[effect.u]\nalbedo = {u:.6}\n"))
+
+    fn table(&self) -> String {
+        format!("{}\n[effect.u]\nalbedo = {:.6}\n", table(&self.effect), self.u_albedo)
+    }
 }
 
 /// The bench effects of a model, turned around.
 struct Bench(Model);
 
 impl Bench {
-    fn new(model: Model) -> Self {
-        Self(model)
-    }
-
     fn of_the_bench(&self) -> impl Iterator<Item = &Effect> {
         self.0
             .effects()

@@ -48,9 +48,13 @@ impl Grid {
         // A single half-plane says the lamp is rotational whatever its C.
         let c_deg = if c_deg.len() == 1 { vec![0.0] } else { c_deg };
         let read: Vec<f64> = nodes.iter().map(|sample| sample.intensity_cd).collect();
-        let mut distribution = IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), read.clone())?;
+        let of =
+            |intensity_cd: &[f64]| IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), intensity_cd.to_vec());
+        let mut moved = read.clone();
         for _ in 0..ROUNDS {
-            let moved = nodes
+            // At a pole the half-plane of a direction is a matter of rounding, so what is compared there is the one value.
+            let distribution = of(&one_at_poles(&moved, &gamma_deg))?;
+            moved = nodes
                 .iter()
                 .zip(&read)
                 .map(|(sample, read)| {
@@ -58,18 +62,9 @@ impl Grid {
                     read - (there - at_signed(&distribution, sample.c_deg, sample.gamma_deg))
                 })
                 .collect();
-            distribution = IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), moved)?;
         }
-        let pole_spread_cd = distribution.pole_spread_cd();
-        let mut intensity_cd = distribution.intensity_cd().to_vec();
-        for (column, &gamma) in gamma_deg.iter().enumerate() {
-            if gamma == 0.0 || gamma == 180.0 {
-                let column = (0..c_deg.len()).map(|plane| plane * gamma_deg.len() + column);
-                let mean = column.clone().map(|node| intensity_cd[node]).sum::<f64>() / c_deg.len() as f64;
-                column.for_each(|node| intensity_cd[node] = mean);
-            }
-        }
-        let distribution = IntensityDistribution::new(c_deg, gamma_deg, intensity_cd)?;
+        let pole_spread_cd = of(&moved)?.pole_spread_cd();
+        let distribution = of(&one_at_poles(&moved, &gamma_deg))?;
         Ok(Self {
             distribution,
             nodes,
@@ -145,6 +140,20 @@ impl Grid {
         }
         weights
     }
+}
+
+/// Intensities of half-planes of equal γ, with their mean where γ is a pole.
+fn one_at_poles(intensity_cd: &[f64], gamma_deg: &[f64]) -> Vec<f64> {
+    let mut one = intensity_cd.to_vec();
+    let planes = intensity_cd.len() / gamma_deg.len();
+    for (column, &gamma) in gamma_deg.iter().enumerate() {
+        if gamma == 0.0 || gamma == 180.0 {
+            let nodes = || (0..planes).map(|plane| plane * gamma_deg.len() + column);
+            let mean = nodes().map(|node| intensity_cd[node]).sum::<f64>() / planes as f64;
+            nodes().for_each(|node| one[node] = mean);
+        }
+    }
+    one
 }
 
 /// The interpolant beyond the poles: (C, −γ) is (C + 180°, γ), (C, 180° + x) is (C + 180°, 180° − x); clamped to the grid's

@@ -154,10 +154,15 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
     };
     let levels = Levels::of(all, distance_mm);
     let taken = bench.map(BenchInverse::takes_over);
+    let corrected = Subtract {
+        dark: on(Correction::Dark),
+        ambient: on(Correction::Ambient),
+        stray: on(Correction::Stray),
+    };
     let subtract = Subtract {
-        dark: on(Correction::Dark) && !taken.is_some_and(|taken| taken.dark),
-        ambient: on(Correction::Ambient) && !taken.is_some_and(|taken| taken.ambient),
-        stray: on(Correction::Stray) && !taken.is_some_and(|taken| taken.stray),
+        dark: corrected.dark && !taken.is_some_and(|taken| taken.dark),
+        ambient: corrected.ambient && !taken.is_some_and(|taken| taken.ambient),
+        stray: corrected.stray && !taken.is_some_and(|taken| taken.stray),
     };
     let by_model = match bench {
         Some(bench) => Some(inverted(bench, all, &levels, subtract)?),
@@ -192,7 +197,8 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
     })?;
     let grid = Grid::new(&samples)?;
     let closing = closing(&samples);
-    let common = common(run, &levels, subtract, &drift, &grid, distance_mm);
+    // What a model takes out was learnt from such readings too: their noise and digit stay in the budget.
+    let common = common(run, &levels, corrected, &drift, &grid, distance_mm);
     let flux = budget::weighted_sum(&grid, &grid.flux_weights_sr(), &common, "lm");
     if flux.value <= 0.0 {
         return Err(ReduceError::NoFlux { flux_lm: flux.value });
