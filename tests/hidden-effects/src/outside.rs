@@ -92,7 +92,7 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
     result
 }
 
-/// Change of every clean map at strength 1, map after map, [iy][ix].
+/// Change of every clean map at strength 1, map after map, `[iy][ix]`.
 pub fn sensor(name: &str, frames: &[Frame], bins: usize, clean: &[f64], draws: &mut Draws) -> Vec<f64> {
     let middle = 0.5 * bins as f64;
     let edge = (draws.between(0.3, 0.7) * bins as f64).round();
