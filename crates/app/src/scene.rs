@@ -118,7 +118,8 @@ fn base(input: &Utf8Path) -> Result<(Utf8PathBuf, Table), Failure> {
     }
     let bytes = files::read(input)?;
     let name = input.file_name().unwrap_or_default();
-    let at = input.with_file_name("scene.toml");
+    // What the file stands for is a scene at its own place: relative paths and messages are of this file.
+    let at = input.to_owned();
     if input.extension() != Some("toml") {
         let mut luminaire = Table::new();
         luminaire.insert("distribution".into(), name.into());

@@ -1,0 +1,179 @@
+//! The whole day from the command line, on a coarse grid: what it writes, what its numbers are, and the same
+//! numbers twice.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+const PLAN: &str = r#"format = "isolux-plan/1"
+[[block]]
+name = "distribution"
+kind = "lit"
+c_range = [0, 360, 45]
+gamma_range = [0, 180, 5]
+reference_every = 37
+[[block]]
+name = "baffled"
+kind = "baffled"
+c_deg = 0
+gamma_range = [0, 180, 30]
+repeats = 3
+[[block]]
+name = "spectrum"
+kind = "lit"
+instrument = "spectroradiometer"
+c_deg = 0
+gamma_deg = 0
+repeats = 10
+[[block]]
+name = "lamp off"
+kind = "lamp_off"
+c_deg = 0
+gamma_deg = 0
+repeats = 10
+"#;
+
+const RESULTS: [&str; 12] = [
+    "budget.json",
+    "comparison.json",
+    "irradiance.npy",
+    "irradiance.png",
+    "luminaire.ies",
+    "luminaire.ldt",
+    "luminaire.model.toml",
+    "luminaire.spd",
+    "luminaire.spdx",
+    "provenance.json",
+    "report.html",
+    "result.json",
+];
+
+/// Runs the command, asserts its exit code and gives what it printed.
+fn isolux(arguments: &[&str], exit: i32) -> String {
+    let Output { status, stdout, stderr } = Command::new(env!("CARGO_BIN_EXE_isolux"))
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let [stdout, stderr] = [stdout, stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert_eq!(status.code(), Some(exit), "{arguments:?}\n{stdout}{stderr}");
+    stdout
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+/// A job with the coarse plan and a small sensor.
+fn job(folder: &Path) -> PathBuf {
+    isolux(&["init", text(folder)], 0);
+    std::fs::write(folder.join("plan.toml"), PLAN).unwrap();
+    let scene = std::fs::read_to_string(folder.join("scene.toml")).unwrap();
+    std::fs::write(folder.join("scene.toml"), scene.replace("[2048, 2048]", "[64, 64]")).unwrap();
+    folder.join("job.toml")
+}
+
+#[test]
+fn the_day_ends_with_files_that_agree_with_what_was_read() {
+    let keep = tempfile::tempdir().unwrap();
+    let job = job(&keep.path().join("bench"));
+    let day = keep.path().join("day");
+    let last = isolux(&["run", text(&job), "--out", text(&day)], 0);
+    for word in ["luminous flux", "CCT", "mean on the sensor", "gap", "σ", "report.html"] {
+        assert!(last.contains(word), "{word} is not in\n{last}");
+    }
+    for file in RESULTS {
+        let length = std::fs::metadata(day.join("results").join(file)).map_or(0, |about| about.len());
+        assert!(length > 0, "{file} is missing or empty");
+    }
+
+    // The lamp of this room has 337 lm.
+    let budget = json(&day.join("results/budget.json"));
+    let (flux, u) = (
+        budget["flux"]["value"].as_f64().unwrap(),
+        budget["flux"]["u"].as_f64().unwrap(),
+    );
+    assert!((flux - 337.0).abs() < 2.0 * u && u < 0.03 * flux, "{flux} ± {u} lm");
+    let said = isolux(&["inspect", "--json", text(&day.join("results/luminaire.ldt"))], 0);
+    let said: Value = serde_json::from_str(&said).unwrap();
+    let in_file = said["quantities"]["flux_lm"].as_f64().unwrap();
+    assert!((in_file - flux).abs() < u, "{in_file} lm in the file, {flux} ± {u} lm");
+
+    // LED rings in place of a disc of 1 mm: 1.3 % on the axis.
+    let comparison = json(&day.join("results/comparison.json"));
+    let gap = |key: &str| {
+        comparison[key]
+            .as_f64()
+            .unwrap_or_else(|| panic!("{key} in {comparison}"))
+    };
+    assert!((gap("gap_rel") - 0.013).abs() < 0.006, "{comparison}");
+
+    // What the model predicts is what was read, kind by kind.
+    let predicted = keep.path().join("predicted.csv");
+    let model = day.join("results/luminaire.model.toml");
+    assert!(
+        isolux(&["predict", text(&model), text(&day), "--out", text(&predicted)])
+            .status
+            .success()
+    );
+    let table = std::fs::read_to_string(&predicted).unwrap();
+    let mut lines = table.lines();
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let column = |name: &str| head.iter().position(|it| *it == name).unwrap();
+    let (kind, read, u, said) = (
+        column("kind"),
+        column("illuminance_lx"),
+        column("u_lx"),
+        column("predicted_illuminance_lx"),
+    );
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    for wanted in ["lit", "baffled", "lamp_off"] {
+        let z2: Vec<f64> = rows
+            .iter()
+            .filter(|row| row[kind] == wanted)
+            .map(|row| {
+                let number = |at: usize| row[at].parse::<f64>().unwrap();
+                ((number(read) - number(said)) / number(u)).powi(2)
+            })
+            .collect();
+        let rms = (z2.iter().sum::<f64>() / z2.len() as f64).sqrt();
+        assert!(
+            !z2.is_empty() && rms < 1.5,
+            "{wanted}: {} readings, rms {rms} u",
+            z2.len()
+        );
+    }
+
+    // The same folder again is refused, and nothing in it is touched.
+    let before = std::fs::read(day.join("readings.csv")).unwrap();
+    isolux(&["run", text(&job), "--out", text(&day)], 2);
+    assert_eq!(std::fs::read(day.join("readings.csv")).unwrap(), before);
+}
+
+#[test]
+fn one_seed_gives_one_day() {
+    let keep = tempfile::tempdir().unwrap();
+    let job = job(&keep.path().join("bench"));
+    let days = ["first", "second"].map(|name| keep.path().join(name));
+    for day in &days {
+        isolux(&["run", text(&job), "--out", text(day)], 0);
+    }
+    // The record and every number of the results; run.toml, events and provenance hold the time of day.
+    for file in RESULTS
+        .map(|file| format!("results/{file}"))
+        .iter()
+        .map(String::as_str)
+        .chain(["readings.csv"])
+    {
+        if ["results/provenance.json", "results/report.html"].contains(&file) {
+            continue;
+        }
+        let [a, b] = days.each_ref().map(|day| std::fs::read(day.join(file)).unwrap());
+        assert!(a == b, "{file} differs");
+    }
+}
