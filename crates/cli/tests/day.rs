@@ -116,11 +116,7 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     // What the model predicts is what was read, kind by kind.
     let predicted = keep.path().join("predicted.csv");
     let model = day.join("results/luminaire.model.toml");
-    assert!(
-        isolux(&["predict", text(&model), text(&day), "--out", text(&predicted)])
-            .status
-            .success()
-    );
+    isolux(&["predict", text(&model), text(&day), "--out", text(&predicted)], 0);
     let table = std::fs::read_to_string(&predicted).unwrap();
     let mut lines = table.lines();
     let head: Vec<&str> = lines.next().unwrap().split(',').collect();
