@@ -6,7 +6,7 @@ use camino::Utf8Path;
 use isolux_darkroom::camera::Unit;
 use isolux_darkroom::{Darkroom, MapPose, Room, SensorFrame};
 use isolux_record::document::{Fault, Source};
-use isolux_record::observation::{MapSet, Need};
+use isolux_record::observation::{MapSet, Need, OneOrTwo};
 use serde::Deserialize;
 
 use crate::Failure;
@@ -105,22 +105,6 @@ struct SensorDocument {
     _responsivity: Option<String>,
     #[serde(default)]
     background_w_m2: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum OneOrTwo<T> {
-    One(T),
-    Two([T; 2]),
-}
-
-impl<T: Copy> OneOrTwo<T> {
-    fn both(&self) -> [T; 2] {
-        match self {
-            Self::One(value) => [*value; 2],
-            Self::Two(values) => *values,
-        }
-    }
 }
 
 /// A named exposure.

@@ -1,5 +1,6 @@
 //! `model.toml` and `scene.toml` as they stand in the file.
 
+use isolux_record::observation::OneOrTwo;
 use serde::{Deserialize, Serialize};
 
 use crate::effects::{Effect, EffectError, Notes};
@@ -140,22 +141,6 @@ pub(crate) struct SensorDocument {
     #[serde(default)]
     pub background_w_m2: f64,
     pub camera: Option<CameraSheet>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(untagged)]
-pub(crate) enum OneOrTwo<T> {
-    One(T),
-    Two([T; 2]),
-}
-
-impl<T: Copy> OneOrTwo<T> {
-    pub fn both(&self) -> [T; 2] {
-        match self {
-            Self::One(value) => [*value; 2],
-            Self::Two(values) => *values,
-        }
-    }
 }
 
 /// Why one `[[effect]]` is none, and the key that is to blame.

@@ -6,8 +6,9 @@ use camino::{Utf8Path, Utf8PathBuf};
 use serde::Deserialize;
 
 use super::image::read_image;
+
 use super::table::{Fields, Table, line_of, parse_toml, read_text};
-use super::{Need, ObservationError, Problem};
+use super::{Need, ObservationError, OneOrTwo, Problem};
 
 /// The unit of a map's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -93,22 +94,6 @@ pub struct MapSet {
     maps: Vec<MapPose>,
     cells: Vec<Cell>,
     values: Option<(Vec<f64>, Vec<f64>)>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum OneOrTwo<T> {
-    One(T),
-    Two([T; 2]),
-}
-
-impl<T: Copy> OneOrTwo<T> {
-    fn both(&self) -> [T; 2] {
-        match self {
-            Self::One(value) => [*value; 2],
-            Self::Two(values) => *values,
-        }
-    }
 }
 
 #[derive(Deserialize)]
@@ -350,18 +335,12 @@ impl MapSet {
             csv_path = self.path.with_file_name("maps.csv");
         }
         let table = Table::parse(&csv_path, &read_text(&csv_path)?, false)?;
-        let columns = table.columns();
         let values: &[&'static str] = if need == Need::Values { &["signal", "u"] } else { &[] };
-        for column in ["map", "iy", "ix"].iter().chain(values) {
-            if !columns.contains_key(column) {
-                let needed = "map, iy, ix, signal, u";
-                return Err(ObservationError::new(
-                    &csv_path,
-                    Some(1),
-                    Problem::MissingColumn { column, needed },
-                ));
-            }
-        }
+        let columns = table.columns_with(
+            &csv_path,
+            &[&["map", "iy", "ix"], values].concat(),
+            "map, iy, ix, signal, u",
+        )?;
         let by_name: HashMap<&str, usize> = self
             .maps
             .iter()

@@ -6,6 +6,7 @@
 mod error;
 mod image;
 mod maps;
+mod pair;
 mod readings;
 mod spectra;
 mod table;
@@ -14,6 +15,7 @@ use camino::Utf8Path;
 
 pub use error::{ObservationError, Problem};
 pub use maps::{Cell, MapPose, MapSet, MapUnit};
+pub use pair::OneOrTwo;
 pub use readings::{ReadingCoordinates, ReadingRow, Readings};
 pub use spectra::{SpectraSet, SpectrumRow};
 

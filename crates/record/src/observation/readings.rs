@@ -90,26 +90,11 @@ impl Readings {
 
     fn parse(path: &Utf8Path, text: &str, need: Need, torn_tail: bool) -> Result<Self, ObservationError> {
         let table = Table::parse(path, text, torn_tail)?;
-        let columns = table.columns();
-        let values: &[&'static str] = if need == Need::Values {
-            &["illuminance_lx", "u_lx"]
-        } else {
-            &[]
+        let (values, needed): (&[&'static str], _) = match need {
+            Need::Values => (&["illuminance_lx", "u_lx"], NEEDED),
+            Need::Coordinates => (&[], NEEDED_TO_PREDICT),
         };
-        for column in COORDINATES.iter().chain(values) {
-            if !columns.contains_key(column) {
-                let needed = if need == Need::Values {
-                    NEEDED
-                } else {
-                    NEEDED_TO_PREDICT
-                };
-                return Err(ObservationError::new(
-                    path,
-                    Some(1),
-                    Problem::MissingColumn { column, needed },
-                ));
-            }
-        }
+        let columns = table.columns_with(path, &[&COORDINATES, values].concat(), needed)?;
         let checksum_is_last = table.header.last().is_some_and(|name| name == "row_crc");
         let mut rows = Vec::with_capacity(table.rows.len());
         let mut lines_of: HashMap<i64, u64> = HashMap::new();

@@ -84,18 +84,12 @@ impl SpectraSet {
         }
         let csv_path = path.with_extension("csv");
         let table = Table::parse(&csv_path, &read_text(&csv_path)?, false)?;
-        let columns = table.columns();
         let values: &[&'static str] = if need == Need::Values { &["value", "u"] } else { &[] };
-        for column in ["index", "kind", "wavelength_nm"].iter().chain(values) {
-            if !columns.contains_key(column) {
-                let needed = "index, kind, wavelength_nm, value, u";
-                return Err(ObservationError::new(
-                    &csv_path,
-                    Some(1),
-                    Problem::MissingColumn { column, needed },
-                ));
-            }
-        }
+        let columns = table.columns_with(
+            &csv_path,
+            &[&["index", "kind", "wavelength_nm"], values].concat(),
+            "index, kind, wavelength_nm, value, u",
+        )?;
         let mut rows = Vec::with_capacity(table.rows.len());
         let mut seen: HashMap<(i64, ReadingKind, u64), u64> = HashMap::new();
         for (line, fields) in &table.rows {

@@ -89,8 +89,24 @@ impl Table {
         Ok(table)
     }
 
-    /// Column numbers by name.
-    pub fn columns(&self) -> HashMap<&str, usize> {
+    /// Column numbers by name, of a table that has the columns that it must have; `needed` says which, for the error.
+    pub fn columns_with(
+        &self,
+        path: &Utf8Path,
+        required: &[&'static str],
+        needed: &'static str,
+    ) -> Result<HashMap<&str, usize>, ObservationError> {
+        let columns = self.columns();
+        match required.iter().find(|column| !columns.contains_key(*column)) {
+            None => Ok(columns),
+            Some(&column) => {
+                let problem = Problem::MissingColumn { column, needed };
+                Err(ObservationError::new(path, Some(1), problem))
+            }
+        }
+    }
+
+    fn columns(&self) -> HashMap<&str, usize> {
         self.header
             .iter()
             .enumerate()

@@ -1,0 +1,23 @@
+//! Sizes as people write them: one number for a square, or two.
+
+use serde::Deserialize;
+
+/// Width and height, or one number for both.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum OneOrTwo<T> {
+    /// Both alike.
+    One(T),
+    /// Width, height.
+    Two([T; 2]),
+}
+
+impl<T: Copy> OneOrTwo<T> {
+    /// Width and height.
+    pub fn both(&self) -> [T; 2] {
+        match self {
+            Self::One(value) => [*value; 2],
+            Self::Two(values) => *values,
+        }
+    }
+}
