@@ -60,6 +60,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     time("inverse point", &|| {
         black_box(inverse::solve(&point, &sensor));
     });
+    let single = std::cell::RefCell::new(vec![0.0_f32; sensor.pixels()]);
+    for (name, source) in [("inverse f32 point", &point), ("inverse f32 disc", &disc)] {
+        time(name, &|| {
+            black_box(inverse::solve_single(source, &sensor, &mut single.borrow_mut()));
+        });
+    }
     time("inverse disc", &|| {
         black_box(inverse::solve(&disc, &sensor));
     });
@@ -106,6 +112,11 @@ fn write(
     for (name, source) in [("point", point), ("disc", disc)] {
         let map = inverse::solve(source, sensor).illuminance_lx;
         std::fs::write(folder.join(format!("ours-{name}.f64")), bytes(&map))?;
+        let mut single = vec![0.0_f32; sensor.pixels()];
+        let bound = inverse::solve_single(source, sensor, &mut single);
+        println!("{{\"bound\": \"{name}\", \"largest\": {:e}}}", bound.largest);
+        let wide: Vec<f64> = single.iter().map(|value| f64::from(*value)).collect();
+        std::fs::write(folder.join(format!("ours-f32-{name}.f64")), bytes(&wide))?;
         let mut rows = Vec::new();
         for row in (0..PIXELS).step_by(64) {
             let line = Sensor {

@@ -2,6 +2,7 @@
 
     tests/peers/light.sh            installs numpy, Mitsuba 3 and Dr.Jit into a virtual environment and runs this
 
+Our f32 path writes into memory that is used again, as Dr.Jit's allocator does; the f64 path makes a new map each time.
 All programs read the same table of intensities (24 planes, 91 polar angles) and use two threads. Error: largest relative
 deviation from the reference map (every pixel integrated by itself in f64).
 """
@@ -11,7 +12,7 @@ import numpy as np
 
 THREADS, PIXELS, SIZE, DISTANCE, FLUX = 2, 2048, 24.576, 500.0, 337.0
 bench, folder, rounds = sys.argv[1], sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 3
-times, errors = {}, {}
+times, errors, bounds = {}, {}, {}
 
 
 def ours():
@@ -19,7 +20,10 @@ def ours():
                           env=dict(os.environ, RAYON_NUM_THREADS=str(THREADS))).stdout
     for line in text.splitlines():
         entry = json.loads(line)
-        times.setdefault("isolux " + entry["name"], []).extend(entry["seconds"])
+        if "bound" in entry:
+            bounds[f"isolux inverse f32 {entry['bound']}"] = entry["largest"]
+        else:
+            times.setdefault("isolux " + entry["name"], []).extend(entry["seconds"])
 
 
 def timed(name, work, repetitions=7):
@@ -41,6 +45,7 @@ def error(name, map_, kind):
 
 for kind in ("point", "disc"):
     error(f"isolux inverse {kind}", np.fromfile(f"{folder}/ours-{kind}.f64"), kind)
+    error(f"isolux inverse f32 {kind}", np.fromfile(f"{folder}/ours-f32-{kind}.f64"), kind)
 
 
 # ---- numpy, float32, pixel centres, point ----
@@ -184,16 +189,18 @@ for _ in range(rounds - 1):
     timed("Mitsuba direct", mitsuba_direct)
 
 median = {name: statistics.median(values) for name, values in times.items()}
-print(f"{'what':24} {'median':>10} {'best':>10} {'largest error':>14}")
+print(f"{'what':26} {'median':>10} {'best':>10} {'largest error':>14}")
 for name, value in median.items():
-    shown = f"{errors[name]:14.1e}" if name in errors else " " * 14
-    print(f"{name:24} {value * 1e3:7.2f} ms {min(times[name]) * 1e3:7.2f} ms {shown}")
+    shown = f"{errors[name]:14.1e}" if name in errors else ""
+    if name in bounds:
+        shown += f" (stated: {bounds[name]:.1e})"
+    print(f"{name:26} {value * 1e3:7.2f} ms {min(times[name]) * 1e3:7.2f} ms {shown}")
 traced, peer = 1e8 / median["isolux traced 1e8"], RAYS / median["Dr.Jit ray kernel"]
 print(f"\nrays a second: isolux traced {traced / 1e6:.0f} M, Dr.Jit kernel {peer / 1e6:.0f} M")
 print("\nratios of medians (goal)")
-for kind in ("point", "disc"):
+for kind in ("f32 point", "f32 disc", "point", "disc"):
     mine = median[f"isolux inverse {kind}"]
-    print(f"  inverse {kind}: Mitsuba direct / isolux {median['Mitsuba direct'] / mine:6.1f} (20) · "
+    print(f"  inverse {kind:9}: Mitsuba direct / isolux {median['Mitsuba direct'] / mine:6.1f} (20) · "
           f"Dr.Jit map kernel / isolux {median['Dr.Jit map kernel'] / mine:5.1f} (5) · numpy / isolux {median['numpy map'] / mine:6.1f}")
 print(f"  traced: isolux / Dr.Jit kernel {traced / peer:.2f} (2)")
 print(f"  thinned 2e9 rays: {median['isolux thinned 2e9'] * 1e3:.0f} ms (200)")

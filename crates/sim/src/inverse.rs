@@ -6,11 +6,15 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::local::{self, Local, Rule};
+use crate::number::Number;
 use crate::patch::{self, Light, Patch, Scratch};
 use crate::rules::Estimate;
 use crate::sensor::Sensor;
 use crate::source::{Shape, Source};
+use crate::spans::Rows;
 use crate::{strips, tiles};
+
+pub use crate::spans::Bound;
 
 /// Relative error that the reference path aims at in every pixel.
 pub(crate) const RELATIVE_TOLERANCE: f64 = 2e-7;
@@ -33,12 +37,49 @@ pub struct Map {
 /// The map: quick rules where their bound meets the tolerance, cuts at every kink elsewhere, polynomials over tiles where
 /// the light is smooth. Independent of the number of threads.
 pub fn solve(source: &Source, sensor: &Sensor) -> Map {
+    let mut illuminance_lx = vec![0.0; sensor.pixels()];
+    let bound = fill(source, sensor, &mut illuminance_lx);
+    Map {
+        illuminance_lx,
+        error_lx: bound.mean_lx,
+    }
+}
+
+/// The map in single precision, into the caller's memory (`[iy * nx + ix]`, as many as the sensor has pixels).
+///
+/// # Panics
+/// If `map` has another length.
+pub fn solve_single(source: &Source, sensor: &Sensor, map: &mut [f32]) -> Bound {
+    assert_eq!(map.len(), sensor.pixels(), "one number a pixel");
+    fill(source, sensor, map)
+}
+
+fn fill<N: Number>(source: &Source, sensor: &Sensor, map: &mut [N]) -> Bound {
+    if let Some(bound) = rows(source, sensor, map) {
+        return bound;
+    }
     let prepared = Prepared::new(source, sensor, true);
     tiles::fill(
         sensor,
+        map,
         |x, y, care, scratch| prepared.pixel(x, y, care, scratch),
-        |x, y, half| prepared.is_smooth(x, y, half),
+        |x, y, half| prepared.is_smooth(x, y, half, N::AIM),
     )
+}
+
+/// Row by row, where the source and the sensor allow it.
+fn rows<N: Number>(source: &Source, sensor: &Sensor, map: &mut [N]) -> Option<Bound> {
+    let rows = Rows::new::<N>(source, sensor)?;
+    // Few maps have pixels for which their centres do not stand.
+    let prepared = std::sync::OnceLock::new();
+    Some(rows.fill(map, |ix, iy| {
+        prepared.get_or_init(|| Prepared::new(source, sensor, true)).pixel(
+            ix as f64 + 0.5,
+            iy as f64 + 0.5,
+            Care::Itself,
+            &mut Scratch::default(),
+        )
+    }))
 }
 
 /// The reference: every pixel by itself with cuts at every kink, no quick rules, no interpolation between pixels.
@@ -72,13 +113,28 @@ pub(crate) enum Care {
     Itself,
     /// For a polynomial through it, which would show the rules' own errors as structure.
     Node,
+    /// For a polynomial in single precision.
+    Single,
 }
 
-/// Radii of the emitter over which a kink counts as sharp: a 1 mm disc smooths it over a tile of 10 mm.
-const KINK_BLUR: f64 = 10.0;
+impl Care {
+    /// Share of the quick rules' tolerance.
+    fn share(self) -> f64 {
+        match self {
+            Self::Node => NODE_SHARE,
+            Self::Itself | Self::Single => 1.0,
+        }
+    }
+}
+
+/// Radii of the emitter over which a kink counts as sharp.
+const KINK_BLUR: f64 = 4.0;
+
+/// Share of a bend by which a polynomial of degree 7 misses it, less a margin.
+const BEND_MISSED: f64 = 0.02;
 
 /// Share of the quick rules' tolerance that nodes of polynomials ask for.
-const NODE_SHARE: f64 = 0.25;
+const NODE_SHARE: f64 = 0.5;
 
 /// A source before a sensor, with everything that does not depend on the pixel.
 struct Prepared<'a> {
@@ -166,7 +222,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// Whether no kink that is sharp on the scale of the square of `half` pixels round (x, y) crosses it.
-    fn is_smooth(&self, x: f64, y: f64, half: f64) -> bool {
+    fn is_smooth(&self, x: f64, y: f64, half: f64, aim: f64) -> bool {
         self.items.iter().all(|item| {
             let blur = item.emitter.as_ref().map_or(0.0, Patch::radius);
             let radius = half * (item.step_x.length() + item.step_y.length());
@@ -177,7 +233,7 @@ impl<'a> Prepared<'a> {
             let sight = pixel.centre() + item.emitter.as_ref().map_or(DVec3::ZERO, Patch::centre);
             let table = item.light.table;
             let bend = patch::bend_within(table, sight, radius + blur + pixel.radius());
-            bend <= RELATIVE_TOLERANCE * table.toward(sight).abs()
+            BEND_MISSED * bend <= aim * table.toward(sight).abs()
         })
     }
 
@@ -200,6 +256,9 @@ impl Item<'_> {
         let sight = pixel.centre() + middle;
         let reach = pixel.radius() + self.emitter.as_ref().map_or(0.0, Patch::radius);
         if let Some(found) = self.quick(sight, reach, care) {
+            return found;
+        }
+        if let Some(found) = self.looked_up(sight, reach, care, scratch) {
             return found;
         }
         let light = self.light;
@@ -232,22 +291,21 @@ impl Item<'_> {
         let local = Local::new(table, sight, reach)?;
         let distance = sight.length();
         // How far the angles turn over the patch, and what a ramp of one candela makes at the sensor.
-        let axis = if table.is_rotational() {
-            distance
-        } else {
-            sight.x.hypot(sight.y)
-        };
-        let (turn_gamma, turn_c) = (reach / distance, reach / axis);
+        let axis = sight.x.hypot(sight.y);
+        let (turn_gamma, turn_c) = (reach / distance, reach / axis.max(1e-300));
         let per_cd = 1e6 * height / (distance * distance * distance);
         let [bend_gamma, bend_c] = local.bend;
-        let bend = per_cd * (bend_gamma * turn_gamma + bend_c * turn_c);
-        let ratio = turn_c.max(turn_gamma);
+        let bend_c = if bend_c > 0.0 { bend_c * turn_c } else { 0.0 };
+        let bend = per_cd * (bend_gamma * turn_gamma + bend_c);
+        // Azimuth and polar angle are not smooth at the pole axis, by as much as the light follows them; all else at the source.
+        let [steep_gamma, steep_c] = local.steep();
+        let about_axis = 2.0 * (steep_gamma * turn_gamma + if steep_c > 0.0 { steep_c * turn_c } else { 0.0 });
         let tolerance = QUICK_TOLERANCE * self.cancel * per_cd * local.middle_cd().abs();
-        let bound = |rule: &Rule| bend * rule.ramp + per_cd * local.middle_cd().abs() * rule.smooth(ratio);
-        let wished = match care {
-            Care::Itself => tolerance,
-            Care::Node => NODE_SHARE * tolerance,
+        let bound = |rule: &Rule| {
+            let smooth = local.middle_cd().abs() * rule.smooth(turn_gamma) + about_axis * rule.about(turn_c);
+            bend * rule.ramp + per_cd * smooth
         };
+        let wished = care.share() * tolerance;
         let rule = self
             .rules
             .iter()
@@ -256,6 +314,29 @@ impl Item<'_> {
         Some(Estimate {
             value: local.mean(self.light, sight, rule),
             error: bound(rule),
+        })
+    }
+}
+
+impl Item<'_> {
+    /// A product rule whose nodes are looked up one by one, where many kinks of a small bend are in reach.
+    fn looked_up(&self, sight: DVec3, reach: f64, care: Care, scratch: &mut Scratch) -> Option<Estimate> {
+        let (table, distance) = (self.light.table, sight.length());
+        let height = self.light.toward.dot(sight);
+        if self.rules.is_empty() || height <= reach || reach > 0.3 * distance {
+            return None;
+        }
+        let bends = table.bends(sight, reach);
+        let cd = table.toward(sight).abs();
+        let wished = QUICK_TOLERANCE * self.cancel * care.share() * cd;
+        let axis = sight.x.hypot(sight.y);
+        let bound = |rule: &Rule| {
+            bends.lines * rule.ramp + bends.pole * rule.about(reach / axis) + cd * rule.smooth(reach / distance)
+        };
+        let rule = self.rules.iter().find(|rule| bound(rule) <= wished)?;
+        Some(Estimate {
+            value: rule.mean(self.light, sight, &mut scratch.sights),
+            error: 1e6 * height / (distance * distance * distance) * bound(rule),
         })
     }
 }

@@ -3,6 +3,7 @@
 //! [`inverse`] integrates, without noise and with a bound on its own error; [`direct`] counts rays, in three samplings of
 //! one law; [`noise`] says what the counting does to a result.
 
+mod angles;
 mod batch;
 pub mod blur;
 pub mod camera;
@@ -12,6 +13,7 @@ pub mod emission;
 pub mod inverse;
 mod local;
 pub mod noise;
+mod number;
 pub mod optics;
 mod patch;
 pub mod random;
@@ -20,6 +22,7 @@ pub mod sensor;
 pub mod setup;
 pub mod simulation;
 pub mod source;
+mod spans;
 pub mod station;
 mod strips;
 pub mod table;

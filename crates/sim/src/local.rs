@@ -7,11 +7,9 @@
 
 use glam::DVec3;
 
+use crate::angles::{self, LANES, Sights};
 use crate::patch::{Light, Patch};
 use crate::table::Table;
-
-/// Numbers side by side in the vector units (eight f64 fill AVX-512).
-const LANES: usize = 8;
 
 /// Nodes of pixel and emitter together: offsets from the line between their middles, and weights.
 #[derive(Debug, Clone)]
@@ -36,7 +34,7 @@ pub(crate) fn rules(pixel: &Patch, emitter: Option<&Patch>) -> Vec<Rule> {
         let of = |own: f64| ((total * own / (rp + re)).round() as usize).clamp(1, most);
         [of(rp), of(re)]
     };
-    let [fine_pixel, fine_emitter] = split(32.0, 16);
+    let [fine_pixel, fine_emitter] = split(32.0, 24);
     let fine = Ramps::of(
         &nodes(pixel, emitter, [fine_pixel.max(2), fine_emitter.max(2)]),
         rp + re,
@@ -44,7 +42,7 @@ pub(crate) fn rules(pixel: &Patch, emitter: Option<&Patch>) -> Vec<Rule> {
     [1.0, 2.0, 4.0, 7.0, 12.0, 20.0]
         .into_iter()
         .map(|total| {
-            let orders = split(total, 11);
+            let orders = split(total, 16);
             let nodes = nodes(pixel, emitter, orders);
             let reach = (rp + re).max(1e-300);
             Rule::new(&nodes, &fine, reach, orders, [rp / reach, re / reach])
@@ -72,6 +70,17 @@ impl Rule {
         one(0) + one(1)
     }
 
+    /// Relative error on a function that is linear in the angles about an axis, when the reach is `ratio` of the distance from
+    /// that axis: the tip of a cone where it is in reach.
+    pub fn about(&self, ratio: f64) -> f64 {
+        let tip = 2.0 * self.ramp;
+        if ratio < 1.0 {
+            tip.min(self.smooth(ratio) / ratio)
+        } else {
+            tip
+        }
+    }
+
     fn new(nodes: &[(DVec3, f64)], fine: &Ramps, reach: f64, orders: [usize; 2], shares: [f64; 2]) -> Self {
         let ramp = Ramps::of(nodes, reach).worst_against(fine);
         let mut rule = Self {
@@ -93,6 +102,26 @@ impl Rule {
             rule.w.push(lane(&|node| node.1, 0.0));
         }
         rule
+    }
+}
+
+impl Rule {
+    /// Mean of the light round the line of sight to `sight`, each node looked up.
+    pub fn mean(&self, light: Light<'_>, sight: DVec3, scratch: &mut Vec<Sights>) -> f64 {
+        angles::around(sight, [&self.x, &self.y, &self.z], &self.w, light.toward, scratch);
+        let mut sum = 0.0;
+        for sights in scratch.iter() {
+            for lane in 0..LANES {
+                let cd = light.table.at_rad(sights.c[lane], sights.gamma[lane]);
+                let cd = if light.extinction_per_mm == 0.0 {
+                    cd
+                } else {
+                    cd * (-light.extinction_per_mm * sights.length[lane]).exp()
+                };
+                sum += sights.per_cd[lane] * cd;
+            }
+        }
+        sum
     }
 }
 
@@ -257,6 +286,21 @@ impl Local {
         } else {
             (mid - low) * self.per_c[0]
         }
+    }
+
+    /// Largest slopes in γ and in C, cd/rad.
+    pub fn steep(&self) -> [f64; 2] {
+        let gamma = self
+            .column
+            .iter()
+            .map(|column| column[1].abs().max(column[2].abs()))
+            .fold(0.0, f64::max);
+        let [low, mid, high] = self.column.map(|column| column[0]);
+        let c = ((mid - low) * self.per_c[0])
+            .abs()
+            .max(((high - mid) * self.per_c[1]).abs());
+        // The columns stand at the hinge; a patch is within one cell of it.
+        [gamma, if self.rotational { 0.0 } else { 2.0 * c }]
     }
 
     /// Mean over `rule` round the line of sight to `sight`.

@@ -10,6 +10,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
+use crate::angles::Sights;
 use crate::rules::{self, Estimate, K7, K15};
 use crate::table::Table;
 
@@ -148,6 +149,7 @@ impl Patch {
 pub(crate) struct Scratch {
     breaks: Vec<f64>,
     panels: Vec<f64>,
+    pub sights: Vec<Sights>,
 }
 
 /// Whether a kink of the table or its pole can lie within the ball of `radius` round `centre`.

@@ -27,11 +27,11 @@ pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Gauss rules of 1 to 16 points, made once.
+/// Gauss rules of 1 to 24 points, made once.
 pub fn gauss(n: usize) -> &'static [(f64, f64)] {
     static RULES: std::sync::LazyLock<Vec<Vec<(f64, f64)>>> =
-        std::sync::LazyLock::new(|| (1..=16).map(gauss_legendre).collect());
-    &RULES[n.clamp(1, 16) - 1]
+        std::sync::LazyLock::new(|| (1..=24).map(gauss_legendre).collect());
+    &RULES[n.clamp(1, 24) - 1]
 }
 
 /// A Gauss–Kronrod pair on [−1, 1]: abscissae ≥ 0 with Kronrod weight and Gauss weight (0 where the Gauss rule has no node).

@@ -18,9 +18,47 @@ pub struct Table {
     c_kinks: Vec<f64>,
     /// Polar angles at which the slope in γ changes or the distribution ends.
     gamma_kinks: Vec<f64>,
+    /// At each polar angle, over all planes.
+    rough: Vec<Rough>,
     peak_cd: f64,
     c_search: Search,
     gamma_search: Search,
+}
+
+/// One bilinear cell: the interpolant between four of its grid's lines.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bilinear {
+    /// First line in C (of the turn that was asked for), and one over the width.
+    pub c: f64,
+    pub per_c: f64,
+    /// First line in γ, and one over the width.
+    pub gamma: f64,
+    pub per_gamma: f64,
+    /// Intensities at (C, γ): low-low, low-high γ, high-low, high-high, cd.
+    pub corner: [f64; 4],
+}
+
+/// How the interpolant runs at one line of constant γ and in the cells above it, the worst over C.
+#[derive(Debug, Clone, Copy, Default)]
+struct Rough {
+    /// Change of slope in γ, cd/rad.
+    jump: f64,
+    /// Slope in γ above the line, cd/rad.
+    steep: f64,
+    /// Slope in C over sin γ, cd/rad.
+    turn: f64,
+    /// Largest change of slope in C, and their sum round the circle, cd/rad.
+    jump_c: f64,
+    round: f64,
+}
+
+/// What may lead a rule astray within reach of a direction, candela.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bends {
+    /// Changes of slope times the reach.
+    pub lines: f64,
+    /// Slopes about the pole axis times the reach: the tip of a cone where the axis is in reach, a smooth bend beside it.
+    pub pole: f64,
 }
 
 /// Buckets of equal width over a rising grid: the interval of an abscissa in constant time.
@@ -108,11 +146,13 @@ impl Table {
             intensity_cd,
             c_kinks: Vec::new(),
             gamma_kinks: Vec::new(),
+            rough: Vec::new(),
             peak_cd: 0.0,
             c_search,
             gamma_search,
         };
         table.find_kinks();
+        table.find_rough();
         table
     }
 
@@ -165,6 +205,44 @@ impl Table {
         let tc = (c - self.c_rad[ic]) / (self.c_rad[ic + 1] - self.c_rad[ic]);
         let low = along(ic);
         low + tc * (along(ic + 1) - low)
+    }
+
+    /// The cell that holds azimuth `c` (any turn) and polar angle `gamma`, radians; `None` outside the range.
+    #[inline]
+    pub(crate) fn bilinear(&self, c: f64, gamma: f64) -> Option<Bilinear> {
+        let n = self.gamma_rad.len();
+        if gamma < self.gamma_rad[0] - 1e-12 || gamma > self.gamma_rad[n - 1] + 1e-12 || n < 2 {
+            return None;
+        }
+        let ig = self.gamma_search.interval(&self.gamma_rad, gamma);
+        let (g0, per_gamma) = (
+            self.gamma_rad[ig],
+            (self.gamma_rad[ig + 1] - self.gamma_rad[ig]).recip(),
+        );
+        let at = |ic: usize, up: usize| self.intensity_cd[ic * n + ig + up];
+        if self.is_rotational() {
+            let (low, high) = (at(0, 0), at(0, 1));
+            return Some(Bilinear {
+                c: 0.0,
+                per_c: 0.0,
+                gamma: g0,
+                per_gamma,
+                corner: [low, high, low, high],
+            });
+        }
+        let first = self.c_rad[0];
+        let mut turned = if c < first { c + TAU } else { c };
+        if turned < first || turned >= first + TAU {
+            turned = first + (c - first).rem_euclid(TAU);
+        }
+        let ic = self.c_search.interval(&self.c_rad, turned);
+        Some(Bilinear {
+            c: self.c_rad[ic] + (c - turned),
+            per_c: (self.c_rad[ic + 1] - self.c_rad[ic]).recip(),
+            gamma: g0,
+            per_gamma,
+            corner: [at(ic, 0), at(ic, 1), at(ic + 1, 0), at(ic + 1, 1)],
+        })
     }
 
     /// Largest magnitude, candela.
@@ -228,6 +306,95 @@ impl Table {
         along * spread + across * spread_c
     }
 
+    /// Bounds on what lies within `reach` of the end of the line of sight `sight`; infinite at an end of the range that is no
+    /// pole.
+    pub(crate) fn bends(&self, sight: DVec3, reach: f64) -> Bends {
+        const NONE: Bends = Bends {
+            lines: f64::INFINITY,
+            pole: f64::INFINITY,
+        };
+        let n = self.gamma_rad.len();
+        let (distance, axis) = (sight.length(), sight.x.hypot(sight.y));
+        if reach >= distance || n < 2 {
+            return NONE;
+        }
+        let gamma = axis.atan2(sight.z);
+        let spread = 1.02 * (reach / distance).asin();
+        let (low, high) = (gamma - spread, gamma + spread);
+        if low < self.gamma_rad[0] && self.gamma_rad[0] > 1e-9
+            || high > self.gamma_rad[n - 1] && self.gamma_rad[n - 1] < PI - 1e-9
+        {
+            return NONE;
+        }
+        let from = self.gamma_rad.partition_point(|line| *line < low);
+        let to = self.gamma_rad.partition_point(|line| *line <= high).max(from);
+        let mut lines: f64 = self.rough[from..to].iter().map(|rough| rough.jump).sum::<f64>() * spread;
+        // The lines round the reach as well: what holds at both ends holds between them.
+        let around = &self.rough[from.max(1) - 1..(to + 1).min(n)];
+        let most = |of: fn(&Rough) -> f64| around.iter().map(of).fold(0.0, f64::max);
+        if !self.is_rotational() {
+            // Between two lines a change of slope in C is no larger than linear between the lines' largest.
+            let at = |gamma: f64, of: fn(&Rough) -> f64| {
+                let gamma = gamma.clamp(self.gamma_rad[0], self.gamma_rad[n - 1]);
+                let ig = self.gamma_search.interval(&self.gamma_rad, gamma);
+                let t = (gamma - self.gamma_rad[ig]) / (self.gamma_rad[ig + 1] - self.gamma_rad[ig]);
+                (1.0 - t) * of(&self.rough[ig]) + t * of(&self.rough[ig + 1])
+            };
+            let within = |of: fn(&Rough) -> f64| {
+                let lines = self.rough[from..to].iter().map(of);
+                lines.fold(at(low, of).max(at(high, of)), f64::max)
+            };
+            let round = within(|rough| rough.round);
+            lines += if reach < 0.99 * axis {
+                let spread_c = 1.02 * (reach / axis).asin();
+                let c = sight.y.atan2(sight.x);
+                let crossed = count_azimuths(&self.c_kinks, c - spread_c, c + spread_c);
+                (crossed as f64 * within(|rough| rough.jump_c)).min(round) * spread_c
+            } else {
+                round * 0.5 * PI
+            };
+        }
+        Bends {
+            lines,
+            pole: 2.0 * (most(|rough| rough.steep) + most(|rough| rough.turn)) * spread,
+        }
+    }
+
+    fn find_rough(&mut self) {
+        let n = self.gamma_rad.len();
+        let planes = if self.is_rotational() { 1 } else { self.c_rad.len() - 1 };
+        let mut rough = vec![Rough::default(); n];
+        let at = |ic: usize, ig: usize| self.intensity_cd[ic % planes * n + ig];
+        let slope = |ic: usize, ig: usize| {
+            if ig + 1 < n {
+                (at(ic, ig + 1) - at(ic, ig)) / (self.gamma_rad[ig + 1] - self.gamma_rad[ig])
+            } else {
+                0.0
+            }
+        };
+        for (ig, rough) in rough.iter_mut().enumerate() {
+            let sine = self.gamma_rad[ig].sin();
+            for ic in 0..planes {
+                rough.steep = rough.steep.max(slope(ic, ig).abs());
+                if ig > 0 && ig + 1 < n {
+                    rough.jump = rough.jump.max((slope(ic, ig) - slope(ic, ig - 1)).abs());
+                }
+                if planes > 1 {
+                    let width = |ic: usize| self.c_rad[ic % planes + 1] - self.c_rad[ic % planes];
+                    let across = |ic: usize| (at(ic + 1, ig) - at(ic, ig)) / width(ic);
+                    let jump = (across(ic) - across(ic + planes - 1)).abs();
+                    rough.jump_c = rough.jump_c.max(jump);
+                    rough.round += jump;
+                    let steep = across(ic).abs();
+                    if steep > 0.0 {
+                        rough.turn = rough.turn.max(steep / sine.max(1e-12));
+                    }
+                }
+            }
+        }
+        self.rough = rough;
+    }
+
     /// Azimuths at which the interpolant bends, in [0, 2π), rising.
     pub(crate) fn c_kinks(&self) -> &[f64] {
         &self.c_kinks
@@ -285,4 +452,12 @@ impl Table {
         self.c_kinks = c_kinks;
         self.gamma_kinks = gamma_kinks;
     }
+}
+
+/// How many `kinks` (in [0, 2π), rising) lie between two azimuths less than a turn apart.
+fn count_azimuths(kinks: &[f64], from: f64, to: f64) -> usize {
+    let turn = from.div_euclid(TAU) * TAU;
+    let (low, high) = (from - turn, to - turn);
+    let below = |x: f64| kinks.partition_point(|kink| *kink < x);
+    below(high) - below(low) + below(high - TAU)
 }

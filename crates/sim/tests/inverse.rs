@@ -206,6 +206,121 @@ fn tiles_change_nothing() {
     }
 }
 
+/// Smooth in C as a ring illuminator is: 15° planes, 2° in γ, 2 % elliptic, equal at the pole.
+fn ring_illuminator(exponent: f64) -> IntensityDistribution {
+    let c_deg: Vec<f64> = (0..24).map(|k| 15.0 * f64::from(k)).collect();
+    let gamma_deg: Vec<f64> = (0..=45).map(|k| 2.0 * f64::from(k)).collect();
+    let intensity_cd = c_deg
+        .iter()
+        .flat_map(|c| {
+            gamma_deg.iter().map(move |g| {
+                let (sin, cos) = g.to_radians().sin_cos();
+                335.0 * cos.max(0.0).powf(exponent) * (1.0 + 0.02 * sin * (2.0 * c.to_radians()).cos())
+            })
+        })
+        .collect();
+    IntensityDistribution::new(c_deg, gamma_deg, intensity_cd).unwrap()
+}
+
+#[test]
+fn single_precision_keeps_to_the_bound_that_it_states() {
+    let smooth = ring_illuminator(5.3);
+    let narrow = ring_illuminator(60.0);
+    let uneven = rough();
+    let rotational =
+        IntensityDistribution::new(vec![0.0], smooth.gamma_deg().to_vec(), smooth.row(0).to_vec()).unwrap();
+    let tilted = Pose {
+        tilt_x_deg: 20.0,
+        tilt_y_deg: -12.0,
+        rot_z_deg: 33.0,
+        offset_mm: [40.0, -15.0],
+        ..pose(24.576, 256, 500.0)
+    };
+    let point = Shape::Point(DVec3::ZERO);
+    let disc = Shape::Disc {
+        centre: DVec3::ZERO,
+        radius: 0.5,
+    };
+    let cases: [(&str, &IntensityDistribution, Shape, Pose); 9] = [
+        ("point", &smooth, point, pose(24.576, 512, 500.0)),
+        ("point, tilted", &smooth, point, tilted),
+        ("point, narrow lobe", &narrow, point, pose(60.0, 256, 500.0)),
+        ("point, rotational", &rotational, point, pose(24.576, 256, 300.0)),
+        ("point, near", &smooth, point, pose(24.576, 256, 40.0)),
+        (
+            "point, values that differ at the pole",
+            &uneven,
+            point,
+            pose(24.576, 64, 200.0),
+        ),
+        ("disc", &smooth, disc, pose(24.576, 256, 500.0)),
+        ("disc, tilted", &smooth, disc, tilted),
+        ("disc, rotational", &rotational, disc, pose(24.576, 128, 300.0)),
+    ];
+    for (name, distribution, shape, pose) in cases {
+        let source = Source::single(Arc::new(Table::new(distribution)), shape);
+        let sensor = Sensor::new(&pose).unwrap();
+        let mut single = vec![0.0_f32; sensor.pixels()];
+        let bound = inverse::solve_single(&source, &sensor, &mut single);
+        assert!(bound.largest <= 1e-5, "{name}: {bound:?}");
+        let wide = inverse::solve(&source, &sensor);
+        // Whole rows of pixels, each by itself, and single pixels round the axis.
+        let (mut worst, mut worst_wide, mut sum) = (0.0_f64, 0.0_f64, 0.0);
+        let middle = sensor.ny / 2;
+        let step = if matches!(shape, Shape::Point(_)) { 1 } else { 11 };
+        for iy in [0, sensor.ny / 3, middle - 1, middle, sensor.ny - 2] {
+            for ix in (0..sensor.nx).step_by(step) {
+                let pixel = Sensor {
+                    corner: sensor.point(ix as f64, iy as f64),
+                    nx: 1,
+                    ny: 1,
+                    ..sensor
+                };
+                let truth = inverse::solve_each(&source, &pixel).illuminance_lx[0];
+                let index = iy * sensor.nx + ix;
+                worst = worst.max((f64::from(single[index]) / truth - 1.0).abs());
+                worst_wide = worst_wide.max((wide.illuminance_lx[index] / truth - 1.0).abs());
+                sum += truth;
+            }
+        }
+        assert!(worst <= bound.largest, "{name}: {worst:e} beyond {bound:?}");
+        assert!(worst < 1.2e-6, "{name}: {worst:e}");
+        assert!(worst_wide < 1e-6, "{name} in f64: {worst_wide:e}");
+        assert!(sum > 0.0, "{name} is dark");
+    }
+}
+
+#[test]
+fn leds_are_the_sum_of_their_points() {
+    let distribution = ring_illuminator(5.3);
+    let table = Arc::new(Table::new(&distribution));
+    let leds = 5;
+    let part = |k: i32, share: f64| {
+        let (sin, cos) = (TAU * f64::from(k) / f64::from(leds)).sin_cos();
+        isolux_sim::source::Part {
+            share,
+            shape: Shape::Point(DVec3::new(17.0 * cos, 17.0 * sin, 0.0)),
+            table: Arc::clone(&table),
+            aim: None,
+        }
+    };
+    let sensor = Sensor::new(&pose(24.576, 512, 150.0)).unwrap();
+    let ring = Source::new((0..leds).map(|k| part(k, 1.0 / f64::from(leds))).collect());
+    let mut single = vec![0.0_f32; sensor.pixels()];
+    let bound = inverse::solve_single(&ring, &sensor, &mut single);
+    let mut sum = vec![0.0; sensor.pixels()];
+    for k in 0..leds {
+        let one = inverse::solve(&Source::new(vec![part(k, 1.0 / f64::from(leds))]), &sensor);
+        sum.iter_mut()
+            .zip(one.illuminance_lx)
+            .for_each(|(sum, one)| *sum += one);
+    }
+    for (a, b) in single.iter().zip(&sum) {
+        let off = (f64::from(*a) / b - 1.0).abs();
+        assert!(off < 1e-6 && off <= bound.largest, "{a} {b} {bound:?}");
+    }
+}
+
 #[test]
 fn a_ring_is_the_mean_of_its_points() {
     let distribution = rough();
