@@ -2,6 +2,11 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+/// `aᵀ·b` for wide matrices, by the blocked product (`tr_mul` takes one column at a time).
+pub fn product<T: nalgebra::RealField + Copy>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {
+    if b.ncols() < 8 { a.tr_mul(b) } else { a.transpose() * b }
+}
+
 /// An orthonormal basis of a subspace of the readings' space, one column a direction, one row a reading.
 #[derive(Debug, Clone)]
 pub struct Basis {
@@ -65,7 +70,7 @@ impl Basis {
     /// Removes from every column of `matrix` what lies in this subspace.
     pub fn project_out(&self, matrix: &mut DMatrix<f64>) {
         if self.rank() > 0 {
-            let part = self.q.tr_mul(matrix);
+            let part = product(&self.q, matrix);
             matrix.gemm(-1.0, &self.q, &part, 1.0);
         }
     }

@@ -225,7 +225,18 @@ impl Believed {
         }
     }
 
+    /// The largest reading that the model expects, in lx; 0 where there are no readings.
+    fn peak_lx(&self) -> f64 {
+        let model = self.model.with_refined(self.refined.clone());
+        let of_part = |part: &Part| match part {
+            Part::Readings(readings) => model.predict_readings(readings).into_iter().fold(0.0, f64::max),
+            _ => 0.0,
+        };
+        self.parts.iter().map(of_part).fold(0.0, f64::max)
+    }
+
     fn list_effects(&mut self, stages: &[Stage]) {
+        let peak_lx = self.peak_lx();
         let known: Vec<&str> = self.model.effects().iter().map(Effect::name).collect();
         for &spec in catalogue() {
             if known.contains(&spec.name) || !spec.stages.iter().any(|stage| stages.contains(stage)) {
@@ -316,9 +327,15 @@ impl Believed {
             let mut step: Vec<f64> = amplitudes.iter().map(|&k| of(spec.parameters[k].step)).collect();
             let largest = |k: usize| {
                 let parameter = &spec.parameters[k];
-                (parameter.plausible.0 - parameter.null)
+                let stated = (parameter.plausible.0 - parameter.null)
                     .abs()
-                    .max((parameter.plausible.1 - parameter.null).abs())
+                    .max((parameter.plausible.1 - parameter.null).abs());
+                // What is plausible in lx follows the light of the bench: 1.5 % of the peak reading, 0.5 % over the range.
+                match parameter.unit {
+                    "lx" => stated.max(0.015 * peak_lx),
+                    "1/lx" if peak_lx > 0.0 => stated.max(0.005 / peak_lx),
+                    _ => stated,
+                }
             };
             let mut plausible: Vec<f64> = amplitudes.iter().map(|&k| of(largest(k))).collect();
             if phase.is_some() {
@@ -327,9 +344,25 @@ impl Believed {
             }
             let first = &spec.parameters[amplitudes[0]];
             let positive = first.plausible.0 >= first.null;
+            let one_sided = positive && step.len() == 1;
+            let limits = (0..step.len())
+                .map(|k| {
+                    let key = spec.parameters[amplitudes[k.min(amplitudes.len() - 1)]].key;
+                    let low = if one_sided { 0.0 } else { f64::NEG_INFINITY };
+                    // No part gives less than nothing, no floor more than it gets.
+                    let high = if matches!(key, "albedo" | "depth_rel") {
+                        1.0
+                    } else {
+                        f64::INFINITY
+                    };
+                    (low, high)
+                })
+                .collect();
             self.searchable.push(Searchable {
                 name: spec.name,
-                one_sided: positive && step.len() == 1,
+                one_sided,
+                limits,
+                turns: phase.is_some(),
                 never_negative: power != 1.0,
                 step,
                 plausible,
@@ -337,6 +370,7 @@ impl Believed {
                 bounds,
                 believed,
                 shape_step: steps,
+                oscillates: self.beats(spec),
                 fixed: shapes
                     .iter()
                     .map(|&k| spec.parameters[k].role == Role::RangeId)
@@ -392,6 +426,17 @@ impl Believed {
         let spacing = 1.0 / (1.6 * span);
         let count = (0.5 / step / spacing).floor().min(2000.0) as usize;
         (2..=count).map(|k| k as f64 * spacing).collect()
+    }
+
+    /// The time of every row, for the beat of modulated light on readings.
+    fn beats(&self, spec: &EffectSpec) -> Option<Vec<f64>> {
+        (spec.name == "flicker_alias").then_some(())?;
+        let mut times = Vec::new();
+        for part in &self.parts {
+            let Part::Readings(readings) = part else { return None };
+            times.extend(readings.iter().map(|at| at.time_s.unwrap_or(f64::NAN)));
+        }
+        Some(times)
     }
 
     fn ranges(&self) -> Vec<f64> {

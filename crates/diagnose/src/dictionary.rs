@@ -34,9 +34,10 @@ impl Dictionary {
         row_scale: &DVector<f64>,
     ) -> Self {
         let effects = forward.effects();
-        let tangents: Vec<(Who, Vec<DVector<f64>>)> = effects
+        let mut tangents: Vec<(Who, Vec<DVector<f64>>)> = effects
             .iter()
             .enumerate()
+            .filter(|(_, searchable)| searchable.oscillates.is_none())
             .flat_map(|(effect, searchable)| (0..searchable.shapes.len()).map(move |shape| (effect, shape)))
             .collect::<Vec<_>>()
             .into_par_iter()
@@ -45,6 +46,13 @@ impl Dictionary {
                 Some((Who::Named { effect, shape }, columns))
             })
             .collect();
+        for (effect, searchable) in effects.iter().enumerate() {
+            if let Some(times) = &searchable.oscillates {
+                let all = oscillations(forward, nuisance, prediction, effect, times);
+                let named = |(shape, columns)| (Who::Named { effect, shape }, columns);
+                tangents.extend(all.into_iter().flatten().enumerate().map(named));
+            }
+        }
         let share = (1.0 - OUTSIDE_CATALOGUE) / effects.len().max(1) as f64;
         let mut all: Vec<DVector<f64>> = Vec::new();
         let mut candidates = Vec::new();
@@ -58,6 +66,7 @@ impl Dictionary {
                 columns: start..all.len(),
                 ln_prior: (share / searchable.shapes.len() as f64).ln(),
                 one_sided: searchable.one_sided,
+                plausible: (searchable.turns || searchable.plausible.len() == 1).then(|| searchable.plausible[0]),
             });
         }
         let names = candidates.clone();
@@ -117,6 +126,7 @@ impl Dictionary {
                 columns: start..all.len(),
                 ln_prior: prior.ln(),
                 one_sided: false,
+                plausible: None,
             });
         }
         let columns = if all.is_empty() {
@@ -172,4 +182,30 @@ fn tangent<F: Forward + ?Sized>(
             column.iter().all(|value| value.is_finite()).then_some(column)
         })
         .collect()
+}
+
+/// The [`tangent`]s of all frequencies of an oscillation of the light: what one of frequency nought changes, times sine and cosine.
+fn oscillations<F: Forward + ?Sized>(
+    forward: &F,
+    nuisance: &[f64],
+    prediction: &DVector<f64>,
+    effect: usize,
+    times: &[f64],
+) -> Option<Vec<Vec<DVector<f64>>>> {
+    const STILL: f64 = 1e-15;
+    let light = tangent(forward, nuisance, prediction, effect, &[STILL])?.pop()?;
+    let wave = |frequency: f64, law: fn(f64) -> f64| {
+        let values = light.iter().zip(times).map(|(light, time)| {
+            let value = light * law(std::f64::consts::TAU * frequency * time);
+            if value.is_finite() { value } else { 0.0 }
+        });
+        DVector::from_iterator(light.len(), values)
+    };
+    let shapes = &forward.effects()[effect].shapes;
+    Some(
+        shapes
+            .par_iter()
+            .map(|shape| vec![wave(shape[0], f64::sin), wave(shape[0], f64::cos)])
+            .collect(),
+    )
 }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::inverse_of_normal;
-use crate::forward::{Forward, Hypothesis};
+use crate::forward::{Forward, Hypothesis, Searchable};
 use crate::whitening::Sequence;
 
 /// From a difference of predictions to unit residuals.
@@ -59,15 +59,17 @@ enum Slot {
     Shape(usize, usize),
 }
 
+/// Difference at which derivatives to nuisance parameters are taken.
+const NUISANCE_STEP: f64 = 1e-4;
+
 /// Derivative of every row to each nuisance parameter, unwhitened.
 pub fn nuisance_tangents<F: Forward + ?Sized>(forward: &F, nuisance: &[f64]) -> Option<DMatrix<f64>> {
-    const STEP: f64 = 1e-4;
     let base = forward.predict(nuisance, &[])?;
     let columns = (0..nuisance.len())
         .map(|k| {
             let mut tried = nuisance.to_vec();
-            tried[k] += STEP;
-            Some((forward.predict(&tried, &[])? - &base) / STEP)
+            tried[k] += NUISANCE_STEP;
+            Some((forward.predict(&tried, &[])? - &base) / NUISANCE_STEP)
         })
         .collect::<Option<Vec<_>>>()?;
     Some(if columns.is_empty() {
@@ -79,8 +81,9 @@ pub fn nuisance_tangents<F: Forward + ?Sized>(forward: &F, nuisance: &[f64]) -> 
 
 /// Fits nuisance and `hypotheses` from their given values. None where the model refuses the combination.
 ///
-/// `tangents` are the [`nuisance_tangents`] near `nuisance`: the nuisance is nearly linear and effects change its
-/// derivative by per cents, so they serve every step of every fit.
+/// `tangents` are the [`nuisance_tangents`] near `nuisance`: the nuisance is nearly linear and most effects change its
+/// derivative by per cents, so they serve every step of most fits. Where steps end with them and true derivatives would go on
+/// (stray light that outshines the lamp at some γ), derivatives are taken anew.
 pub fn fit<F: Forward + ?Sized>(
     forward: &F,
     measured: &DVector<f64>,
@@ -93,7 +96,7 @@ pub fn fit<F: Forward + ?Sized>(
     let mut state = (nuisance.to_vec(), hypotheses.to_vec());
     let mut prediction = forward.predict(&state.0, &state.1)?;
     let mut residual = whitener.vector(&(measured - &prediction));
-    let mut objective = residual.norm_squared() + shape_penalty(forward, &state.1);
+    let mut objective = residual.norm_squared() + penalty(forward, &state.1);
     if !objective.is_finite() {
         return None;
     }
@@ -102,7 +105,15 @@ pub fn fit<F: Forward + ?Sized>(
     let mut jacobian = DMatrix::zeros(measured.len(), slots.len());
     jacobian.columns_mut(0, nuisance.len()).copy_from(&known);
     let mut damping = 0.0;
-    for round in 0..14 {
+    let mut anew = false;
+    let mut since = 0;
+    for _ in 0..40 {
+        if anew {
+            let fresh = nuisance_derivatives(forward, &state, &prediction)?;
+            jacobian
+                .columns_mut(0, nuisance.len())
+                .copy_from(&whitened(whitener, fresh));
+        }
         derivative(forward, whitener, &state, &prediction, &slots, &mut jacobian)?;
         let mut normal = jacobian.tr_mul(&jacobian);
         let mut gradient = jacobian.tr_mul(&residual);
@@ -114,13 +125,14 @@ pub fn fit<F: Forward + ?Sized>(
                 gradient[k] -= weight * (state.1[i].shape[j] - 0.5 * (low + high));
             }
         }
+        hold_plausible(forward, &state.1, &slots, &mut normal, &mut gradient);
         let mut improved = false;
-        for _ in 0..6 {
-            let step = solve_damped(&normal, &gradient, damping);
+        for _ in 0..8 {
+            let step = step_inside(forward, &state, &slots, &normal, &gradient, damping);
             let tried = moved(forward, &state, &slots, &step);
             let candidate = forward.predict(&tried.0, &tried.1)?;
             let left = whitener.vector(&(measured - &candidate));
-            let value = left.norm_squared() + shape_penalty(forward, &tried.1);
+            let value = left.norm_squared() + penalty(forward, &tried.1);
             if value.is_finite() && value <= objective + 1e-9 {
                 let gain = objective - value;
                 (state, prediction, residual, objective) = (tried, candidate, left, value);
@@ -130,8 +142,20 @@ pub fn fit<F: Forward + ?Sized>(
             }
             damping = if damping == 0.0 { 1e-3 } else { damping * 10.0 };
         }
-        if !improved && round >= 1 {
-            break;
+        since += 1;
+        if !improved && since >= 2 || since >= 14 {
+            if anew || hypotheses.is_empty() || nuisance.is_empty() {
+                break;
+            }
+            // Would true derivatives of the nuisance go on?
+            let fresh = whitened(whitener, nuisance_derivatives(forward, &state, &prediction)?);
+            let normal = fresh.tr_mul(&fresh);
+            let gradient = fresh.tr_mul(&residual);
+            let expected = gradient.dot(&solve_damped(&normal, &gradient, 0.0));
+            if expected.is_nan() || expected < 0.05 {
+                break;
+            }
+            (anew, since, damping) = (true, 0, 0.0);
         }
     }
     let chi2 = residual.norm_squared();
@@ -153,6 +177,27 @@ impl Fit {
     }
 }
 
+/// Derivatives to the nuisance where the effects act.
+fn nuisance_derivatives<F: Forward + ?Sized>(
+    forward: &F,
+    state: &State,
+    prediction: &DVector<f64>,
+) -> Option<DMatrix<f64>> {
+    let columns = (0..state.0.len())
+        .map(|k| {
+            let mut tried = state.0.clone();
+            tried[k] += NUISANCE_STEP;
+            Some((forward.predict(&tried, &state.1)? - prediction) / NUISANCE_STEP)
+        })
+        .collect::<Option<Vec<_>>>()?;
+    Some(DMatrix::from_columns(&columns))
+}
+
+fn whitened(whitener: &Whitener<'_>, mut columns: DMatrix<f64>) -> DMatrix<f64> {
+    whitener.apply(&mut columns);
+    columns
+}
+
 fn slots<F: Forward + ?Sized>(forward: &F, nuisances: usize, hypotheses: &[Hypothesis]) -> Vec<Slot> {
     let mut slots: Vec<Slot> = (0..nuisances).map(Slot::Nuisance).collect();
     for (i, hypothesis) in hypotheses.iter().enumerate() {
@@ -167,8 +212,9 @@ fn slots<F: Forward + ?Sized>(forward: &F, nuisances: usize, hypotheses: &[Hypot
     slots
 }
 
-/// A weak pull of every shape towards the middle of its bounds, one σ at each end: what the data do not say stays sane.
-fn shape_penalty<F: Forward + ?Sized>(forward: &F, hypotheses: &[Hypothesis]) -> f64 {
+/// A weak pull of every shape towards the middle of its bounds, one σ at each end, and of every amplitude back to what is
+/// plausible: what the data do not say stays sane.
+fn penalty<F: Forward + ?Sized>(forward: &F, hypotheses: &[Hypothesis]) -> f64 {
     let mut sum = 0.0;
     for hypothesis in hypotheses {
         let searchable = &forward.effects()[hypothesis.effect];
@@ -177,8 +223,84 @@ fn shape_penalty<F: Forward + ?Sized>(forward: &F, hypotheses: &[Hypothesis]) ->
                 sum += ((value - 0.5 * (low + high)) / (high - low)).powi(2);
             }
         }
+        sum += searchable.implausibility(&hypothesis.linear);
     }
     sum
+}
+
+/// The pull of implausible amplitudes in the normal equations.
+fn hold_plausible<F: Forward + ?Sized>(
+    forward: &F,
+    hypotheses: &[Hypothesis],
+    slots: &[Slot],
+    normal: &mut DMatrix<f64>,
+    gradient: &mut DVector<f64>,
+) {
+    for (i, hypothesis) in hypotheses.iter().enumerate() {
+        let Some(first) = slots
+            .iter()
+            .position(|slot| matches!(slot, Slot::Linear(k, 0) if *k == i))
+        else {
+            continue;
+        };
+        for (share, slope) in forward.effects()[hypothesis.effect].beyond(&hypothesis.linear) {
+            if share > 0.0 {
+                for (j, slope) in slope.iter().enumerate() {
+                    normal[(first + j, first + j)] += slope * slope;
+                    gradient[first + j] -= share * slope;
+                }
+            }
+        }
+    }
+}
+
+/// The range of a parameter.
+fn range(searchable: &Searchable, slot: Slot) -> (f64, f64) {
+    match slot {
+        Slot::Nuisance(_) => (f64::NEG_INFINITY, f64::INFINITY),
+        Slot::Linear(_, j) => searchable.limits[j],
+        Slot::Shape(_, j) => searchable.bounds[j],
+    }
+}
+
+/// The damped step; a parameter that would leave its range goes to the end of it, and the others follow that.
+fn step_inside<F: Forward + ?Sized>(
+    forward: &F,
+    state: &State,
+    slots: &[Slot],
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+) -> DVector<f64> {
+    let mut step = DVector::zeros(slots.len());
+    let mut free: Vec<usize> = (0..slots.len()).collect();
+    for _ in 0..4 {
+        let target = gradient - normal * &step;
+        let inner = normal.select_rows(&free).select_columns(&free);
+        let part = solve_damped(&inner, &target.select_rows(&free), damping);
+        let mut held = Vec::new();
+        for (place, &k) in free.iter().enumerate() {
+            let (value, effect) = match slots[k] {
+                Slot::Nuisance(_) => continue,
+                Slot::Linear(i, j) => (state.1[i].linear[j], state.1[i].effect),
+                Slot::Shape(i, j) => (state.1[i].shape[j], state.1[i].effect),
+            };
+            let (low, high) = range(&forward.effects()[effect], slots[k]);
+            let wanted = value + part[place];
+            if !(low..=high).contains(&wanted) {
+                step[k] = wanted.clamp(low, high) - value;
+                held.push(k);
+            }
+        }
+        if held.is_empty() {
+            for (place, &k) in free.iter().enumerate() {
+                step[k] = part[place];
+            }
+            break;
+        }
+        free.retain(|k| !held.contains(k));
+    }
+    step
 }
 
 type State = (Vec<f64>, Vec<Hypothesis>);
@@ -263,6 +385,8 @@ fn moved<F: Forward + ?Sized>(forward: &F, state: &State, slots: &[Slot], step: 
             Slot::Linear(i, j) => {
                 tried.1[i].linear[j] += step[k];
                 let searchable = &forward.effects()[tried.1[i].effect];
+                let (low, high) = searchable.limits[j];
+                tried.1[i].linear[j] = tried.1[i].linear[j].clamp(low, high);
                 if searchable.never_negative && tried.1[i].linear[j] <= 0.0 {
                     tried.1[i].linear[j] = 1e-3 * searchable.step[j];
                 }

@@ -41,6 +41,10 @@ pub struct Searchable {
     pub step: Vec<f64>,
     /// Largest plausible size of each linear amplitude.
     pub plausible: Vec<f64>,
+    /// Lowest and highest possible value of each linear amplitude: no floor returns more light than it gets.
+    pub limits: Vec<(f64, f64)>,
+    /// The linear amplitudes are two components of one amplitude: a direction or a phase.
+    pub turns: bool,
     /// The one linear amplitude is never below zero (an albedo, a squared radius); false where it has either sign.
     pub one_sided: bool,
     /// A negative amplitude cannot even be written down (a squared radius).
@@ -53,8 +57,41 @@ pub struct Searchable {
     pub believed: Vec<Spread>,
     /// Difference at which the derivative to each shape parameter is taken.
     pub shape_step: Vec<f64>,
+    /// Where the one shape is the frequency (in 1/s) of an oscillation 1 + p sin 2πft + q cos 2πft of all light: the time of every
+    /// row in s, NaN where it has none. All frequencies follow from one prediction then.
+    pub oscillates: Option<Vec<f64>>,
     /// Shape parameters that the data cannot change smoothly (a range's number): kept at their grid value.
     pub fixed: Vec<bool>,
+}
+
+impl Searchable {
+    /// How far these amplitudes lie beyond what is plausible, squared, in plausible amplitudes: what was believed of them before
+    /// any data falls like a normal law there.
+    pub fn implausibility(&self, linear: &[f64]) -> f64 {
+        self.beyond(linear).iter().map(|(share, _)| share * share).sum()
+    }
+
+    /// Of each independent amplitude: share beyond the plausible one, and the derivative of that share to every component.
+    pub fn beyond(&self, linear: &[f64]) -> Vec<(f64, Vec<f64>)> {
+        let share = |size: f64, plausible: f64| (size / plausible - 1.0).max(0.0);
+        if self.turns {
+            let size = linear[0].hypot(linear[1]);
+            let slope = linear
+                .iter()
+                .map(|value| value / size.max(f64::MIN_POSITIVE) / self.plausible[0]);
+            return vec![(share(size, self.plausible[0]), slope.collect())];
+        }
+        linear
+            .iter()
+            .zip(&self.plausible)
+            .enumerate()
+            .map(|(k, (value, plausible))| {
+                let mut slope = vec![0.0; linear.len()];
+                slope[k] = value.signum() / plausible;
+                (share(value.abs(), *plausible), slope)
+            })
+            .collect()
+    }
 }
 
 /// A model of all rows, as the statistics see it.

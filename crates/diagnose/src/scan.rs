@@ -39,6 +39,8 @@ pub struct Candidate {
     pub ln_prior: f64,
     /// Its one amplitude has a natural sign: +.
     pub one_sided: bool,
+    /// Largest plausible size of its one amplitude (or of a direction's), in units of its columns.
+    pub plausible: Option<f64>,
 }
 
 /// ln of the factor that a wrong sign costs: light that is taken away is no ghost, whatever its shape.
@@ -67,6 +69,8 @@ pub struct Seen {
     columns: Range<usize>,
     ln_prior: f64,
     one_sided: bool,
+    /// Significance of its plausible maximum; infinite where nothing is believed of its size.
+    reach: f64,
 }
 
 /// What the scan found for one candidate.
@@ -84,7 +88,9 @@ pub struct Found {
 
 impl Scan {
     /// Projects `out` out of the whitened `dictionary` and orthonormalises each candidate.
-    pub fn new(dictionary: &DMatrix<f64>, candidates: &[Candidate], out: &Basis, freedom: f64) -> Self {
+    ///
+    /// `scale` is the noise in units of the whitened rows; `freedom` the rows less what was fitted to find it.
+    pub fn new(dictionary: &DMatrix<f64>, candidates: &[Candidate], out: &Basis, scale: f64, freedom: f64) -> Self {
         let before: Vec<f64> = dictionary.column_iter().map(|column| column.norm_squared()).collect();
         let mut projected = dictionary.clone();
         out.project_out(&mut projected);
@@ -93,7 +99,9 @@ impl Scan {
         let mut rank = 0;
         for (number, candidate) in candidates.iter().enumerate() {
             let start = rank;
+            let mut squares = 0.0;
             for k in candidate.columns.clone() {
+                squares += projected.column(k).norm_squared();
                 let mut column: DVector<f64> = projected.column(k).into_owned();
                 for done in start..rank {
                     let part = directions.column(done).dot(&column);
@@ -112,6 +120,9 @@ impl Scan {
                     columns: start..rank,
                     ln_prior: candidate.ln_prior,
                     one_sided: candidate.one_sided && rank - start == 1,
+                    reach: candidate.plausible.map_or(f64::INFINITY, |plausible| {
+                        plausible * (squares / candidate.columns.len() as f64).sqrt() / scale
+                    }),
                 });
             }
         }
@@ -131,7 +142,7 @@ impl Scan {
             .map(|seen| {
                 let explained: f64 = seen.columns.clone().map(|k| z[k] * z[k]).sum();
                 let factor = ln_bayes_factor(explained, seen.columns.len());
-                let ln_evidence = seen.ln_prior + factor + seen.sign(z[seen.columns.start]);
+                let ln_evidence = seen.ln_prior + factor + seen.believable(explained, z[seen.columns.start]);
                 Found {
                     who: seen.who,
                     candidate: seen.candidate,
@@ -148,11 +159,11 @@ impl Scan {
     /// uncertain as the fitted one. Repeat `k` depends on `seed` and `k` alone.
     pub fn nulls(&self, count: usize, seed: u64) -> Vec<f64> {
         const BATCH: usize = 50;
-        let directions = self.directions.map(|value| value as f32);
+        let directions = self.directions.map(|value| value as f32).transpose();
         let width = self.seen.iter().map(|seen| seen.columns.len()).max().unwrap_or(1);
         let table = EvidenceTable::new(width);
         let scale = ChiSquared::new(self.freedom.max(1.0)).ok();
-        let rows = directions.nrows();
+        let rows = directions.ncols();
         let mut statistics: Vec<f64> = (0..count.div_ceil(BATCH))
             .into_par_iter()
             .flat_map_iter(|batch| {
@@ -169,7 +180,7 @@ impl Scan {
                         *scale_of = law.sample(&mut rng) / self.freedom;
                     }
                 }
-                let z = directions.tr_mul(&noise);
+                let z = &directions * &noise;
                 let table = &table;
                 let seen = &self.seen;
                 (0..size)
@@ -184,8 +195,8 @@ impl Scan {
                                 .sum::<f64>()
                                 / scales[k];
                             let factor = table.at(explained, candidate.columns.len());
-                            let sign = candidate.sign(f64::from(column[candidate.columns.start]));
-                            terms.push(candidate.ln_prior + factor + sign);
+                            let sign = f64::from(column[candidate.columns.start]);
+                            terms.push(candidate.ln_prior + factor + candidate.believable(explained, sign));
                         }
                         ln_sum_exp(&terms)
                     })
@@ -203,8 +214,15 @@ impl Scan {
 }
 
 impl Seen {
-    fn sign(&self, z: f64) -> f64 {
-        if self.one_sided { sign_evidence(z) } else { 0.0 }
+    /// ln of what a sign and a size cost: beyond the plausible maximum belief falls like a normal law of that width.
+    fn believable(&self, explained: f64, z: f64) -> f64 {
+        let sign = if self.one_sided { sign_evidence(z) } else { 0.0 };
+        let beyond = explained.max(0.0).sqrt() - self.reach;
+        if beyond > 0.0 {
+            sign - 0.5 * beyond * beyond / (1.0 + self.reach * self.reach)
+        } else {
+            sign
+        }
     }
 }
 

@@ -431,7 +431,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             })
             .cloned()
             .collect();
-        Scan::new(&self.whitened, &kept, &out, self.freedom)
+        Scan::new(&self.whitened, &kept, &out, self.noise.scale, self.freedom)
     }
 
     fn look(&self, scan: &Scan, fitted: &Fit) -> Vec<Found> {
@@ -488,6 +488,9 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let normal = columns.tr_mul(&columns);
         let inverse = inverse_of_normal(&normal, 1e-14);
         let mut linear: Vec<f64> = (inverse * columns.tr_mul(&residual)).iter().copied().collect();
+        for (value, (low, high)) in linear.iter_mut().zip(&searchable.limits) {
+            *value = value.clamp(*low, *high);
+        }
         if searchable.never_negative {
             linear[0] = linear[0].max(0.05 * searchable.step[0]);
         }
@@ -777,6 +780,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         if searchable.one_sided {
             evidence += sign_evidence(member.linear[0]);
         }
+        evidence -= 0.5 * searchable.implausibility(&member.linear);
         if !searchable.fixed.is_empty() && searchable.fixed.iter().all(|fixed| *fixed) {
             return evidence - (searchable.shapes.len() as f64).ln();
         }

@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::basis::product;
+
 /// The order in which readings were taken, and how far apart, in typical steps.
 ///
 /// The correlation of two neighbours `k` steps apart is ρᵏ (AR(1)); rows that have no place in time are independent.
@@ -122,10 +124,10 @@ impl Sequence {
         let as_matrix = DMatrix::from_column_slice(residual.len(), 1, residual.as_slice());
         let observed = residual.dot(&self.neighbours(&as_matrix).column(0)) / residual.norm_squared();
         let neighbour_part = self.neighbours(removed);
-        let inner = removed.tr_mul(&neighbour_part);
+        let inner = product(removed, &neighbour_part);
         let expected = |rho: f64| {
             let correlated = self.correlate(rho, removed);
-            let projected = removed.tr_mul(&correlated);
+            let projected = product(removed, &correlated);
             let plain: f64 = (1..self.order.len())
                 .filter(|&place| self.steps[place] < 1.5)
                 .map(|place| self.correlation(place, rho))

@@ -30,12 +30,15 @@ fn searchable(name: &'static str, step: f64, plausible: f64, one_sided: bool, sh
         name,
         step: vec![step],
         plausible: vec![plausible],
+        limits: vec![(if one_sided { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY)],
+        turns: false,
         one_sided,
         never_negative: false,
         bounds: vec![(30.0, 3000.0); k],
         believed: vec![Spread::over(60.0, 1800.0); k],
         shape_step: vec![1.0; k],
         fixed: vec![false; k],
+        oscillates: None,
         shapes,
     }
 }

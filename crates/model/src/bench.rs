@@ -224,11 +224,13 @@ impl Model {
                     gamma_deg,
                     nonperp_deg,
                     distance_mm,
+                    stated_mm: at.distance_mm,
                     height_mm,
                 };
                 let light = place.light(self.luminaire());
+                let (c_deg, gamma_deg) = angles_deg(light.whence);
                 // What was refitted changes this small light as it changes the direction that most of it takes.
-                albedo * light.illuminance_lx * directions.factor(light.c_deg, light.gamma_deg)
+                albedo * light.illuminance_lx * directions.factor(c_deg, gamma_deg)
             };
             chain.floor.iter().map(of_floor).sum()
         };

@@ -6,10 +6,19 @@ use glam::DVec3;
 
 use crate::bench::Attitude;
 use crate::emitter::gauss_legendre;
-use crate::luminaire::{FloorKey, FloorLight, Luminaire, angles_deg};
+use crate::luminaire::{FloorKey, FloorLight, Luminaire};
 
 /// Nodes of one panel.
 static PANEL: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(12));
+
+/// The integral varies as slowly as the lamp's light on the floor: it is computed on this lattice of γ and C, and a cubic through
+/// its points serves all places between. What a fit moves by a tenth of a degree costs no new integrals then.
+const GAMMA_STEP_DEG: f64 = 2.0;
+const C_STEP_DEG: f64 = 6.0;
+/// Share of the distance over which its power law is taken.
+const DISTANCE_STEP: f64 = 0.01;
+/// Lean of the axis at which its parabola is taken; a larger one has an integral of its own.
+const LEAN_STEP_DEG: f64 = 0.5;
 
 /// The lamp and the detector over the floor.
 #[derive(Debug, Clone, Copy)]
@@ -18,6 +27,8 @@ pub(crate) struct OverFloor {
     pub gamma_deg: f64,
     pub nonperp_deg: f64,
     pub distance_mm: f64,
+    /// The distance that the record states: an effect moves the detector a little from there.
+    pub stated_mm: f64,
     pub height_mm: f64,
 }
 
@@ -28,15 +39,79 @@ impl OverFloor {
         if luminaire.distribution().is_rotational() {
             self.c_deg = 0.0;
         }
+        let key = self.key();
+        luminaire.floor.get_or(key, || {
+            if self.nonperp_deg.abs() > LEAN_STEP_DEG {
+                return self.integrate(luminaire);
+            }
+            let mut stated = self;
+            stated.distance_mm = self.stated_mm;
+            let light = stated.between(luminaire);
+            if self.distance_mm == self.stated_mm || light.illuminance_lx <= 0.0 {
+                return light;
+            }
+            let mut farther = stated;
+            farther.distance_mm *= 1.0 + DISTANCE_STEP;
+            let power = (farther.between(luminaire).illuminance_lx / light.illuminance_lx).ln() / DISTANCE_STEP.ln_1p();
+            let factor = (self.distance_mm / self.stated_mm).powf(power);
+            if factor.is_finite() {
+                light.scaled(factor)
+            } else {
+                self.integrate(luminaire)
+            }
+        })
+    }
+
+    fn key(&self) -> FloorKey {
         let Self {
             c_deg,
             gamma_deg,
             nonperp_deg,
             distance_mm,
+            stated_mm,
             height_mm,
-        } = self;
-        let key: FloorKey = [c_deg, gamma_deg, nonperp_deg, distance_mm, height_mm].map(f64::to_bits);
-        luminaire.floor.get_or(key, || self.integrate(luminaire))
+        } = *self;
+        [c_deg, gamma_deg, nonperp_deg, distance_mm, stated_mm, height_mm].map(f64::to_bits)
+    }
+
+    /// The parabola over the lean of the axis, where it leans.
+    fn between(&self, luminaire: &Luminaire) -> FloorLight {
+        let upright = Self {
+            nonperp_deg: 0.0,
+            ..*self
+        };
+        let light = upright.on_lattice(luminaire);
+        if self.nonperp_deg == 0.0 {
+            return light;
+        }
+        let lean = self.nonperp_deg / LEAN_STEP_DEG;
+        let leaning = |nonperp_deg: f64| Self { nonperp_deg, ..*self }.on_lattice(luminaire);
+        light
+            .scaled(1.0 - lean * lean)
+            .plus(leaning(LEAN_STEP_DEG).scaled(0.5 * lean * (lean + 1.0)))
+            .plus(leaning(-LEAN_STEP_DEG).scaled(0.5 * lean * (lean - 1.0)))
+    }
+
+    /// The cubic through the nearest points of the lattice.
+    fn on_lattice(&self, luminaire: &Luminaire) -> FloorLight {
+        let (first_gamma, gamma_weights) = cubic(self.gamma_deg / GAMMA_STEP_DEG);
+        let (first_c, c_weights) = cubic(self.c_deg / C_STEP_DEG);
+        let mut light = FloorLight::default();
+        for (i, of_c) in c_weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+            for (k, of_gamma) in gamma_weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+                let point = Self {
+                    c_deg: ((first_c + i as f64) * C_STEP_DEG).rem_euclid(360.0),
+                    gamma_deg: (first_gamma + k as f64) * GAMMA_STEP_DEG,
+                    stated_mm: self.distance_mm,
+                    ..*self
+                };
+                let here = luminaire
+                    .floor
+                    .get_or_on_lattice(point.key(), || point.integrate(luminaire));
+                light = light.plus(here.scaled(of_c * of_gamma));
+            }
+        }
+        light
     }
 
     /// With dA cosθ₁/r₁² = sinθ dθ dφ the integral runs over directions out of the lamp, θ from straight down; what lies
@@ -45,6 +120,7 @@ impl OverFloor {
         use std::f64::consts::{FRAC_PI_2, PI};
         let attitude = Attitude::new(self.c_deg, self.gamma_deg, self.nonperp_deg);
         let detector = DVec3::new(self.distance_mm, 0.0, 0.0);
+        let rotational = luminaire.distribution().is_rotational();
         let (mut sum, mut whence) = (0.0, DVec3::ZERO);
         // The detector sees its own foot best: over a low floor a narrow band towards it, and there the far end. Panels of
         // their own keep the rule exact for both.
@@ -68,7 +144,12 @@ impl OverFloor {
                     // cosθ₂ · cosθ_det / r₂²
                     let onward_share = self.height_mm * onward.x / (square * square);
                     let out = attitude.luminaire_from_room(direction);
-                    let (c_deg, gamma_deg) = angles_deg(out);
+                    let gamma_deg = out.z.clamp(-1.0, 1.0).acos().to_degrees();
+                    let c_deg = if rotational {
+                        0.0
+                    } else {
+                        out.y.atan2(out.x).to_degrees()
+                    };
                     let measure = sin * weight_polar * weight_azimuth;
                     let part = luminaire.intensity_cd(c_deg, gamma_deg) * onward_share.max(0.0) * measure;
                     sum += part;
@@ -76,13 +157,25 @@ impl OverFloor {
                 }
             }
         }
-        let (c_deg, gamma_deg) = angles_deg(whence);
         FloorLight {
             illuminance_lx: sum / PI * 1e6,
-            c_deg,
-            gamma_deg,
+            whence: whence / PI * 1e6,
         }
     }
+}
+
+/// Number of the first of four neighbouring points, and Lagrange's weights of the cubic through them; a place on a point takes
+/// that point alone.
+fn cubic(place: f64) -> (f64, [f64; 4]) {
+    let cell = place.floor();
+    let t = place - cell;
+    let weights = [
+        -t * (t - 1.0) * (t - 2.0) / 6.0,
+        (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+        -(t + 1.0) * t * (t - 2.0) / 2.0,
+        (t + 1.0) * t * (t - 1.0) / 6.0,
+    ];
+    (cell - 1.0, weights)
 }
 
 /// Places and weights of the panel from `low` to `high`.
@@ -121,6 +214,7 @@ mod tests {
                 gamma_deg,
                 nonperp_deg: 0.0,
                 distance_mm: distance,
+                stated_mm: distance,
                 height_mm: height,
             };
             let found = place.light(&luminaire).illuminance_lx;
@@ -139,6 +233,47 @@ mod tests {
             assert!(
                 (found / patches - 1.0).abs() < 2e-3,
                 "γ {gamma_deg}: {found} for {patches}"
+            );
+        }
+    }
+
+    /// Between the lattice's points, and where an effect moves the detector or leans the axis: against the integral itself, for a lamp whose beam
+    /// is narrow and differs over C.
+    #[test]
+    fn the_lattice_is_the_integral() {
+        let gamma: Vec<f64> = (0..=90).map(f64::from).collect();
+        let c: Vec<f64> = (0..24).map(|k| 15.0 * f64::from(k)).collect();
+        let intensity = c
+            .iter()
+            .flat_map(|c| {
+                gamma.iter().map(move |g| {
+                    let ellipse = 1.0 + 0.2 * (2.0 * c.to_radians()).cos() * g.to_radians().sin().powi(2);
+                    350.0 * g.to_radians().cos().max(0.0).powi(20) * ellipse
+                })
+            })
+            .collect();
+        let distribution = IntensityDistribution::new(c.clone(), gamma.clone(), intensity).unwrap();
+        let luminaire = Luminaire::new(distribution, Emitter::Point {}, Spectral::None);
+        let place = |c_deg: f64, gamma_deg: f64, moved_mm: f64| OverFloor {
+            c_deg,
+            gamma_deg,
+            nonperp_deg: 0.05 * moved_mm,
+            distance_mm: 2000.0 + moved_mm,
+            stated_mm: 2000.0,
+            height_mm: 1200.0,
+        };
+        let largest = place(270.0, 60.0, 0.0).integrate(&luminaire).illuminance_lx;
+        for k in 0..60 {
+            let (c_deg, gamma_deg) = (f64::from(k * 37 % 360) + 0.3, 3.1 * f64::from(k) - 92.7);
+            let moved_mm = f64::from(k % 5) * 5.0 - 10.0;
+            let place = place(c_deg, gamma_deg, moved_mm);
+            let (quick, exact) = (place.light(&luminaire), place.integrate(&luminaire));
+            let off = (quick.illuminance_lx - exact.illuminance_lx).abs();
+            assert!(
+                off < 1e-3 * exact.illuminance_lx + 2e-4 * largest,
+                "C {c_deg} γ {gamma_deg}: {} for {}",
+                quick.illuminance_lx,
+                exact.illuminance_lx
             );
         }
     }

@@ -75,25 +75,46 @@ impl Luminaire {
 
 /// C and γ of a direction of any length; γ in [0, 180].
 pub(crate) fn angles_deg(direction: DVec3) -> (f64, f64) {
-    let gamma_deg = direction.x.hypot(direction.y).atan2(direction.z).to_degrees();
-    (direction.y.atan2(direction.x).to_degrees(), gamma_deg)
+    (direction.y.atan2(direction.x).to_degrees(), polar_deg(direction))
+}
+
+/// γ alone, in [0, 180].
+pub(crate) fn polar_deg(direction: DVec3) -> f64 {
+    direction.truncate().length().atan2(direction.z).to_degrees()
 }
 
 /// What the floor returns, once computed: a diagnosis asks for the same places hundreds of times.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct FloorMemory(Arc<Mutex<HashMap<FloorKey, FloorLight>>>);
+pub(crate) struct FloorMemory {
+    places: Arc<Mutex<HashMap<FloorKey, FloorLight>>>,
+    lattice: Arc<Mutex<HashMap<FloorKey, FloorLight>>>,
+}
 
-/// C, γ, lean of the axis, distance, height.
-pub(crate) type FloorKey = [u64; 5];
+/// C, γ, lean of the axis, distance, stated distance, height.
+pub(crate) type FloorKey = [u64; 6];
 
 /// Light from the floor at albedo 1, and where it left the lamp.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct FloorLight {
     pub illuminance_lx: f64,
-    /// Mean γ of the light, weighted by what it contributes.
-    pub gamma_deg: f64,
-    /// Mean direction in C, weighted likewise.
-    pub c_deg: f64,
+    /// Sum of the directions in which it left, weighted by what each contributes.
+    pub whence: DVec3,
+}
+
+impl FloorLight {
+    pub fn scaled(self, factor: f64) -> Self {
+        Self {
+            illuminance_lx: factor * self.illuminance_lx,
+            whence: factor * self.whence,
+        }
+    }
+
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            illuminance_lx: self.illuminance_lx + other.illuminance_lx,
+            whence: self.whence + other.whence,
+        }
+    }
 }
 
 impl FloorMemory {
@@ -101,10 +122,22 @@ impl FloorMemory {
     const LARGEST: usize = 200_000;
 
     pub fn get_or(&self, key: FloorKey, compute: impl FnOnce() -> FloorLight) -> FloorLight {
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).copied();
+        Self::remembered(&self.places, key, compute)
+    }
+
+    pub fn get_or_on_lattice(&self, key: FloorKey, compute: impl FnOnce() -> FloorLight) -> FloorLight {
+        Self::remembered(&self.lattice, key, compute)
+    }
+
+    fn remembered(
+        memory: &Mutex<HashMap<FloorKey, FloorLight>>,
+        key: FloorKey,
+        compute: impl FnOnce() -> FloorLight,
+    ) -> FloorLight {
+        let known = memory.lock().unwrap_or_else(PoisonError::into_inner).get(&key).copied();
         known.unwrap_or_else(|| {
             let light = compute();
-            let mut memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
             if memory.len() >= Self::LARGEST {
                 memory.clear();
             }
@@ -125,6 +158,8 @@ impl PartialEq for FloorMemory {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Lookup {
     gamma_step_deg: Option<f64>,
+    /// Step of planes that divide the whole circle evenly from 0.
+    c_step_deg: Option<f64>,
     pole_cd: [f64; 2],
 }
 
@@ -136,6 +171,12 @@ impl Lookup {
             .iter()
             .enumerate()
             .all(|(i, g)| (g - gamma[0] - step * i as f64).abs() < 1e-9);
+        let c_step = 360.0 / distribution.c_deg().len() as f64;
+        let around = distribution
+            .c_deg()
+            .iter()
+            .enumerate()
+            .all(|(i, c)| (c - c_step * i as f64).abs() < 1e-9);
         let mean = |at: f64| {
             let (Ok(c), Ok(gamma)) = (isolux_units::CPlane::new(0.0), isolux_units::Gamma::new(at)) else {
                 return 0.0;
@@ -144,6 +185,7 @@ impl Lookup {
         };
         Self {
             gamma_step_deg: even.then_some(step),
+            c_step_deg: around.then_some(c_step),
             pole_cd: [mean(0.0), mean(180.0)],
         }
     }
@@ -156,9 +198,8 @@ impl Lookup {
             if gamma_deg > 180.0 - 1e-9 {
                 return self.pole_cd[1];
             }
-            return distribution.intensity_cd_at(c_deg, gamma_deg);
         }
-        let Some(step) = self.gamma_step_deg else {
+        let (Some(step), Some(c_step)) = (self.gamma_step_deg, self.c_step_deg) else {
             return distribution.intensity_cd_at(c_deg, gamma_deg);
         };
         let gamma = distribution.gamma_deg();
@@ -170,7 +211,18 @@ impl Lookup {
         let cell = (place as usize).min(last - 1);
         let values = distribution.intensity_cd();
         let v = place - cell as f64;
-        values[cell] + v * (values[cell + 1] - values[cell])
+        let along = |plane: usize| {
+            let row = &values[plane * gamma.len()..];
+            row[cell] + v * (row[cell + 1] - row[cell])
+        };
+        if distribution.is_rotational() {
+            return along(0);
+        }
+        let planes = distribution.c_deg().len();
+        let turn = c_deg.rem_euclid(360.0) / c_step;
+        let before = (turn as usize).min(planes - 1);
+        let first = along(before);
+        first + (turn - before as f64) * (along((before + 1) % planes) - first)
     }
 }
 
@@ -192,6 +244,22 @@ mod tests {
             assert!(
                 (luminaire.intensity_cd(0.0, gamma) - distribution.intensity_cd_at(0.0, gamma)).abs() < 1e-9,
                 "{gamma}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_quick_lookup_around_c_is_the_interpolant() {
+        let gamma: Vec<f64> = (0..=36).map(|i| 5.0 * i as f64).collect();
+        let c: Vec<f64> = (0..24).map(|k| 15.0 * k as f64).collect();
+        let intensity: Vec<f64> = (0..24 * 37).map(|i| f64::from(i * 7919 % 1000)).collect();
+        let distribution = IntensityDistribution::new(c, gamma, intensity).unwrap();
+        let luminaire = Luminaire::new(distribution.clone(), Emitter::Point {}, Spectral::None);
+        for i in 0..4000 {
+            let (c, gamma) = (i as f64 * 0.37 - 360.0, 0.01 + i as f64 * 0.0449);
+            assert!(
+                (luminaire.intensity_cd(c, gamma) - distribution.intensity_cd_at(c, gamma)).abs() < 1e-6,
+                "{c} {gamma}"
             );
         }
     }

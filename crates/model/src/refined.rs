@@ -79,7 +79,7 @@ impl Refined {
         if !self.ln_shape.is_empty() {
             factor *= self.ln_shape_at(gamma_deg).exp();
         }
-        for harmonic in &self.c_harmonics {
+        for harmonic in self.c_harmonics.iter().filter(|harmonic| harmonic.amplitude_rel != 0.0) {
             let m = f64::from(harmonic.m);
             let sin = gamma_deg.to_radians().sin();
             factor *= 1.0 + harmonic.amplitude_rel * (m * c_deg).to_radians().cos() * sin.powi(harmonic.m as i32);

@@ -11,11 +11,12 @@ use crate::model::Model;
 const RADIUS_MM: f64 = 28.0;
 const AIM_DEG: f64 = 6.0;
 const LEDS: usize = 36;
+const LOBE_STEPS: usize = 360;
 
 /// The parts of an emitter with what each still gives.
 pub(crate) struct Sectors {
     parts: Vec<(Node, f64)>,
-    /// Mean intensity over C at every degree of γ: the lobe of a part.
+    /// The lobe of a part, mean over C, at even steps of sin(γ/2): a root finds the place where an arc cosine would.
     lobe: Vec<f64>,
 }
 
@@ -61,7 +62,9 @@ impl Sectors {
         };
         Some(Self {
             parts,
-            lobe: (0..=180).map(|gamma| mean(f64::from(gamma))).collect(),
+            lobe: (0..=LOBE_STEPS)
+                .map(|k| mean(2.0 * (k as f64 / LOBE_STEPS as f64).asin().to_degrees()))
+                .collect(),
         })
     }
 
@@ -82,14 +85,10 @@ impl Sectors {
         let (mut left, mut whole) = (0.0, 0.0);
         for (node, given) in &self.parts {
             let (path, square) = path(node);
-            let apart_deg = path
-                .normalize_or(DVec3::Z)
-                .dot(node.axis)
-                .clamp(-1.0, 1.0)
-                .acos()
-                .to_degrees();
-            let cell = (apart_deg as usize).min(179);
-            let intensity = self.lobe[cell] + (apart_deg - cell as f64) * (self.lobe[cell + 1] - self.lobe[cell]);
+            let cosine = path.dot(node.axis) / path.length();
+            let place = (0.5 - 0.5 * cosine).clamp(0.0, 1.0).sqrt() * LOBE_STEPS as f64;
+            let cell = (place as usize).min(LOBE_STEPS - 1);
+            let intensity = self.lobe[cell] + (place - cell as f64) * (self.lobe[cell + 1] - self.lobe[cell]);
             let light = node.weight * intensity.max(0.0) / square;
             left += given * light;
             whole += light;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::effects::{Act, Ray};
 use crate::emitter::{Emitter, Node};
 use crate::lobe::Lobe;
-use crate::luminaire::{Luminaire, angles_deg};
+use crate::luminaire::{Luminaire, angles_deg, polar_deg};
 use crate::model::{DirectionLaw, Model};
 use crate::sector::Sectors;
 
@@ -27,6 +27,8 @@ pub(crate) struct Shine<'m> {
     lobe: Option<Lobe>,
     sectors: Option<Sectors>,
     plain: bool,
+    /// Something depends on C.
+    around: bool,
 }
 
 impl<'m> Shine<'m> {
@@ -51,6 +53,8 @@ impl<'m> Shine<'m> {
             .collect();
         let directions = model.direction_laws();
         let plain = directions.is_empty() && model.refined().is_unity();
+        let harmonic = model.refined().c_harmonics.iter().any(|h| h.amplitude_rel != 0.0);
+        let around = !model.luminaire().distribution().is_rotational() || harmonic || !directions.is_empty();
         let centre = Node {
             position_mm,
             weight: 1.0,
@@ -67,12 +71,17 @@ impl<'m> Shine<'m> {
             lobe,
             sectors: Sectors::of(model),
             plain,
+            around,
         }
     }
 
     /// Intensity in cd of the far field towards `direction`, of any length.
     pub fn intensity_cd(&self, direction: DVec3) -> f64 {
-        let (c_deg, gamma_deg) = angles_deg(direction);
+        let (c_deg, gamma_deg) = if self.around {
+            angles_deg(direction)
+        } else {
+            (0.0, polar_deg(direction))
+        };
         let intensity_cd = self.luminaire.intensity_cd(c_deg, gamma_deg);
         if self.plain {
             return intensity_cd;

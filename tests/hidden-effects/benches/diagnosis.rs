@@ -1,17 +1,36 @@
-//! The benchmark of the diagnosis: `cargo bench -p isolux-hidden-effects --bench diagnosis -- [gonio|sensor] [cases a class] [class]`.
+//! The benchmark of the diagnosis: `cargo bench -p isolux-hidden-effects --bench diagnosis -- [gonio|sensor] [cases a class] [class] [seed]`.
 //!
-//! Every case is written into a folder that holds what an operator has; its truth stays in this process. The answer is read
-//! from `diagnosis.json`; the gap from what `predict` says with `model.after.toml` alone.
+//! Every case is written into a folder that holds what an operator has; its truth stays in this process. The answer is the
+//! document of the diagnosis; the gap is scored from what `model.after.toml`, read again from its file, predicts at held-out
+//! coordinates. Clean classes have four times as many cases.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_app::files::Overwrite;
-use isolux_app::progress::Silent;
-use isolux_app::{diagnose, predict};
-use isolux_hidden_effects::case::{self, Case};
+use isolux_diagnose::diagnosis::{Diagnosis, diagnose};
+use isolux_diagnose::document::Verdict;
+use isolux_diagnose::search::Settings;
+use isolux_hidden_effects::case::{self, Case, Order};
 use isolux_hidden_effects::suite::{self, Answer, Class};
+use isolux_hidden_effects::tables::{Calibration, Confusion};
+use isolux_model::Model;
+use isolux_record::observation::{Need, Observations, open};
+use rayon::prelude::*;
+
+const CLASSES: [Class; 11] = [
+    Class::CleanWhite,
+    Class::CleanCorrelated,
+    Class::CleanOutliers,
+    Class::Single(3),
+    Class::Single(5),
+    Class::Single(10),
+    Class::Single(30),
+    Class::Pair,
+    Class::Outside(10),
+    Class::Outside(20),
+    Class::Common,
+];
 
 fn main() {
     let words: Vec<String> = std::env::args()
@@ -23,127 +42,125 @@ fn main() {
         Some("sensor") => vec![true],
         _ => vec![false, true],
     };
-    let count: u64 = words.get(1).and_then(|word| word.parse().ok()).unwrap_or(44);
+    let count: u64 = words.get(1).and_then(|word| word.parse().ok()).unwrap_or(66);
     let only = words.get(2).cloned().unwrap_or_default();
     let seed: u64 = words.get(3).and_then(|word| word.parse().ok()).unwrap_or(20_261);
-    let classes = [
-        Class::CleanWhite,
-        Class::CleanCorrelated,
-        Class::CleanOutliers,
-        Class::Single(3),
-        Class::Single(5),
-        Class::Single(10),
-        Class::Single(30),
-        Class::Pair,
-        Class::Outside(10),
-        Class::Outside(20),
-        Class::Common,
-    ];
-    let mut out = std::io::stdout().lock();
+    let mut calibration = Calibration::default();
     for sensor in sensors {
-        let mut confusion: BTreeMap<(String, String), usize> = BTreeMap::new();
-        let mut calibration: BTreeMap<u32, (usize, usize)> = BTreeMap::new();
+        let mut confusion = Confusion::default();
         let mut lines = Vec::new();
         let mut slowest: f64 = 0.0;
-        for class in classes {
+        for class in CLASSES {
             if !format!("{class:?}").contains(&only) || sensor && matches!(class, Class::CleanCorrelated) {
                 continue;
             }
-            let mut scores: BTreeMap<&'static str, (usize, usize)> = BTreeMap::new();
-            let (mut removed, mut made, mut seconds) = (Vec::new(), 0, 0.0);
-            for order in suite::orders(class, sensor, count, seed) {
-                let Some(case) = case::make(&order) else { continue };
-                let answer = answer(&case);
-                made += 1;
-                seconds += answer.seconds;
+            let clean = matches!(class, Class::CleanWhite | Class::CleanCorrelated | Class::CleanOutliers);
+            let orders = suite::orders(class, sensor, if clean { 4 * count } else { count }, seed);
+            let answers: Vec<(Order, Answer)> = orders
+                .par_iter()
+                .filter_map(|order| {
+                    let case = case::make(order)?;
+                    let answer = answer(&case);
+                    tell(class, order, &answer, &case);
+                    Some((order.clone(), answer))
+                })
+                .collect();
+            lines.extend(score(class, &answers));
+            for (order, answer) in &answers {
                 slowest = slowest.max(answer.seconds);
-                let judged = suite::judge(class, &order, &answer);
-                let bad = judged.iter().any(|(goal, met)| match *goal {
-                    "false alarm" | "claimed > 95 % sure, but wrong" => *met,
-                    "detected" | "only that name" => false,
-                    _ => !met,
-                });
-                let mark = if bad || answer.removed.is_some_and(|r| r < 0.9) {
-                    "✗"
-                } else {
-                    "·"
-                };
-                let strength = &case.strength;
-                let _ = writeln!(
-                    out,
-                    "{mark} {class:?} seed {} {:?} → {answer:?} strength {strength:?}",
-                    order.seed, order.hidden
-                );
-                let _ = out.flush();
-                for (goal, met) in judged {
-                    let entry = scores.entry(goal).or_default();
-                    entry.0 += usize::from(met);
-                    entry.1 += 1;
+                calibration.add(order, answer);
+                if matches!(class, Class::Single(_)) {
+                    confusion.add(order, answer);
                 }
-                if let (Class::Single(_), Some((truth, _))) = (class, order.hidden.first()) {
-                    let said = match answer.verdict.as_str() {
-                        "consistent" | "unexplained" => answer.verdict.clone(),
-                        _ => answer.effects[0].0.clone(),
-                    };
-                    *confusion.entry(((*truth).to_owned(), said)).or_default() += 1;
-                }
-                for (name, _, posterior) in &answer.effects {
-                    let bin = calibration.entry((posterior * 10.0).min(9.0) as u32).or_default();
-                    bin.0 += usize::from(order.hidden.iter().any(|(truth, _)| truth == name));
-                    bin.1 += 1;
-                }
-                removed.extend(
-                    answer
-                        .removed
-                        .filter(|_| matches!(class, Class::Single(_) | Class::Pair)),
-                );
             }
-            for (goal, (hits, n)) in &scores {
-                lines.push(format!(
-                    "{class:<20} {goal:<32} {}",
-                    suite::share(*hits, *n),
-                    class = format!("{class:?}")
-                ));
-            }
-            removed.sort_by(f64::total_cmp);
-            if let Some(median) = removed.get(removed.len() / 2) {
-                let low = removed[removed.len() / 10];
-                lines.push(format!(
-                    "{:<20} {:<32} median {median:.4}, tenth {low:.4}",
-                    format!("{class:?}"),
-                    "held-out gap removed"
-                ));
-            }
-            lines.push(format!(
-                "{:<20} {:<32} {:.2} s",
-                format!("{class:?}"),
-                "mean time",
-                seconds / f64::from(made.max(1))
-            ));
-            let _ = writeln!(out, "{class:?} done: {made} cases");
-            let _ = out.flush();
         }
-        let _ = writeln!(
-            out,
-            "\n{}\n{}",
-            if sensor { "SENSOR" } else { "GONIO" },
-            lines.join("\n")
-        );
-        let _ = writeln!(out, "slowest {slowest:.2} s\n\nconfusion (hidden → said)");
-        for ((truth, said), n) in &confusion {
-            let _ = writeln!(out, "{truth:<20} {said:<20} {n}");
-        }
-        let _ = writeln!(out, "\ncalibration (claimed posterior: right/claims)");
-        for (bin, (right, n)) in &calibration {
-            let _ = writeln!(
-                out,
-                "{:.1}–{:.1}  {}",
-                f64::from(*bin) / 10.0,
-                f64::from(bin + 1) / 10.0,
-                suite::share(*right, *n)
-            );
+        say(&format!(
+            "\n{}\n{}\nslowest {slowest:.2} s\n\n{}",
+            if sensor { "MAPS" } else { "READINGS" },
+            lines.join("\n"),
+            confusion.markdown()
+        ));
+    }
+    say(&calibration.markdown());
+    if let Ok(file) = std::env::var("RELIABILITY_SVG") {
+        std::fs::write(&file, calibration.svg()).expect("the diagram can be written");
+    }
+}
+
+fn say(text: &str) {
+    let _ = writeln!(std::io::stdout().lock(), "{text}");
+}
+
+fn score(class: Class, answers: &[(Order, Answer)]) -> Vec<String> {
+    let mut scores: BTreeMap<&'static str, (usize, usize)> = BTreeMap::new();
+    for (order, answer) in answers {
+        for (goal, met) in suite::judge(class, order, answer) {
+            let entry = scores.entry(goal).or_default();
+            entry.0 += usize::from(met);
+            entry.1 += 1;
         }
     }
+    let label = format!("{class:?}");
+    let mut lines: Vec<String> = scores
+        .iter()
+        .map(|(goal, (hits, n))| format!("{label:<16} {goal:<32} {}", suite::share(*hits, *n)))
+        .collect();
+    let mut removed: Vec<f64> = answers
+        .iter()
+        .filter(|_| matches!(class, Class::Single(_) | Class::Pair))
+        .filter_map(|(_, answer)| answer.removed)
+        .collect();
+    removed.sort_by(f64::total_cmp);
+    if let (Some(median), Some(low)) = (removed.get(removed.len() / 2), removed.get(removed.len() / 10)) {
+        lines.push(format!(
+            "{label:<16} {:<32} median {median:.4}, tenth {low:.4}",
+            "held-out gap removed"
+        ));
+    }
+    let seconds: f64 = answers.iter().map(|(_, answer)| answer.seconds).sum();
+    lines.push(format!(
+        "{label:<16} {:<32} {:.2} s",
+        "mean time, two at once",
+        seconds / answers.len().max(1) as f64
+    ));
+    lines
+}
+
+fn tell(class: Class, order: &Order, answer: &Answer, case: &Case) {
+    let bad = suite::judge(class, order, answer)
+        .iter()
+        .any(|(goal, met)| match *goal {
+            "false alarm" | "claimed > 95 % sure, but wrong" => *met,
+            "detected" | "only that name" => false,
+            _ => !met,
+        });
+    let mark = if bad {
+        "✗"
+    } else if answer.removed.is_some_and(|removed| removed < 0.9) {
+        "-"
+    } else {
+        "·"
+    };
+    say(&format!(
+        "{mark} {class:?} seed {} ρ {} {:?} → {} {:?} {:?} {:?} {:.1} s strength {:.2?}",
+        order.seed,
+        order.rho,
+        order.hidden,
+        answer.verdict,
+        answer.effects,
+        answer.place,
+        answer.removed,
+        answer.seconds,
+        case.strength
+    ));
+}
+
+fn read(folder: &Utf8Path, case: &Case) -> (Model, Observations) {
+    let observations = folder.join(if case.order.sensor { "maps.toml" } else { "readings.csv" });
+    (
+        Model::load(&folder.join("model.toml")).expect("a model"),
+        open(&observations, Need::Values).expect("observations"),
+    )
 }
 
 fn answer(case: &Case) -> Answer {
@@ -151,68 +168,66 @@ fn answer(case: &Case) -> Answer {
     let path = Utf8PathBuf::try_from(folder.path().to_owned()).expect("a UTF-8 path");
     case.write(folder.path()).expect("the case on disk");
     let started = std::time::Instant::now();
-    let observations = path.join(if case.order.sensor { "maps.toml" } else { "readings.csv" });
-    let out = path.join("diagnosis");
-    let request = diagnose::Request {
-        model: path.join("model.toml"),
-        observations: vec![observations],
-        out: out.clone(),
-        held_out: None,
-        seed: 1,
-        accept: false,
-        overwrite: Overwrite::Never,
-    };
-    diagnose::run(&request, &Silent).expect("a diagnosis");
+    let (model, observations) = read(&path, case);
+    let found = diagnose(&model, &[observations], None, "", &Settings::default()).expect("a diagnosis");
     let seconds = started.elapsed().as_secs_f64();
-    let json: serde_json::Value =
-        serde_json::from_slice(&std::fs::read(out.join("diagnosis.json")).expect("diagnosis.json")).expect("JSON");
-    let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
-    let effects: Vec<(String, Vec<String>, f64)> = json["effects"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .map(|effect| {
-            let equivalents = effect["equivalents"]
-                .as_array()
-                .into_iter()
-                .flatten()
-                .map(text)
-                .collect();
-            (
-                text(&effect["name"]),
-                equivalents,
-                effect["evidence"]["posterior"].as_f64().unwrap_or(0.0),
-            )
-        })
-        .collect();
-    let removed = (!effects.is_empty()).then(|| gap(case, &path, &out)).flatten();
+    let document = &found.document;
     Answer {
-        verdict: text(&json["verdict"]),
-        effects,
-        removed,
+        verdict: match document.verdict {
+            Verdict::Consistent => "consistent",
+            Verdict::Named => "named",
+            Verdict::Ambiguous => "ambiguous",
+            Verdict::Unexplained => "unexplained",
+        }
+        .to_owned(),
+        effects: document
+            .effects
+            .iter()
+            .map(|effect| {
+                (
+                    effect.name.to_owned(),
+                    effect.equivalents.clone(),
+                    effect.evidence.posterior,
+                )
+            })
+            .collect(),
+        place: document
+            .unexplained
+            .as_ref()
+            .map(|place| format!("{}: {}", place.coordinate, place.note)),
+        removed: (!document.effects.is_empty())
+            .then(|| gap(case, &path, &found))
+            .flatten(),
         seconds,
     }
 }
 
 /// Held-out gap removed, against noise-free truth: 1 − after²/before², both in true σ.
-fn gap(case: &Case, path: &Utf8Path, out: &Utf8Path) -> Option<f64> {
-    let residual = |model: &str| -> Option<f64> {
-        let file = out.join(format!("{model}.csv"));
-        predict::run(&out.join(model), &path.join(case.held_out.0), &file, Overwrite::Never).expect("a prediction");
-        let text = std::fs::read_to_string(&file).ok()?;
-        let values = text
-            .lines()
-            .skip(1)
-            .filter_map(|line| line.rsplit(',').next()?.parse::<f64>().ok());
-        Some(
-            case.truth
-                .iter()
-                .zip(values)
-                .map(|((truth, sigma), value)| ((truth - value) / sigma).powi(2))
-                .sum(),
-        )
+fn gap(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<f64> {
+    let residual = |model: &Model, name: &str| -> f64 {
+        let file = path.join(name);
+        std::fs::write(&file, model.beside_its_files().to_toml()).expect("a model on disk");
+        let model = Model::load(&file).expect("the model again");
+        let predicted = match open(&path.join(case.held_out.0), Need::Coordinates).expect("coordinates") {
+            Observations::Readings(readings) => {
+                model.predict_readings(&readings.rows().iter().map(|row| row.at).collect::<Vec<_>>())
+            }
+            Observations::Maps(maps) => model.predict_maps(&maps),
+            Observations::Spectra(_) => Vec::new(),
+        };
+        assert_eq!(
+            predicted.len(),
+            case.truth.len(),
+            "one prediction for each held-out row"
+        );
+        case.truth
+            .iter()
+            .zip(predicted)
+            .map(|((truth, sigma), value)| ((truth - value) / sigma).powi(2))
+            .sum()
     };
-    let (before, after) = (residual("model.baseline.toml")?, residual("model.after.toml")?);
+    let before = residual(&found.baseline, "baseline.toml");
+    let after = residual(&found.after, "after.toml");
     // Only where the held-out rows show the effect at all.
     (before > 16.0).then(|| 1.0 - after / before)
 }

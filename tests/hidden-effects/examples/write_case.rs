@@ -1,6 +1,6 @@
 //! Writes one case: `cargo run -p isolux-hidden-effects --example write_case -- FOLDER SEED gonio|sensor NAME SIGMA [NAME SIGMA …]`.
 //!
-//! With `--truth` the held-out truth is written too, as `truth.csv` (value, standard deviation).
+//! With `--common` the plan is a common one: one distance, one way, no darks. With `--truth` the held-out truth is written too, as `truth.csv` (value, standard deviation).
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,11 @@ use isolux_hidden_effects::case::{self, Order};
 use isolux_hidden_effects::plan::Plan;
 
 fn main() {
-    let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--truth").collect();
+    let words: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|word| !word.starts_with("--"))
+        .collect();
+    let common = std::env::args().any(|word| word == "--common");
     let with_truth = std::env::args().any(|word| word == "--truth");
     let [folder, seed, kind, hidden @ ..] = words.as_slice() else {
         panic!("FOLDER SEED gonio|sensor NAME SIGMA …");
@@ -22,7 +26,7 @@ fn main() {
         .collect();
     let order = Order {
         sensor: kind == "sensor",
-        plan: Plan::Designed,
+        plan: if common { Plan::Common } else { Plan::Designed },
         hidden,
         rho: 0.0,
         outliers: 0.0,

@@ -7,4 +7,5 @@ pub mod plan;
 pub mod random;
 pub mod recipe;
 pub mod suite;
+pub mod tables;
 pub mod truth;

@@ -33,6 +33,8 @@ pub struct Answer {
     pub verdict: String,
     /// Name, equivalents, posterior of every effect.
     pub effects: Vec<(String, Vec<String>, f64)>,
+    /// Where something stays unexplained, in words.
+    pub place: Option<String>,
     /// Gap on held-out truth removed, where an effect was added.
     pub removed: Option<f64>,
     /// Seconds.

@@ -1,0 +1,111 @@
+//! A small suite of hidden effects with fixed seeds: every kind of verdict, judged by what is claimed, never by a tolerance.
+//!
+//! The whole suite is the benchmark: `cargo bench -p isolux-hidden-effects --bench diagnosis`.
+
+use camino::Utf8PathBuf;
+use isolux_diagnose::diagnosis::diagnose;
+use isolux_diagnose::document::{Document, Verdict};
+use isolux_diagnose::search::Settings;
+use isolux_hidden_effects::case::{self, Order};
+use isolux_hidden_effects::suite::{self, Class};
+use isolux_model::Model;
+use isolux_record::observation::{Need, open};
+
+fn answer(order: &Order) -> Option<Document> {
+    let case = case::make(order)?;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = Utf8PathBuf::try_from(folder.path().to_owned()).expect("a UTF-8 path");
+    case.write(folder.path()).expect("the case on disk");
+    let observations = path.join(if order.sensor { "maps.toml" } else { "readings.csv" });
+    let model = Model::load(&path.join("model.toml")).expect("a model");
+    let observed = open(&observations, Need::Values).expect("observations");
+    let settings = Settings {
+        nulls: 300,
+        ..Settings::default()
+    };
+    Some(
+        diagnose(&model, &[observed], None, "", &settings)
+            .expect("a diagnosis")
+            .document,
+    )
+}
+
+fn answers(class: Class, count: u64) -> Vec<(Order, Document)> {
+    suite::orders(class, false, count, 4711)
+        .into_iter()
+        .filter_map(|order| answer(&order).map(|document| (order, document)))
+        .collect()
+}
+
+fn holds(document: &Document, name: &str) -> bool {
+    document
+        .effects
+        .iter()
+        .any(|effect| effect.name == name || effect.equivalents.iter().any(|other| other == name))
+}
+
+fn surely_wrong(order: &Order, document: &Document) -> bool {
+    document
+        .effects
+        .iter()
+        .any(|effect| effect.evidence.posterior > 0.95 && order.hidden.iter().all(|(name, _)| *name != effect.name))
+}
+
+#[test]
+fn clean_data_are_consistent() {
+    for class in [Class::CleanWhite, Class::CleanCorrelated] {
+        for (order, document) in answers(class, 3) {
+            assert_eq!(
+                document.verdict,
+                Verdict::Consistent,
+                "{order:?}: {}",
+                document.sentence
+            );
+        }
+    }
+}
+
+#[test]
+fn every_effect_is_inside_its_set() {
+    let answers = answers(Class::Single(30), 22);
+    assert!(answers.len() >= 18, "{} effects reach 30 σ", answers.len());
+    for (order, document) in answers {
+        let name = order.hidden[0].0;
+        assert!(holds(&document, name), "{name}: {}", document.sentence);
+        assert!(!surely_wrong(&order, &document), "{name}: {}", document.sentence);
+        assert!(
+            matches!(document.verdict, Verdict::Named | Verdict::Ambiguous),
+            "{name}: {}",
+            document.sentence
+        );
+    }
+}
+
+#[test]
+fn what_no_catalogue_has_gets_no_name() {
+    for (order, document) in answers(Class::Outside(20), 12) {
+        let name = order.hidden[0].0;
+        assert_eq!(document.verdict, Verdict::Unexplained, "{name}: {}", document.sentence);
+    }
+}
+
+#[test]
+fn two_effects_are_both_found() {
+    for (order, document) in answers(Class::Pair, 2) {
+        for (name, _) in &order.hidden {
+            assert!(holds(&document, name), "{:?}: {}", order.hidden, document.sentence);
+        }
+    }
+}
+
+#[test]
+fn a_plan_without_darks_or_distances_makes_no_false_claim() {
+    for (order, document) in answers(Class::Common, 4) {
+        assert!(
+            !surely_wrong(&order, &document),
+            "{:?}: {}",
+            order.hidden,
+            document.sentence
+        );
+    }
+}
