@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 
-use crate::emission::{Cell, Emission};
+use crate::emission::{Cell, Emission, SERIES, sin_versine, small_sin_versine};
 use crate::random::{Random, unit32};
 use crate::sensor::Sensor;
 use crate::source::Shape;
@@ -61,27 +61,50 @@ impl<'a> Tracer<'a> {
             for (lane, ray) in chunk.iter().enumerate() {
                 index[lane] = ray.1;
             }
-            let words = words(self.random.key(), &index, block, self.random.purpose());
             let mut gathered = Gathered::default();
             for (lane, &(u, _)) in chunk.iter().enumerate() {
                 // Rays beyond the cone do not come here.
                 if let Some(cell) = self.emission.cell_of(u) {
-                    gathered.put(lane, cell, self.emission.part(cell), words.map(|word| word[lane]));
+                    gathered.put(lane, cell, self.emission.part(cell));
                 }
             }
-            let mut landed = Landed {
-                x: [-1.0; LANES],
-                y: [-1.0; LANES],
-                path: [0.0; LANES],
-            };
-            land(self, &gathered, &mut landed);
-            for (lane, &(_, index)) in chunk.iter().enumerate() {
-                let (x, y) = (landed.x[lane], landed.y[lane]);
-                let inside = x >= 0.0 && y >= 0.0 && x < self.nx as f64 && y < self.ny as f64;
-                if inside && self.survives(landed.path[lane], index, block) {
-                    // Whole numbers add up to the same in any order.
-                    self.count[y as usize * self.nx + x as usize].fetch_add(1, Ordering::Relaxed);
-                }
+            self.finish(&mut gathered, &index, chunk.len(), block);
+        }
+    }
+
+    /// Follows the `count` rays from number `first` that leave through one cell.
+    pub fn follow_cell(&self, cell: &Cell, first: u64, count: u64, block: u32) {
+        let mut gathered = Gathered::default();
+        for lane in 0..LANES {
+            gathered.put(lane, cell, self.emission.part(cell));
+        }
+        let end = first + count;
+        let mut from = first;
+        while from < end {
+            let mut index = [from; LANES];
+            for (lane, index) in index.iter_mut().enumerate() {
+                *index += lane as u64;
+            }
+            self.finish(&mut gathered, &index, LANES.min((end - from) as usize), block);
+            from += LANES as u64;
+        }
+    }
+
+    /// Draws the numbers of the first `count` lanes and counts where they land.
+    fn finish(&self, gathered: &mut Gathered, index: &[u64; LANES], count: usize, block: u32) {
+        gathered.word = words(self.random.key(), index, block, self.random.purpose());
+        let mut landed = Landed {
+            x: [-1.0; LANES],
+            y: [-1.0; LANES],
+            path: [0.0; LANES],
+        };
+        land(self, gathered, &mut landed);
+        for (lane, &index) in index.iter().enumerate().take(count) {
+            let (x, y) = (landed.x[lane], landed.y[lane]);
+            let inside = x >= 0.0 && y >= 0.0 && x < self.nx as f64 && y < self.ny as f64;
+            if inside && self.survives(landed.path[lane], index, block) {
+                // Whole numbers add up to the same in any order.
+                self.count[y as usize * self.nx + x as usize].fetch_add(1, Ordering::Relaxed);
             }
         }
     }
@@ -107,17 +130,18 @@ struct Gathered {
     sin_c: Lanes,
     cos_c: Lanes,
     d_c: Lanes,
-    u: [Lanes; 2],
-    /// Origin of the part, radius², inner radius², half sides; turned to where the lane's numbers say.
+    /// Four words of random bits: γ, C, and the place on the part.
+    word: [[u32; LANES]; 4],
+    /// Centre of the part, inner radius², outer radius² less it, sides of a rectangle.
     origin: [Lanes; 3],
     inner: Lanes,
     ring: Lanes,
-    turn: Lanes,
+    sides: [Lanes; 2],
     aim: [[Lanes; 3]; 3],
 }
 
 impl Gathered {
-    fn put(&mut self, lane: usize, cell: &Cell, part: &(Shape, Option<glam::DMat3>), words: [u32; 4]) {
+    fn put(&mut self, lane: usize, cell: &Cell, part: &(Shape, Option<glam::DMat3>)) {
         self.sin_gamma[lane] = cell.sin_gamma;
         self.cos_gamma[lane] = cell.cos_gamma;
         self.width[lane] = cell.d_gamma;
@@ -131,23 +155,22 @@ impl Gathered {
         self.sin_c[lane] = cell.sin_c;
         self.cos_c[lane] = cell.cos_c;
         self.d_c[lane] = cell.d_c;
-        self.u[0][lane] = unit32(words[0]);
-        self.u[1][lane] = unit32(words[1]);
-        let (u, w) = (unit32(words[2]), unit32(words[3]));
         let centre = match part.0 {
             Shape::Point(centre) => centre,
             Shape::Disc { centre, radius } => {
-                self.ring[lane] = radius * radius * u;
-                self.turn[lane] = w;
+                self.ring[lane] = radius * radius;
                 centre
             }
             Shape::Ring { centre, inner, outer } => {
                 self.inner[lane] = inner * inner;
-                self.ring[lane] = (outer * outer - inner * inner) * u;
-                self.turn[lane] = w;
+                self.ring[lane] = outer * outer - inner * inner;
                 centre
             }
-            Shape::Rectangle { .. } => part.0.point(u, w),
+            Shape::Rectangle { centre, half } => {
+                self.sides[0][lane] = 2.0 * half[0];
+                self.sides[1][lane] = 2.0 * half[1];
+                centre
+            }
         };
         for (lanes, value) in self.origin.iter_mut().zip(centre.to_array()) {
             lanes[lane] = value;
@@ -168,19 +191,6 @@ struct Landed {
     path: Lanes,
 }
 
-/// Sine and cosine of an angle up to 0.11.
-#[inline(always)]
-#[expect(
-    clippy::inline_always,
-    reason = "inside the multiversioned loop, or it would not be vectorised"
-)]
-fn small(x: f64) -> (f64, f64) {
-    let y = x * x;
-    let sin = x * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0))));
-    let cos = 1.0 - 0.5 * y * (1.0 - y / 12.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0)));
-    (sin, cos)
-}
-
 /// Sine and cosine of a turn in [0, 1], by quarters.
 #[inline(always)]
 #[expect(
@@ -190,25 +200,8 @@ fn small(x: f64) -> (f64, f64) {
 fn circle(turn: f64) -> (f64, f64) {
     let quarter = (4.0 * turn + 0.5).floor();
     let x = (turn - 0.25 * quarter) * std::f64::consts::TAU;
-    let y = x * x;
-    let sin = x
-        * (1.0
-            - y / 6.0
-                * (1.0
-                    - y / 20.0
-                        * (1.0
-                            - y / 42.0
-                                * (1.0 - y / 72.0 * (1.0 - y / 110.0 * (1.0 - y / 156.0 * (1.0 - y / 210.0)))))));
-    let cos = 1.0
-        - 0.5
-            * y
-            * (1.0
-                - y / 12.0
-                    * (1.0
-                        - y / 30.0
-                            * (1.0
-                                - y / 56.0
-                                    * (1.0 - y / 90.0 * (1.0 - y / 132.0 * (1.0 - y / 182.0 * (1.0 - y / 240.0)))))));
+    let (sin, versine) = sin_versine(x, &SERIES);
+    let cos = 1.0 - versine;
     let odd = quarter == 1.0 || quarter == 3.0;
     let (s, c) = if odd { (cos, sin) } else { (sin, cos) };
     let s = if quarter == 2.0 || quarter == 3.0 { -s } else { s };
@@ -241,18 +234,20 @@ fn land(tracer: &Tracer<'_>, g: &Gathered, out: &mut Landed) {
         let (h, low, high) = (g.width[lane], g.low[lane], g.high[lane]);
         let (s0, c0) = (g.sin_gamma[lane], g.cos_gamma[lane]);
         let rise_per = (high - low) / h.max(1e-300);
-        let aim = g.u[0][lane] * g.whole[lane];
-        let mut t = linear(g.u[0][lane], low * s0, high * g.end_sine[lane]);
+        let u = unit32(g.word[0][lane]);
+        let aim = u * g.whole[lane];
+        let mut t = linear(u, low * s0, high * g.end_sine[lane]);
         for _ in 0..3 {
-            let (sin, cos) = small(t * h);
-            let versine = sin * sin / (1.0 + cos);
+            let (sin, versine) = small_sin_versine(t * h);
+            let cos = 1.0 - versine;
             let fall = s0 * sin + c0 * versine;
             let rise = c0 * sin - s0 * versine;
             let value = low * fall + rise_per * (rise - t * h * (c0 * cos - s0 * sin));
             let slope = (low + (high - low) * t) * (s0 * cos + c0 * sin) * h;
             t = (t - (value - aim) / slope.max(1e-300)).clamp(0.0, 1.0);
         }
-        let (sin, cos) = small(t * h);
+        let (sin, versine) = small_sin_versine(t * h);
+        let cos = 1.0 - versine;
         let (sin_gamma, cos_gamma) = (s0 * cos + c0 * sin, c0 * cos - s0 * sin);
         // C: linear between the values at this γ.
         let [ll, lh, hl, hh] = [
@@ -261,8 +256,9 @@ fn land(tracer: &Tracer<'_>, g: &Gathered, out: &mut Landed) {
             g.corner[2][lane],
             g.corner[3][lane],
         ];
-        let s = linear(g.u[1][lane], ll + t * (lh - ll), hl + t * (hh - hl));
-        let (sin, cos) = small(s * g.d_c[lane]);
+        let s = linear(unit32(g.word[1][lane]), ll + t * (lh - ll), hl + t * (hh - hl));
+        let (sin, versine) = small_sin_versine(s * g.d_c[lane]);
+        let cos = 1.0 - versine;
         let (sin_c, cos_c) = (
             g.sin_c[lane] * cos + g.cos_c[lane] * sin,
             g.cos_c[lane] * cos - g.sin_c[lane] * sin,
@@ -270,11 +266,13 @@ fn land(tracer: &Tracer<'_>, g: &Gathered, out: &mut Landed) {
         let own = [sin_gamma * cos_c, sin_gamma * sin_c, cos_gamma];
         let turned = |k: usize| g.aim[0][k][lane] * own[0] + g.aim[1][k][lane] * own[1] + g.aim[2][k][lane] * own[2];
         let [dx, dy, dz] = [turned(0), turned(1), turned(2)];
-        let (sin, cos) = circle(g.turn[lane]);
-        let radius = (g.inner[lane] + g.ring[lane]).sqrt();
+        // A disc or ring, or a rectangle: the other's size is zero.
+        let (u, w) = (unit32(g.word[2][lane]), unit32(g.word[3][lane]));
+        let (sin, cos) = circle(w);
+        let radius = (g.inner[lane] + g.ring[lane] * u).sqrt();
         let [ox, oy, oz] = [
-            g.origin[0][lane] + radius * cos,
-            g.origin[1][lane] + radius * sin,
+            g.origin[0][lane] + radius * cos + (u - 0.5) * g.sides[0][lane],
+            g.origin[1][lane] + radius * sin + (w - 0.5) * g.sides[1][lane],
             g.origin[2][lane],
         ];
         let speed = dx * tx + dy * ty + dz * tz;
@@ -295,8 +293,11 @@ fn land(tracer: &Tracer<'_>, g: &Gathered, out: &mut Landed) {
     "aarch64+neon"
 ))]
 pub(crate) fn words(key: [u32; 2], index: &[u64; LANES], block: u32, purpose: u32) -> [[u32; LANES]; 4] {
-    let mut c0: [u32; LANES] = std::array::from_fn(|lane| index[lane] as u32);
-    let mut c1: [u32; LANES] = std::array::from_fn(|lane| (index[lane] >> 32) as u32);
+    let (mut c0, mut c1) = ([0_u32; LANES], [0_u32; LANES]);
+    for lane in 0..LANES {
+        c0[lane] = index[lane] as u32;
+        c1[lane] = (index[lane] >> 32) as u32;
+    }
     let mut c2 = [block; LANES];
     let mut c3 = [purpose; LANES];
     let mut key = key;

@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicU64;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::batch::{self, LANES, Tracer};
+use crate::batch::{LANES, Tracer};
 use crate::emission::{Emission, Ray, first_number};
 use crate::random::{Purpose, Random, unit53};
 use crate::sensor::Sensor;
@@ -18,6 +18,10 @@ use crate::source::Source;
 
 /// Rays of one piece of work.
 const CHUNK: u64 = 1 << 16;
+
+/// Block of the words that hold the low bits of the first numbers of traced rays. Of the high bits four rays share one block of
+/// four words: nearly all rays end there, and the low bits of the others are drawn when they are asked for.
+const LOW_WORDS: u32 = 5;
 
 /// Which of the three equal laws makes the counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,18 +118,23 @@ pub fn traced(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result<
         .for_each_init(Vec::new, |pending, chunk| {
             let (mut first, to) = (chunk * CHUNK, ((chunk + 1) * CHUNK).min(rays));
             pending.clear();
-            let mut words = [[0_u32; LANES]; 2];
+            let mut words = [[0_u32; LANES]; 4];
             while first < to {
-                if leaves(random.key(), first, Purpose::Ray as u32, highest, &mut words) {
-                    for (lane, (&high, &low)) in words[0].iter().zip(&words[1]).enumerate() {
-                        let index = first + lane as u64;
-                        let u = unit53(high, low);
-                        if u < cone && index < to {
-                            pending.push((u, index));
+                if leaves(random.key(), first / 4, random.purpose(), highest, &mut words) {
+                    for lane in 0..LANES {
+                        for (word, lanes) in words.iter().enumerate() {
+                            if lanes[lane] > highest {
+                                continue;
+                            }
+                            let index = first + (4 * lane + word) as u64;
+                            let u = unit53(lanes[lane], random.words(index / 4, LOW_WORDS)[word]);
+                            if u < cone && index < to {
+                                pending.push((u, index));
+                            }
                         }
                     }
                 }
-                first += LANES as u64;
+                first += 4 * LANES as u64;
             }
             tracer.follow(pending, 1);
         });
@@ -146,23 +155,23 @@ pub fn thinned(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result
     let random = Random::new(seed, Purpose::Ray);
     let count = counters(sensor);
     let tracer = Tracer::new(&emission, sensor, &count, random, source.extinction_per_mm());
-    (0..inside.div_ceil(CHUNK))
+    // How many leave through each cell: the multinomial law, one binomial after the other.
+    let mut pieces = Vec::new();
+    let (mut first, mut left) = (0, inside);
+    for (number, (cell, share)) in emission.shares().enumerate() {
+        let in_cell = Random::new(seed, Purpose::Cone)
+            .sequence(1 + number as u64)
+            .binomial(left, share);
+        left -= in_cell;
+        for from in (0..in_cell).step_by(CHUNK as usize) {
+            pieces.push((cell, first + from, CHUNK.min(in_cell - from)));
+        }
+        first += in_cell;
+    }
+    // Block 3: a thinned ray shares no number with the traced ray of the same index.
+    pieces
         .into_par_iter()
-        .for_each_init(Vec::new, |pending, chunk| {
-            let (mut first, to) = (chunk * CHUNK, ((chunk + 1) * CHUNK).min(inside));
-            pending.clear();
-            while first < to {
-                // Block 2: a thinned ray shares no number with the traced ray of the same index.
-                let index = std::array::from_fn(|lane| first + lane as u64);
-                let words = batch::words(random.key(), &index, 2, random.purpose());
-                for lane in 0..LANES.min((to - first) as usize) {
-                    let u = unit53(words[0][lane], words[1][lane]) * cone;
-                    pending.push((u, index[lane]));
-                }
-                first += LANES as u64;
-            }
-            tracer.follow(pending, 3);
-        });
+        .for_each(|(cell, first, rays)| tracer.follow_cell(cell, first, rays, 3));
     Ok(counted(count, &emission, sensor, rays))
 }
 
@@ -282,19 +291,19 @@ pub fn landing(ray: &Ray, sensor: &Sensor) -> Option<(DVec3, [usize; 2])> {
     inside.then_some((end, [x as usize, y as usize]))
 }
 
-/// The first two words of [`LANES`] rays from `first`; whether any first word is at most `highest`.
+/// The first words of four times [`LANES`] rays, ray 4·(first + lane) + word; whether any of them is at most `highest`.
 #[multiversion::multiversion(targets(
     "x86_64+avx512f+avx512dq+avx512bw+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn leaves(key: [u32; 2], first: u64, purpose: u32, highest: u32, words: &mut [[u32; LANES]; 2]) -> bool {
+fn leaves(key: [u32; 2], first: u64, purpose: u32, highest: u32, words: &mut [[u32; LANES]; 4]) -> bool {
     let mut c0 = [0_u32; LANES];
     let mut c1 = [(first >> 32) as u32; LANES];
     let mut c2 = [0_u32; LANES];
     let mut c3 = [purpose; LANES];
     for (lane, word) in c0.iter_mut().enumerate() {
-        // CHUNK and LANES divide 2³², so that no lane carries into the high word.
+        // CHUNK and LANES are powers of two, so that no lane carries into the high word.
         *word = (first as u32).wrapping_add(lane as u32);
     }
     let mut key = key;
@@ -311,10 +320,31 @@ fn leaves(key: [u32; 2], first: u64, purpose: u32, highest: u32, words: &mut [[u
             c3[lane] = p0 as u32;
         }
     }
-    *words = [c0, c1];
-    let mut least = u32::MAX;
-    for word in c0 {
-        least = least.min(word);
+    *words = [c0, c1, c2, c3];
+    let mut least = [u32::MAX; LANES];
+    for word in [c0, c1, c2, c3] {
+        for lane in 0..LANES {
+            least[lane] = least[lane].min(word[lane]);
+        }
     }
-    least <= highest
+    least.into_iter().fold(u32::MAX, u32::min) <= highest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_rays_share_a_block_of_the_stream() {
+        let random = Random::new(5, Purpose::Ray);
+        let mut words = [[0; LANES]; 4];
+        let first = (7 << 32) + 64;
+        assert!(leaves(random.key(), first, random.purpose(), u32::MAX, &mut words));
+        for lane in 0..LANES {
+            let block = random.words(first + lane as u64, 0);
+            assert_eq!(words.map(|word| word[lane]), block);
+        }
+        let least = words.iter().flatten().copied().min().unwrap_or(0);
+        assert!(!leaves(random.key(), first, random.purpose(), least - 1, &mut words));
+    }
 }

@@ -141,6 +141,21 @@ impl Emission {
         &self.parts[cell.part as usize]
     }
 
+    /// Cells from which the sensor can be reached, each with its share of what the cells from it on emit.
+    pub(crate) fn shares(&self) -> impl Iterator<Item = (&Cell, f64)> {
+        let last = self.cone();
+        let mut before = 0.0;
+        self.cells.iter().zip(&self.cumulative).map(move |(cell, &end)| {
+            let share = if end >= last {
+                1.0
+            } else {
+                (end - before) / (last - before)
+            };
+            before = end;
+            (cell, share)
+        })
+    }
+
     #[inline]
     pub(crate) fn cell_of(&self, u: f64) -> Option<&Cell> {
         let last = *self.cumulative.last()?;
@@ -180,7 +195,8 @@ impl Cell {
         let (t, sin_gamma, cos_gamma) = self.gamma(u);
         // C: linear between the values at this γ.
         let s = linear(w, ll + t * (lh - ll), hl + t * (hh - hl));
-        let (sin, cos) = small_sin_cos(s * self.d_c);
+        let (sin, versine) = small_sin_versine(s * self.d_c);
+        let cos = 1.0 - versine;
         let (sin_c, cos_c) = (self.sin_c * cos + self.cos_c * sin, self.cos_c * cos - self.sin_c * sin);
         DVec3::new(sin_gamma * cos_c, sin_gamma * sin_c, cos_gamma)
     }
@@ -194,18 +210,19 @@ impl Cell {
         let aim = u * self.whole;
         let mut t = linear(u, low * self.sin_gamma, high * self.end_sine);
         for _ in 0..3 {
-            let (sin, cos) = small_sin_cos(t * h);
+            let (sin, versine) = small_sin_versine(t * h);
+            let cos = 1.0 - versine;
             let sin_gamma = self.sin_gamma * cos + self.cos_gamma * sin;
             let cos_gamma = self.cos_gamma * cos - self.sin_gamma * sin;
             // cos γ0 − cos γ and sin γ − sin γ0 without cancellation.
-            let versine = sin * sin / (1.0 + cos);
             let fall = self.sin_gamma * sin + self.cos_gamma * versine;
             let rise = self.cos_gamma * sin - self.sin_gamma * versine;
             let value = low * fall + slope * (rise - t * h * cos_gamma);
             let density = (low + (high - low) * t) * sin_gamma * h;
             t = (t - (value - aim) / density.max(1e-300)).clamp(0.0, 1.0);
         }
-        let (sin, cos) = small_sin_cos(t * h);
+        let (sin, versine) = small_sin_versine(t * h);
+        let cos = 1.0 - versine;
         (
             t,
             self.sin_gamma * cos + self.cos_gamma * sin,
@@ -226,18 +243,61 @@ fn linear(u: f64, a: f64, b: f64) -> f64 {
     }
 }
 
-/// Sine and cosine of an angle up to 0.11 by their series.
-#[inline]
-fn small_sin_cos(x: f64) -> (f64, f64) {
+/// (1 − cos x)/x² and sin x/x as series in x².
+pub(crate) const SERIES: [[f64; 9]; 2] = {
+    let mut series = [[0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [1.0; 9]];
+    let mut k = 1;
+    while k < 9 {
+        let even = 2.0 * k as f64;
+        series[0][k] = -series[0][k - 1] / ((even + 1.0) * (even + 2.0));
+        series[1][k] = -series[1][k - 1] / (even * (even + 1.0));
+        k += 1;
+    }
+    series
+};
+
+/// The same for angles up to 0.11.
+const SHORT: [[f64; 5]; 2] = {
+    let mut short = [[0.0; 5]; 2];
+    let mut k = 0;
+    while k < 5 {
+        short[0][k] = SERIES[0][k];
+        short[1][k] = SERIES[1][k];
+        k += 1;
+    }
+    short
+};
+
+/// Sine and versine (1 − cos) by `series`: products alone, so that nothing divides in the vector units.
+#[inline(always)]
+#[expect(
+    clippy::inline_always,
+    reason = "inside multiversioned loops, or they would not be vectorised"
+)]
+pub(crate) fn sin_versine<const N: usize>(x: f64, series: &[[f64; N]; 2]) -> (f64, f64) {
     let y = x * x;
-    let sin = x * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0))));
-    let cos = 1.0 - 0.5 * y * (1.0 - y / 12.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0)));
-    (sin, cos)
+    let (mut versine, mut sin) = (series[0][N - 1], series[1][N - 1]);
+    for k in (0..N - 1).rev() {
+        versine = versine * y + series[0][k];
+        sin = sin * y + series[1][k];
+    }
+    (x * sin, y * versine)
 }
 
-/// Balls that cover the sensor as directions from a part's middle: direction, and angle that ball and emitter add.
+/// Sine and versine of an angle up to 0.11.
+#[inline(always)]
+#[expect(
+    clippy::inline_always,
+    reason = "inside multiversioned loops, or they would not be vectorised"
+)]
+pub(crate) fn small_sin_versine(x: f64) -> (f64, f64) {
+    sin_versine(x, &SHORT)
+}
+
+/// Balls that cover the sensor as directions from a part's middle: direction, and angle that ball and emitter add with its
+/// sine and cosine.
 struct Targets {
-    cap: Vec<(DVec3, f64)>,
+    cap: Vec<(DVec3, f64, [f64; 2])>,
     gamma: [f64; 2],
     /// Middle and half width in C; half width π where the pole is near.
     c: [f64; 2],
@@ -273,7 +333,7 @@ fn targets(part: &Part, sensor: &Sensor) -> Targets {
             };
             let away = (to.y.atan2(to.x) - c0 + PI).rem_euclid(TAU) - PI;
             half = half.max(away.abs() + spread);
-            cap.push((to / distance, angle));
+            cap.push((to / distance, angle, angle.sin_cos().into()));
         }
     }
     Targets {
@@ -299,9 +359,9 @@ fn cell_reaches(cell: &Cell, targets: &Targets) -> bool {
     );
     // Half the diagonal, measured along γ and along the widest parallel: an upper bound on any distance within the cell.
     let radius = 0.5 * (cell.d_gamma + most_sin * cell.d_c) + 1e-12;
-    targets.cap.iter().any(|&(to, angle)| {
-        let reach = angle + radius;
-        reach >= PI || middle.dot(to) >= reach.cos()
+    let (sin, cos) = radius.sin_cos();
+    targets.cap.iter().any(|&(to, angle, [angle_sin, angle_cos])| {
+        angle + radius >= PI || middle.dot(to) >= angle_cos * cos - angle_sin * sin
     })
 }
 

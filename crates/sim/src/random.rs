@@ -216,7 +216,11 @@ pub fn unit53(high: u32, low: u32) -> f64 {
 }
 
 /// Uniform in (0, 1) from one word.
-#[inline]
+#[inline(always)]
+#[expect(
+    clippy::inline_always,
+    reason = "inside multiversioned loops, or they would not be vectorised"
+)]
 pub fn unit32(word: u32) -> f64 {
     (f64::from(word) + 0.5) * (1.0 / 4_294_967_296.0)
 }
