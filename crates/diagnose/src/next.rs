@@ -184,6 +184,25 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
+/// What an axis was sent to, of what it read back: a plan in which the angles of the encoder stood would have no even step,
+/// or would begin behind a limit by a count.
+fn nominal(angle_deg: f64) -> f64 {
+    (angle_deg * 20.0).round() / 20.0
+}
+
+/// Smallest and largest angle of an even grid like that of the readings, and its step of half a degree or more.
+fn grid(angles_deg: impl Iterator<Item = f64>) -> Option<(f64, f64, f64)> {
+    let mut angles: Vec<f64> = angles_deg.map(nominal).collect();
+    angles.sort_by(f64::total_cmp);
+    angles.dedup();
+    let (&low, &high) = (angles.first()?, angles.last()?);
+    let step = median(angles.windows(2).map(|pair| nominal(pair[1] - pair[0])).collect())
+        .unwrap_or(5.0)
+        .max(0.5);
+    let count = ((high - low) / step + 1e-6).floor();
+    Some((low, nominal(low + count * step), step))
+}
+
 fn reading_blocks(outcome: &Outcome, rows: &[Row], blocks: &mut Vec<Block>) {
     let readings: Vec<&Row> = rows.iter().filter(|row| row.source == Source::Reading).collect();
     let lit: Vec<&Row> = readings.iter().copied().filter(|row| row.light == Light::Lit).collect();
@@ -197,16 +216,10 @@ fn reading_blocks(outcome: &Outcome, rows: &[Row], blocks: &mut Vec<Block>) {
     let temperature = median(readings.iter().map(|row| row.ambient_c).collect()).filter(|t| t.is_finite());
     let end = readings.iter().map(|row| row.time_s).fold(f64::NEG_INFINITY, f64::max);
     let end = if end.is_finite() { end } else { 3600.0 };
-    let mut gammas: Vec<f64> = lit.iter().map(|row| row.gamma_deg).collect();
-    gammas.sort_by(f64::total_cmp);
-    gammas.dedup();
-    let (Some(&low), Some(&high)) = (gammas.first(), gammas.last()) else {
+    let Some((low, high, step)) = grid(lit.iter().map(|row| row.gamma_deg)) else {
         return;
     };
-    let step = median(gammas.windows(2).map(|pair| pair[1] - pair[0]).collect())
-        .unwrap_or(5.0)
-        .max(0.5);
-    let mut planes: Vec<f64> = lit.iter().map(|row| row.c_deg).collect();
+    let mut planes: Vec<f64> = lit.iter().map(|row| nominal(row.c_deg)).collect();
     planes.sort_by(f64::total_cmp);
     planes.dedup();
     let level = |gamma: f64, distance_mm: f64| {
@@ -446,4 +459,21 @@ fn poses_toml(maps: &MapSet, poses: &[MapPose]) -> String {
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::grid;
+
+    #[test]
+    fn a_grid_has_the_angles_that_were_meant() {
+        // Read back from a drive of 12800/3 counts a degree that is sent to -80, -76, …, 80.
+        let count = 12_800.0 / 3.0;
+        let read = (-20..=20).map(|k| (f64::from(4 * k) * count).round() / count + 1e-4 * f64::from(k % 3));
+        assert_eq!(grid(read), Some((-80.0, 80.0, 4.0)));
+        // Steps that do not lead to the last angle end before it.
+        assert_eq!(grid([0.0, 2.0, 4.0, 6.0, 7.0].into_iter()), Some((0.0, 6.0, 2.0)));
+        assert_eq!(grid([30.0].into_iter()), Some((30.0, 30.0, 5.0)));
+        assert_eq!(grid(std::iter::empty()), None);
+    }
 }
