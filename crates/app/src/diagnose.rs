@@ -196,7 +196,8 @@ fn names(paths: &[Utf8PathBuf]) -> String {
     paths.iter().map(|path| path.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-fn refuse_occupied(path: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
+/// A folder with something in it is not written into.
+pub(crate) fn refuse_occupied(path: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
     if overwrite == Overwrite::Never && std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(Failure::bad_input(format!("{path} is not empty"))
             .help("choose another folder, or give --force to replace its files"));

@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 
 use camino::Utf8Path;
 use isolux_record::{Plan, RunDir};
-use isolux_scan::{Cancel, Devices, Engine, Nobody, Observer, ScanEvent, dry_run};
+use isolux_scan::{Cancel, Devices, DryRun, Engine, Nobody, Observer, ScanEvent, dry_run};
 pub use isolux_scan::{Operator, ScanSummary};
 use jiff::Timestamp;
 
@@ -35,15 +35,7 @@ pub fn run(
     operator: Option<&dyn Operator>,
     progress: &dyn Progress,
 ) -> Result<ScanSummary, Failure> {
-    let source = Source::load(station)?;
-    let (plan, text) = plan::load(plan_file)?;
-    dry_run(&source.station, &plan).map_err(|fault| plan::located(plan_file, &text, &fault))?;
-    if asks(&source, &plan) && operator.is_none() {
-        return Err(Failure::bad_input(format!(
-            "{plan_file} asks a person for something, and nobody is there to answer"
-        ))
-        .help("run it from a terminal or from the page"));
-    }
+    let (source, plan, _) = checked(station, plan_file, operator.is_some())?;
     refuse(target)?;
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
@@ -54,6 +46,28 @@ pub fn run(
         let now = Timestamp::now();
         on(&source, &mut devices, &plan, target, operator, &cancel, now, progress).await
     })
+}
+
+/// What a plan asks of a station, or why it cannot be carried out there: limits of the axes and of the rail, switches that
+/// are missing, a person who is not there.
+///
+/// # Errors
+/// Bad input (exit 2) with file and line.
+pub fn feasible(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Result<DryRun, Failure> {
+    Ok(checked(station, plan_file, attended)?.2)
+}
+
+fn checked(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Result<(Source, Plan, DryRun), Failure> {
+    let source = Source::load(station)?;
+    let (plan, text) = plan::load(plan_file)?;
+    let day = dry_run(&source.station, &plan).map_err(|fault| plan::located(plan_file, &text, &fault))?;
+    if asks(&source, &plan) && !attended {
+        return Err(Failure::bad_input(format!(
+            "{plan_file} asks a person for something, and nobody is there to answer"
+        ))
+        .help("run it from a terminal or from the page"));
+    }
+    Ok((source, plan, day))
 }
 
 /// Scans on instruments that are open: the step that the whole day shares with `scan`.

@@ -1,0 +1,254 @@
+//! Diagnose, measure what would settle the answer, diagnose again: by three commands and by one, in a virtual darkroom whose
+//! axes have a flaw that a scan in one direction cannot name.
+
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+/// At 3.6 m the axis has four digits of the lux meter.
+const ROOM: &str = "\
+format = \"isolux-darkroom/1\"
+seed = SEED
+[bench]
+distance_mm = 3600.0
+[flaws.lamp_warmup]
+amplitude_rel = 0.045
+time_constant_s = 420.0
+";
+
+/// What the operator's model is made of.
+const REFERENCE: &str = r#"format = "isolux-plan/1"
+[[block]]
+name = "distribution"
+kind = "lit"
+c_range = [0, 270, 90]
+gamma_range = [0, 90, 2]
+repeats = 3
+[[block]]
+name = "baffled"
+kind = "baffled"
+c_deg = 0
+gamma_range = [0, 80, 20]
+repeats = 3
+[[block]]
+name = "lamp off"
+kind = "lamp_off"
+c_deg = 0
+gamma_deg = 0
+repeats = 10
+"#;
+
+/// γ in one direction alone: a zero error and backlash do the same there.
+const ONE_WAY: &str = r#"format = "isolux-plan/1"
+[[block]]
+name = "one way"
+kind = "lit"
+c_deg = [0, 180]
+gamma_range = [-80, 80, 4]
+repeats = 2
+"#;
+
+/// A folder with the operator's model and a bench that has `flaw`.
+struct Bench {
+    keep: tempfile::TempDir,
+}
+
+impl Bench {
+    fn with(flaw: &str) -> Self {
+        let bench = Self {
+            keep: tempfile::tempdir().unwrap(),
+        };
+        bench.room("healthy", &ROOM.replace("SEED", "7"));
+        bench.write("reference.plan.toml", REFERENCE);
+        bench.isolux(
+            &[
+                "scan",
+                "healthy/station.toml",
+                "reference.plan.toml",
+                "--out",
+                "healthy/run",
+            ],
+            0,
+        );
+        bench.isolux(&["reduce", "healthy/run"], 0);
+        bench.room("flawed", &(ROOM.replace("SEED", "8") + flaw));
+        bench.write("one-way.plan.toml", ONE_WAY);
+        bench.isolux(&["scan", "flawed/station.toml", "one-way.plan.toml", "--out", "run"], 0);
+        bench
+    }
+
+    fn room(&self, name: &str, text: &str) {
+        std::fs::create_dir(self.path(name)).unwrap();
+        let room = format!("{name}/darkroom.toml");
+        self.write(&room, text);
+        let station = format!("{name}/station.toml");
+        self.isolux(
+            &["virtual", "darkroom", &room, "--in-memory", "--station-out", &station],
+            0,
+        );
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.keep.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_isolux"));
+        command
+            .args(arguments)
+            .current_dir(self.keep.path())
+            .stdin(Stdio::null());
+        command
+    }
+
+    /// Runs the command, asserts its exit code and gives what it said to the person and what to the pipe.
+    fn isolux(&self, arguments: &[&str], exit: i32) -> String {
+        let Output { status, stdout, stderr } = self.command(arguments).output().unwrap();
+        let [stdout, stderr] = [stdout, stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        assert_eq!(status.code(), Some(exit), "{arguments:?}\n{stdout}{stderr}");
+        stdout + &stderr
+    }
+
+    fn diagnosis(&self, folder: &str) -> Value {
+        serde_json::from_slice(&std::fs::read(self.path(folder).join("diagnosis.json")).unwrap()).unwrap()
+    }
+
+    const INVESTIGATE: [&'static str; 6] = [
+        "investigate",
+        "flawed/station.toml",
+        MODEL,
+        "run",
+        "--out",
+        "investigation",
+    ];
+}
+
+const MODEL: &str = "healthy/run/results/luminaire.model.toml";
+
+/// Names of the 95 % set of the first effect.
+fn set(diagnosis: &Value) -> Vec<&str> {
+    let first = &diagnosis["effects"][0];
+    let others = first["equivalents"].as_array().unwrap();
+    std::iter::once(&first["name"])
+        .chain(others)
+        .map(|name| name.as_str().unwrap())
+        .collect()
+}
+
+/// The one effect that was named, and a parameter of it with its standard uncertainty.
+fn named<'a>(diagnosis: &'a Value, key: &str) -> (&'a str, f64, f64) {
+    assert_eq!(diagnosis["verdict"], "named", "{diagnosis:#}");
+    let effects = diagnosis["effects"].as_array().unwrap();
+    assert_eq!(effects.len(), 1, "{effects:#?}");
+    assert_eq!(set(diagnosis).len(), 1, "{effects:#?}");
+    let parameter = &effects[0]["parameters"][key];
+    let number = |of: &str| parameter[of].as_f64().unwrap();
+    (effects[0]["name"].as_str().unwrap(), number("value"), number("u"))
+}
+
+#[test]
+fn the_plan_that_a_diagnosis_writes_settles_it() {
+    let bench = Bench::with("[flaws.backlash]\nwidth_deg = 0.25\n");
+    bench.isolux(&["diagnose", MODEL, "run", "--out", "first"], 0);
+    let first = bench.diagnosis("first");
+    assert_eq!(first["verdict"], "ambiguous", "{first:#}");
+    let mut rivals = set(&first);
+    rivals.sort_unstable();
+    assert_eq!(rivals, ["backlash", "gamma_zero"], "{first:#}");
+    let next = &first["next_measurement"][0];
+    assert_eq!(next["do"], "reverse_travel", "{next:#}");
+    let plan = format!("first/{}", next["plan"].as_str().unwrap());
+
+    // The plan as it is: first looked at, then carried out.
+    bench.isolux(&["plan", "flawed/station.toml", &plan], 0);
+    bench.isolux(&["scan", "flawed/station.toml", &plan, "--out", "more"], 0);
+    let said = bench.isolux(&["diagnose", MODEL, "run", "more", "--out", "second"], 0);
+    let second = bench.diagnosis("second");
+    let (name, width, u) = named(&second, "width_deg");
+    assert_eq!(name, "backlash");
+    assert!((width - 0.25).abs() < 3.0 * u && u < 0.02, "{width} ± {u}");
+    assert!(said.contains("backlash"), "{said}");
+    assert_eq!(second["next_measurement"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn investigate_settles_it_by_one_command_and_moves_nothing_unasked() {
+    let bench = Bench::with("[flaws.gamma_zero]\noffset_deg = 0.12\n");
+
+    // Nobody at the terminal: refused before anything is written or moved.
+    let said = bench.isolux(&Bench::INVESTIGATE, 2);
+    assert!(said.contains("--yes"), "{said}");
+    assert!(!bench.path("investigation").exists());
+
+    #[cfg(unix)]
+    for (out, answer, moves) in [("no", "no\n", false), ("silence", "\n", false), ("yes", "y\n", true)] {
+        let (said, moved) = at_a_terminal(&bench, out, answer);
+        assert_eq!(moved, moves, "{said}");
+        assert_eq!(said.contains("nothing was moved"), !moves, "{said}");
+    }
+
+    let said = bench.isolux(&[&Bench::INVESTIGATE[..], &["--yes"]].concat(), 0);
+    let first = bench.diagnosis("investigation/diagnosis-1");
+    assert_eq!(first["verdict"], "ambiguous", "{first:#}");
+    assert!(set(&first).contains(&"backlash"), "{first:#}");
+    let second = bench.diagnosis("investigation/diagnosis-2");
+    let (name, offset, u) = named(&second, "offset_deg");
+    assert_eq!(name, "gamma_zero");
+    assert!((offset - 0.12).abs() < 3.0 * u && u < 0.01, "{offset} ± {u}");
+    let verdict = said.lines().find(|line| line.starts_with("verdict")).unwrap();
+    assert!(
+        verdict.contains("gamma_zero") || verdict.contains("γ zero"),
+        "{verdict}"
+    );
+    assert!(!verdict.contains("backlash"), "{verdict}");
+
+    // What is there is not written over.
+    bench.isolux(&[&Bench::INVESTIGATE[..], &["--yes"]].concat(), 2);
+}
+
+/// A bench whose γ axis may not go back where the plan of the diagnosis begins, and whose detector stands still.
+#[test]
+fn a_plan_that_the_bench_cannot_carry_out_is_not_tried() {
+    let bench = Bench::with("[flaws.gamma_zero]\noffset_deg = 0.12\n");
+    let text = std::fs::read_to_string(bench.path("flawed/station.toml")).unwrap();
+    let narrow = text.replace("limit_deg = [-185.0, 365.0]", "limit_deg = [-60.0, 60.0]");
+    assert_ne!(text, narrow);
+    bench.write("flawed/station.toml", &narrow);
+    let said = bench.isolux(&[&Bench::INVESTIGATE[..], &["--yes"]].concat(), 0);
+    assert!(said.contains("cannot be carried out on this bench"), "{said}");
+    assert!(said.contains("limits"), "{said}");
+    assert!(!bench.path("investigation/run-2").exists(), "{said}");
+}
+
+/// The command at a terminal whose person answers `answer`; what it said, and whether it went on to measure.
+#[cfg(unix)]
+fn at_a_terminal(bench: &Bench, out: &str, answer: &str) -> (String, bool) {
+    use std::io::Write;
+
+    use serialport::{SerialPort, TTYPort};
+
+    let (mut person, terminal) = TTYPort::pair().unwrap();
+    let name = terminal.name().unwrap();
+    // The pair holds its end exclusively; the command opens it by its name.
+    drop(terminal);
+    let terminal = std::fs::File::open(name).unwrap();
+    let asked = ["investigate", "flawed/station.toml", MODEL, "run", "--out", out];
+    let child = bench
+        .command(&asked)
+        .stdin(terminal)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    person.write_all(answer.as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("May the axes move? [y/N]"), "{said}");
+    (said, bench.path(out).join("run-2").exists())
+}
