@@ -455,6 +455,7 @@ fn by_rule(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> (Option<Held
     );
     let whitener = Whitener {
         sequence: &outcome.sequence,
+        rounding: &outcome.rounding,
         row_scale: scale,
         rho: outcome.noise.rho,
     };

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::basis::inverse_of_normal;
 use crate::forward::{Forward, Hypothesis, Searchable};
+use crate::rounding::Rounding;
 use crate::whitening::Sequence;
 
 /// From a difference of predictions to unit residuals.
@@ -13,6 +14,8 @@ pub struct Whitener<'a> {
     pub sequence: &'a Sequence,
     /// √weight / u of each row.
     pub row_scale: DVector<f64>,
+    /// Rows that were rounded alike.
+    pub rounding: &'a Rounding,
     /// Serial correlation.
     pub rho: f64,
 }
@@ -23,6 +26,7 @@ impl Whitener<'_> {
         for mut column in matrix.column_iter_mut() {
             column.component_mul_assign(&self.row_scale);
         }
+        self.rounding.whiten(&self.row_scale, matrix);
         self.sequence.whiten(self.rho, matrix);
     }
 

@@ -14,6 +14,7 @@ pub mod next;
 pub mod observe;
 pub mod rivals;
 mod rivals_maps;
+pub mod rounding;
 pub mod scan;
 pub mod search;
 pub mod table;

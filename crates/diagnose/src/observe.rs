@@ -47,7 +47,8 @@ fn readings(set: &Readings, file: usize) -> Observed {
     let mut blocks: Vec<&str> = Vec::new();
     let (mut coordinates, mut rows) = (Vec::new(), Vec::new());
     let mut left_out = 0;
-    for reading in set.rows() {
+    let digits = digits(set);
+    for (reading, digit) in set.rows().iter().zip(digits) {
         let group = blocks
             .iter()
             .position(|block| *block == reading.block)
@@ -64,6 +65,7 @@ fn readings(set: &Readings, file: usize) -> Observed {
         rows.push(Row {
             file,
             group,
+            digit,
             light: light(at.kind),
             time_s: at.time_s.unwrap_or(f64::NAN),
             c_deg: at.c_deg,
@@ -86,6 +88,41 @@ fn readings(set: &Readings, file: usize) -> Observed {
         rows,
         notes,
     }
+}
+
+/// One digit of the display for every reading, in lx: from the column of that name, else the last decimal place that any
+/// reading of the same range was written with; 0 where that cannot be told.
+fn digits(set: &Readings) -> Vec<f64> {
+    let column = |name: &str| set.header().iter().position(|header| header == name);
+    let text = |row: &[String], column: Option<usize>| -> Option<String> { row.get(column?).cloned() };
+    let (stated, value, range) = (column("digit_lx"), column("illuminance_lx"), column("range"));
+    let mut decimals: BTreeMap<Option<String>, Option<usize>> = BTreeMap::new();
+    for row in set.text() {
+        let Some(written) = text(row, value).filter(|written| !written.is_empty()) else {
+            continue;
+        };
+        let places = match (written.split_once('.'), written.contains(['e', 'E'])) {
+            (_, true) => None,
+            (Some((_, after)), _) => Some(after.len()),
+            (None, _) => Some(0),
+        };
+        let known = decimals.entry(text(row, range)).or_insert(places);
+        *known = known.zip(places).map(|(a, b)| a.max(b));
+    }
+    set.text()
+        .iter()
+        .map(|row| {
+            let stated = text(row, stated).and_then(|digit| digit.parse::<f64>().ok());
+            let inferred = || {
+                let places = decimals.get(&text(row, range)).copied().flatten()?;
+                Some(10_f64.powi(-(places as i32)))
+            };
+            stated
+                .or_else(inferred)
+                .filter(|digit| digit.is_finite() && *digit > 0.0)
+                .unwrap_or(0.0)
+        })
+        .collect()
 }
 
 fn maps(set: &MapSet, file: usize) -> (Observed, Option<Observed>) {

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::basis::Basis;
 use crate::evidence::{EvidenceTable, ln_bayes_factor, ln_sum_exp};
+use crate::whitening::Sequence;
 
 /// Who makes a pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -156,14 +157,20 @@ impl Scan {
     /// The statistic of the whole scan, ln Σ prior·Bayes factor, for `count` simulated noise-only repeats, rising.
     ///
     /// White unit noise is drawn, because the whitened residual is that; every repeat is divided by a noise scale as
-    /// uncertain as the fitted one. Repeat `k` depends on `seed` and `k` alone.
-    pub fn nulls(&self, count: usize, seed: u64) -> Vec<f64> {
+    /// uncertain as the fitted one, and its serial correlation is as far from the fitted `rho` as that is uncertain: smooth
+    /// patterns live where a correlation that was underestimated leaves noise. Repeat `k` depends on `seed` and `k` alone.
+    pub fn nulls(&self, count: usize, seed: u64, sequence: &Sequence, rho: f64) -> Vec<f64> {
         const BATCH: usize = 50;
         let directions = self.directions.map(|value| value as f32).transpose();
         let width = self.seen.iter().map(|seen| seen.columns.len()).max().unwrap_or(1);
         let table = EvidenceTable::new(width);
         let scale = ChiSquared::new(self.freedom.max(1.0)).ok();
         let rows = directions.ncols();
+        let u_rho = if sequence.has_neighbours() {
+            ((1.0 - rho * rho) / self.freedom.max(1.0)).sqrt()
+        } else {
+            0.0
+        };
         let mut statistics: Vec<f64> = (0..count.div_ceil(BATCH))
             .into_par_iter()
             .flat_map_iter(|batch| {
@@ -173,8 +180,14 @@ impl Scan {
                 for (k, scale_of) in scales.iter_mut().enumerate() {
                     let mut rng = ChaCha8Rng::seed_from_u64(seed);
                     rng.set_stream((batch * BATCH + k) as u64 + 1);
-                    for value in noise.column_mut(k).iter_mut() {
-                        *value = rng.sample(StandardNormal);
+                    let mut values: Vec<f64> = (0..rows).map(|_| rng.sample(StandardNormal)).collect();
+                    if u_rho > 0.0 {
+                        let off: f64 = rng.sample(StandardNormal);
+                        sequence.colour((rho + u_rho * off).clamp(0.0, 0.95), &mut values);
+                        sequence.whiten_values(rho, &mut values);
+                    }
+                    for (target, value) in noise.column_mut(k).iter_mut().zip(values) {
+                        *target = value as f32;
                     }
                     if let Some(law) = &scale {
                         *scale_of = law.sample(&mut rng) / self.freedom;

@@ -9,6 +9,7 @@ use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::{Fit, Whitener, fit, nuisance_tangents};
 use crate::forward::{Forward, Hypothesis};
 use crate::rivals::{Rival, rivals};
+use crate::rounding::Rounding;
 use crate::scan::{Found, Scan, Who, p_value, sign_evidence};
 use crate::table::{Coordinate, Row};
 use crate::whitening::{Sequence, heavy_tail_weights};
@@ -120,6 +121,8 @@ pub struct Outcome {
     pub after: Fit,
     /// The noise.
     pub noise: Noise,
+    /// Rows that were rounded alike.
+    pub rounding: Rounding,
     /// Order of the rows.
     pub sequence: Sequence,
     /// Probability of the first scan under noise alone.
@@ -149,7 +152,7 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
     let baseline = bench.baseline.clone();
     let scan = bench.scan(&baseline, &[], None);
     let first = bench.look(&scan, &baseline);
-    bench.nulls = scan.nulls(settings.nulls, settings.seed);
+    bench.nulls = scan.nulls(settings.nulls, settings.seed, &sequence, bench.noise.rho);
     let statistic = |found: &[Found]| ln_sum_exp(&found.iter().map(|f| f.ln_evidence).collect::<Vec<_>>());
     let p_global = p_value(statistic(&first), &bench.nulls);
     let places = bench.places(&first);
@@ -216,6 +219,7 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         baseline,
         after: current,
         noise,
+        rounding: bench.rounding,
         p_global,
         rivalries,
         unexplained,
@@ -229,6 +233,9 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
 /// A name beside a pattern without one must explain this many times what the pattern explains: a generic pattern is but a
 /// likeness of the unknown, and what it misses looks like anything.
 const BESIDE_SHARE: f64 = 2.0;
+
+/// A stated uncertainty is not ten times too large: readings that agree better were copied, rounded or averaged.
+const LEAST_SCALE: f64 = 0.1;
 
 /// ln of the factor that a generic pattern loses where a name explains as much.
 const ALIAS: f64 = 4.0;
@@ -255,6 +262,8 @@ struct Bench<'a, F: Forward + ?Sized> {
     measured: DVector<f64>,
     u: DVector<f64>,
     sequence: &'a Sequence,
+    rounding: Rounding,
+    least_scale: f64,
     settings: &'a Settings,
     rivals: Vec<Rival>,
     dictionary: Dictionary,
@@ -279,8 +288,10 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             rho: 0.0,
             weights: vec![1.0; n],
         };
+        let alone = Rounding::default();
         let plain = Whitener {
             sequence,
+            rounding: &alone,
             row_scale: u.map(|u| 1.0 / u),
             rho: 0.0,
         };
@@ -296,6 +307,8 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let tangents = nuisance_tangents(forward, &first.nuisance)?;
         let baseline = fit(forward, &measured, &plain, &first.nuisance, &tangents, &[])?;
         let level = forward.predict(&baseline.nuisance, &[])?;
+        let rounding = Rounding::new(rows, level.as_slice());
+        let least_scale = Rounding::least_scale(rows).max(LEAST_SCALE);
         let rivals = rivals(rows, level.as_slice(), sequence.order());
         let dictionary = Dictionary::new(forward, &baseline.nuisance, &level, &rivals, &plain.row_scale);
         let smooth = dictionary.smooth(forward.effects(), &rivals);
@@ -305,6 +318,8 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             measured,
             u,
             sequence,
+            rounding,
+            least_scale,
             settings,
             rivals,
             dictionary,
@@ -322,12 +337,20 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         Some(bench)
     }
 
-    fn whitener(&self) -> Whitener<'a> {
+    fn whitener(&self) -> Whitener<'_> {
+        self.whitener_with(&self.rounding)
+    }
+
+    fn whitener_with<'r>(&self, rounding: &'r Rounding) -> Whitener<'r>
+    where
+        'a: 'r,
+    {
         let scale = self
             .u
             .zip_map(&DVector::from_column_slice(&self.noise.weights), |u, w| w.sqrt() / u);
         Whitener {
             sequence: self.sequence,
+            rounding,
             row_scale: scale,
             rho: self.noise.rho,
         }
@@ -352,6 +375,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let columns = self.dictionary.columns.select_columns(&self.smooth);
         let unweighted = Whitener {
             sequence: self.sequence,
+            rounding: &self.rounding,
             row_scale: self.u.map(|u| 1.0 / u),
             rho: 0.0,
         };
@@ -379,13 +403,14 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let rms = (residual.norm_squared() / freedom).sqrt().max(f64::MIN_POSITIVE);
         self.noise.weights = heavy_tail_weights(&(&residual / rms));
         self.noise.rho = self.sequence.autocorrelation(&residual, basis.directions());
-        let whitener = self.whitener();
+        let rounding = self.rounding.clone();
+        let whitener = self.whitener_with(&rounding);
         let basis = basis_of(&whitener);
         let mut residual = whitener.vector(&raw);
         basis.project_out_vector(&mut residual);
         self.freedom = (n as f64 - basis.rank() as f64).max(1.0);
         self.noise.scale = if self.settings.fit_scale {
-            (residual.norm_squared() / self.freedom).sqrt().max(1e-12)
+            (residual.norm_squared() / self.freedom).sqrt().max(self.least_scale)
         } else {
             1.0
         };

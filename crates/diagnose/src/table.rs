@@ -95,6 +95,8 @@ pub struct Row {
     pub measured: f64,
     /// Stated standard uncertainty, same unit.
     pub u: f64,
+    /// One digit of the display, same unit; 0 where it does not matter.
+    pub digit: f64,
     /// What reached the detector.
     pub light: Light,
     /// Seconds since the lamp was switched on.
@@ -133,6 +135,7 @@ impl Row {
             group: 0,
             measured,
             u,
+            digit: 0.0,
             light: Light::Lit,
             time_s: NONE,
             c_deg: NONE,

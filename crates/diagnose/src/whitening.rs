@@ -80,6 +80,36 @@ impl Sequence {
         }
     }
 
+    /// Turns independent values of unit variance into AR(1) ones, in place.
+    pub fn colour(&self, rho: f64, values: &mut [f64]) {
+        if rho == 0.0 {
+            return;
+        }
+        for place in 1..self.order.len() {
+            let phi = self.correlation(place, rho);
+            if phi != 0.0 {
+                let before = values[self.order[place - 1]];
+                let here = &mut values[self.order[place]];
+                *here = phi * before + (1.0 - phi * phi).sqrt() * *here;
+            }
+        }
+    }
+
+    /// [`whiten`](Self::whiten) of one column.
+    pub fn whiten_values(&self, rho: f64, values: &mut [f64]) {
+        if rho == 0.0 {
+            return;
+        }
+        for place in (1..self.order.len()).rev() {
+            let phi = self.correlation(place, rho);
+            if phi != 0.0 {
+                let before = values[self.order[place - 1]];
+                let here = &mut values[self.order[place]];
+                *here = (*here - phi * before) / (1.0 - phi * phi).sqrt();
+            }
+        }
+    }
+
     /// `R·matrix` with the AR(1) correlation matrix `R` of these rows.
     fn correlate(&self, rho: f64, matrix: &DMatrix<f64>) -> DMatrix<f64> {
         let mut result = matrix.clone();
@@ -168,7 +198,8 @@ pub fn heavy_tail_weights(residual: &DVector<f64>) -> Vec<f64> {
     // Scale by the median so that the outliers themselves do not set it (median of |z| of a normal law: 0.6745).
     let mut magnitudes: Vec<f64> = residual.iter().map(|z| z.abs()).collect();
     magnitudes.sort_by(f64::total_cmp);
-    let scale = (magnitudes[magnitudes.len() / 2] / 0.6745).max(f64::MIN_POSITIVE);
+    // More than half of them may be equal to rounding: a third of their rms is the least that counts.
+    let scale = (magnitudes[magnitudes.len() / 2] / 0.6745).max(second.sqrt() / 3.0);
     residual
         .iter()
         .map(|z| ((nu + 1.0) / (nu + (z / scale).powi(2))).min(1.0))
