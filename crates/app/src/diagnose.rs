@@ -1,9 +1,9 @@
 //! `isolux diagnose`: where a model and observations disagree, which effect is missing, and the model that has it.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_diagnose::diagnosis::{self, Diagnosis};
-use isolux_diagnose::document::Document;
+use isolux_diagnose::diagnosis::{self, Diagnosis, digits};
 pub use isolux_diagnose::document::Verdict;
+use isolux_diagnose::document::{Document, ParameterEntry};
 use isolux_diagnose::search::Settings;
 use isolux_model::Model;
 use isolux_record::observation::{Need, Observations, open};
@@ -97,6 +97,18 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
     })
 }
 
+/// `value ± u unit`, the uncertainty with two digits and the value to its last one.
+pub(crate) fn with_uncertainty(parameter: &ParameterEntry) -> String {
+    let unit = if parameter.unit == "1" { "" } else { parameter.unit };
+    if !(parameter.u.is_finite() && parameter.u > 0.0) {
+        return format!("{} {unit}", digits(parameter.value, 6)).trim_end().to_owned();
+    }
+    let places = (1 - parameter.u.log10().floor() as i32).clamp(0, 12) as usize;
+    format!("{:.places$} ± {:.places$} {unit}", parameter.value, parameter.u)
+        .trim_end()
+        .to_owned()
+}
+
 /// The answer in lines for a person, in the order: disagreement, place, ranking, verdict, gap, next, blind spots, diff.
 pub fn words(answer: &Answer) -> Vec<String> {
     let document = &answer.document;
@@ -109,21 +121,30 @@ pub fn words(answer: &Answer) -> Vec<String> {
     )];
     for place in document.places.iter().take(3) {
         lines.push(format!(
-            "where         {} {:.4} … {:.4}: {} ({:.1} σ)",
-            place.coordinate, place.range[0], place.range[1], place.note, place.significance_sigma
+            "where         {} {} … {}: {} ({:.1} σ)",
+            place.coordinate,
+            digits(place.range[0], 4),
+            digits(place.range[1], 4),
+            place.note,
+            place.significance_sigma
         ));
     }
     for (effect, ranked) in document.effects.iter().zip(&document.ranked) {
         lines.push(format!("effect        {} ({})", effect.name, effect.standard_name));
         for (key, parameter) in &effect.parameters {
+            let before = parameter
+                .before
+                .map_or_else(String::new, |before| format!("; {} in the model", digits(before, 4)));
             let flag = if parameter.implausible {
                 "  outside the plausible range"
             } else {
                 ""
             };
             lines.push(format!(
-                "              {key} = {:.6} ± {:.2e} {}  (plausible {} … {}){flag}",
-                parameter.value, parameter.u, parameter.unit, parameter.plausible[0], parameter.plausible[1]
+                "              {key} = {}  (plausible {} … {}{before}){flag}",
+                with_uncertainty(parameter),
+                parameter.plausible[0],
+                parameter.plausible[1]
             ));
         }
         for row in ranked {

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use isolux_diagnose::diagnosis::Diagnosis;
+use crate::diagnose::with_uncertainty;
+use isolux_diagnose::diagnosis::{Diagnosis, digits};
 use isolux_diagnose::document::Verdict;
 use isolux_diagnose::table::{Coordinate, Light, Row, Source};
 use isolux_report::diagnosis::{Panel, gap_bars, residual_maps, residuals_along};
@@ -82,7 +83,7 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
         .places
         .iter()
         .map(|place| {
-            let range = format!("{:.4} … {:.4}", place.range[0], place.range[1]);
+            let range = format!("{} … {}", digits(place.range[0], 4), digits(place.range[1], 4));
             vec![
                 place.coordinate.to_owned(),
                 range,
@@ -118,20 +119,29 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
             .map(|(key, parameter)| {
                 let plausible = format!("{} … {}", parameter.plausible[0], parameter.plausible[1]);
                 let flag = if parameter.implausible { "outside" } else { "" };
-                let value = format!("{:.6} ± {:.2e} {}", parameter.value, parameter.u, parameter.unit);
-                vec![(*key).to_owned(), value, plausible, flag.to_owned()]
+                let before = parameter.before.map_or_else(String::new, |before| digits(before, 4));
+                vec![
+                    (*key).to_owned(),
+                    with_uncertainty(parameter),
+                    before,
+                    plausible,
+                    flag.to_owned(),
+                ]
             })
             .collect();
-        page.table(&["parameter", "value ± u (k = 1)", "plausible", ""], &rows);
+        page.table(
+            &["parameter", "value ± u (k = 1)", "in the model", "plausible", ""],
+            &rows,
+        );
     }
     if let Some(unexplained) = &document.unexplained {
         page.heading("Without a name");
         page.paragraph(&format!(
-            "{}, along {} between {:.4} and {:.4}: {:.1} σ, {:.0} % of the squared gap.",
+            "{}, along {} between {} and {}: {:.1} σ, {:.0} % of the squared gap.",
             unexplained.note,
             unexplained.coordinate,
-            unexplained.range[0],
-            unexplained.range[1],
+            digits(unexplained.range[0], 4),
+            digits(unexplained.range[1], 4),
             unexplained.significance_sigma,
             100.0 * unexplained.share_of_gap
         ));
@@ -170,7 +180,7 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
         .map(|spot| {
             let amplitude = spot
                 .amplitude_at_5_sigma
-                .map_or_else(|| "never".to_owned(), |a| format!("{a:.4}"));
+                .map_or_else(|| "never".to_owned(), |a| digits(a, 2));
             let flag = if spot.blind { "blind" } else { "" };
             vec![
                 spot.effect.to_owned(),
@@ -219,7 +229,7 @@ fn panels(found: &Diagnosis) -> (Vec<Panel>, &'static str, &'static str) {
                 panel(name, found, indices, |row| row.x_mm, |row| row.y_mm)
             })
             .collect();
-        return (panels, "x", "y (as the lamp sees the sensor)");
+        return (panels, "x in mm", "y in mm (as the lamp sees the sensor)");
     }
     let mut distances: Vec<f64> = rows
         .iter()
@@ -245,7 +255,7 @@ fn panels(found: &Diagnosis) -> (Vec<Panel>, &'static str, &'static str) {
             })
         })
         .collect();
-    (panels, "signed γ", "C")
+    (panels, "signed γ in degrees", "C in degrees")
 }
 
 fn panel(name: String, found: &Diagnosis, indices: &[usize], x: fn(&Row) -> f64, y: fn(&Row) -> f64) -> Panel {
@@ -271,6 +281,8 @@ fn panel(name: String, found: &Diagnosis, indices: &[usize], x: fn(&Row) -> f64,
         rows: ys.len(),
         before,
         after,
+        x: xs,
+        y: ys,
     }
 }
 

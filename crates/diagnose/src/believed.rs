@@ -54,6 +54,8 @@ struct Recipe {
     /// Shapes that are searched as 1/value.
     inverse: Vec<bool>,
     power: f64,
+    /// Its place in the model's list and its values there, where the model has it already: a hypothesis adds to them.
+    known: Option<(usize, Vec<f64>)>,
 }
 
 /// Even Chebyshev terms of ln I that an analyst refits.
@@ -144,7 +146,11 @@ impl Believed {
     pub fn model(&self, nuisance: &[f64], hypotheses: &[Hypothesis]) -> Option<Model> {
         let mut effects = self.model.effects().to_vec();
         for hypothesis in hypotheses {
-            effects.push(self.effect(hypothesis)?);
+            let effect = self.effect(hypothesis)?;
+            match &self.recipes[hypothesis.effect].known {
+                Some((place, _)) => effects[*place] = effect,
+                None => effects.push(effect),
+            }
         }
         Some(self.model.with_refined(self.refined(nuisance)).with_effects(effects))
     }
@@ -154,21 +160,43 @@ impl Believed {
         Effect::new(self.recipes[hypothesis.effect].spec, &self.values(hypothesis)).ok()
     }
 
+    /// The values that the model has of an effect before the hypothesis, where it has it.
+    pub fn known(&self, effect: usize) -> Option<&[f64]> {
+        self.recipes[effect].known.as_ref().map(|(_, values)| values.as_slice())
+    }
+
+    /// The effect's place among the effects of [`model`](Self::model) with these hypotheses.
+    pub fn place(&self, hypotheses: &[Hypothesis], number: usize) -> usize {
+        let new = |hypothesis: &Hypothesis| self.recipes[hypothesis.effect].known.is_none();
+        match &self.recipes[hypotheses[number].effect].known {
+            Some((place, _)) => *place,
+            None => self.model.effects().len() + hypotheses[..number].iter().filter(|h| new(h)).count(),
+        }
+    }
+
     /// The effect's values, in the order of its keys.
     pub fn values(&self, hypothesis: &Hypothesis) -> Vec<f64> {
         let recipe = &self.recipes[hypothesis.effect];
-        let mut values: Vec<f64> = recipe.spec.parameters.iter().map(|parameter| parameter.null).collect();
+        let nulls = || recipe.spec.parameters.iter().map(|parameter| parameter.null).collect();
+        let mut values: Vec<f64> = recipe.known.as_ref().map_or_else(nulls, |(_, values)| values.clone());
         if let Some((key, period)) = recipe.phase {
-            let (p, q) = (hypothesis.linear[0], hypothesis.linear[1]);
-            values[recipe.amplitudes[0]] += p.hypot(q).powf(1.0 / recipe.power);
+            // What is known already is a vector of its own; the change adds to it.
+            let amplitude = recipe.amplitudes[0];
+            let null = recipe.spec.parameters[amplitude].null;
+            let (sin, cos) = (values[key] / period * std::f64::consts::TAU).sin_cos();
+            let before = (values[amplitude] - null).abs().powf(recipe.power);
+            let (p, q) = (before * cos + hypothesis.linear[0], before * sin + hypothesis.linear[1]);
+            values[amplitude] = null + p.hypot(q).powf(1.0 / recipe.power);
             values[key] = (q.atan2(p) / std::f64::consts::TAU * period).rem_euclid(period);
         } else {
             for (&key, amount) in recipe.amplitudes.iter().zip(&hypothesis.linear) {
-                values[key] += if recipe.power == 1.0 {
-                    *amount
+                let null = recipe.spec.parameters[key].null;
+                if recipe.power == 1.0 {
+                    values[key] += *amount;
                 } else {
-                    amount.max(0.0).powf(1.0 / recipe.power)
-                };
+                    let before = (values[key] - null).max(0.0).powf(recipe.power);
+                    values[key] = null + (before + amount).max(0.0).powf(1.0 / recipe.power);
+                }
             }
         }
         for ((&key, &inverse), &shape) in recipe.shapes.iter().zip(&recipe.inverse).zip(&hypothesis.shape) {
@@ -237,11 +265,29 @@ impl Believed {
 
     fn list_effects(&mut self, stages: &[Stage]) {
         let peak_lx = self.peak_lx();
-        let known: Vec<&str> = self.model.effects().iter().map(Effect::name).collect();
         for &spec in catalogue() {
-            if known.contains(&spec.name) || !spec.stages.iter().any(|stage| stages.contains(stage)) {
+            if !spec.stages.iter().any(|stage| stages.contains(stage)) {
                 continue;
             }
+            let same = |effect: &Effect| effect.name() == spec.name;
+            let mine: Vec<usize> = (0..self.model.effects().len())
+                .filter(|&i| same(&self.model.effects()[i]))
+                .collect();
+            let (known, changed) = match mine.as_slice() {
+                [] => (None, false),
+                [place] => {
+                    let effect = &self.model.effects()[*place];
+                    // At its null it is as good as not there, and any shape is open.
+                    let values = if effect.is_null() {
+                        spec.parameters.iter().map(|parameter| parameter.null).collect()
+                    } else {
+                        effect.values().to_vec()
+                    };
+                    (Some((*place, values)), !effect.is_null())
+                }
+                // Twice the same effect: neither is the one that changed.
+                _ => continue,
+            };
             let active = |k: usize| spec.parameters[k].stages.iter().any(|stage| stages.contains(stage));
             let keys = 0..spec.parameters.len();
             let amplitudes: Vec<usize> = keys
@@ -255,9 +301,11 @@ impl Believed {
                 Role::Phase { period } if active(k) => Some((k, period)),
                 _ => None,
             });
+            // What has changed keeps its shape.
             let shapes: Vec<usize> = keys
                 .filter(|&k| {
                     active(k)
+                        && !changed
                         && matches!(
                             spec.parameters[k].role,
                             Role::Shape { .. } | Role::Period | Role::RangeId
@@ -344,14 +392,19 @@ impl Believed {
             }
             let first = &spec.parameters[amplitudes[0]];
             let positive = first.plausible.0 >= first.null;
-            let one_sided = positive && step.len() == 1;
+            let natural = positive && step.len() == 1;
+            let before = |k: usize| {
+                let null = spec.parameters[k].null;
+                known.as_ref().map_or(0.0, |(_, values)| of(values[k] - null))
+            };
             let limits = (0..step.len())
                 .map(|k| {
-                    let key = spec.parameters[amplitudes[k.min(amplitudes.len() - 1)]].key;
-                    let low = if one_sided { 0.0 } else { f64::NEG_INFINITY };
+                    let place = amplitudes[k.min(amplitudes.len() - 1)];
+                    let key = spec.parameters[place].key;
+                    let low = if natural { -before(place) } else { f64::NEG_INFINITY };
                     // No part gives less than nothing, no floor more than it gets.
                     let high = if matches!(key, "albedo" | "depth_rel") {
-                        1.0
+                        1.0 - before(place)
                     } else {
                         f64::INFINITY
                     };
@@ -360,17 +413,17 @@ impl Believed {
                 .collect();
             self.searchable.push(Searchable {
                 name: spec.name,
-                one_sided,
+                one_sided: natural && !changed,
                 limits,
                 turns: phase.is_some(),
-                never_negative: power != 1.0,
+                never_negative: power != 1.0 && !changed,
                 step,
                 plausible,
                 shapes: product(&grids),
                 bounds,
                 believed,
                 shape_step: steps,
-                oscillates: self.beats(spec),
+                oscillates: if changed { None } else { self.beats(spec) },
                 fixed: shapes
                     .iter()
                     .map(|&k| spec.parameters[k].role == Role::RangeId)
@@ -387,6 +440,7 @@ impl Believed {
                 shapes,
                 inverse,
                 power,
+                known,
             });
         }
     }

@@ -11,11 +11,12 @@ use crate::document::{
     BlindSpot, Document, EffectEntry, EvidenceEntry, GapEntry, HeldOutEntry, Independence, NoiseEntry, ParameterEntry,
     PlaceEntry, RankedEntry, UnexplainedEntry, Verdict,
 };
-use crate::fit::{Fit, Whitener, fit, nuisance_tangents};
+use crate::fit::{Fit, Whitener, derivatives, fit, nuisance_tangents};
 use crate::forward::{Forward, Hypothesis};
 use crate::held_out;
 use crate::next::{self, Next};
 use crate::observe::{Observed, observed};
+use crate::rounding::Rounding;
 use crate::search::{Label, Outcome, Settings, search};
 use crate::table::Row;
 
@@ -292,6 +293,7 @@ fn parameters(
                 u: variance.max(0.0).sqrt(),
                 unit: parameter.unit,
                 plausible: [low, high],
+                before: believed.known(member.effect).map(|before| before[key]),
                 implausible: parameter.role == Role::Amplitude && !(low..=high).contains(&values[key]),
             };
             (parameter.key, entry)
@@ -440,11 +442,32 @@ fn predicted(model: &Model, part: &Part) -> Option<Vec<f64>> {
     }
 }
 
-/// A second fit of the same effects without whole planes, maps and dark blocks, which it then predicts.
+/// A second fit of the same effects without whole planes, maps and dark blocks, which it then predicts. Of the rules the first
+/// whose rows the remaining ones can predict.
 fn by_rule(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> (Option<HeldOutEntry>, String) {
-    let Some(held) = held_out::by_rule(rows) else {
-        return (None, "too few half-planes or maps to keep any back".to_owned());
-    };
+    let mut why = "too few half-planes or maps to keep any back".to_owned();
+    for first in held_out::RULES {
+        let Some(held) = held_out::by_rule(rows, first) else {
+            continue;
+        };
+        match without(believed, outcome, rows, held) {
+            Ok(entry) => return entry,
+            Err(note) => why = note,
+        }
+    }
+    (None, why)
+}
+
+/// A fit that cannot predict what it has not seen better than this (rms, in σ) says nothing of the effect.
+const PREDICTABLE_SIGMA: f64 = 0.5;
+
+/// As [`by_rule`], for one choice of rows; an error says why they are no test.
+fn without(
+    believed: &Believed,
+    outcome: &Outcome,
+    rows: &[Row],
+    held: held_out::HeldOut,
+) -> Result<(Option<HeldOutEntry>, String), String> {
     let scale = DVector::from_iterator(
         rows.len(),
         rows.iter().zip(&held.rows).zip(&outcome.noise.weights).map(
@@ -466,10 +489,28 @@ fn by_rule(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> (Option<Held
         Some((refit(&[])?, refit(&outcome.after.hypotheses)?))
     });
     let Some((baseline, after)) = fits else {
-        return (None, "the second fit did not succeed".to_owned());
+        return Err("the second fit did not succeed".to_owned());
     };
     let pick: Vec<usize> = (0..rows.len()).filter(|&i| held.rows[i]).collect();
     let sigma = |i: usize| outcome.noise.scale * rows[i].u;
+    let alone = Rounding::default();
+    let plain = Whitener {
+        sequence: &outcome.sequence,
+        rounding: &alone,
+        row_scale: DVector::from_fn(rows.len(), |i, _| 1.0 / sigma(i)),
+        rho: 0.0,
+    };
+    let u_predicted = derivatives(believed, &plain, &after).map_or(0.0, |slopes| {
+        let slopes = slopes.select_rows(&pick);
+        let covariance = after.covariance(outcome.noise.scale);
+        ((&slopes * covariance).component_mul(&slopes).sum() / pick.len() as f64).sqrt()
+    });
+    if u_predicted > PREDICTABLE_SIGMA {
+        return Err(format!(
+            "{}: the others cannot predict them better than {u_predicted:.1} σ, so they are no test",
+            held.note
+        ));
+    }
     let of = |fitted: &Fit| {
         rms(pick
             .iter()
@@ -480,7 +521,14 @@ fn by_rule(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> (Option<Held
         .map(|&i| ((after.prediction[i] - baseline.prediction[i]) / sigma(i)).powi(2))
         .sum::<f64>()
         .sqrt();
-    held_out_entry(of(&baseline), of(&after), 1.0, pick.len(), visible, held.note)
+    Ok(held_out_entry(
+        of(&baseline),
+        of(&after),
+        1.0,
+        pick.len(),
+        visible,
+        held.note,
+    ))
 }
 
 fn places(outcome: &Outcome) -> Vec<PlaceEntry> {
@@ -571,9 +619,10 @@ fn model_after(
     settings: &Settings,
 ) -> Option<Model> {
     let model = believed.model(&outcome.after.nuisance, &outcome.after.hypotheses)?;
-    let known = model.effects().len() - outcome.after.hypotheses.len();
     let mut effects: Vec<Effect> = model.effects().to_vec();
-    for (effect, entry) in effects[known..].iter_mut().zip(entries) {
+    let hypotheses = &outcome.after.hypotheses;
+    for (number, entry) in entries.iter().enumerate() {
+        let effect = &mut effects[believed.place(hypotheses, number)];
         let number = |value: f64| toml::Value::Float(value);
         let u: toml::Table = entry
             .parameters
@@ -616,6 +665,42 @@ fn independence(model: &Model, sha256: &str) -> Independence {
     }
 }
 
+/// What the amplitudes of an effect that the model has already have changed to; nothing for a new one.
+fn changes(effect: &EffectEntry) -> String {
+    let changed: Vec<String> = effect
+        .parameters
+        .iter()
+        .filter_map(|(key, parameter)| {
+            let before = parameter.before.filter(|before| *before != parameter.value)?;
+            let (from, to) = (digits(before, 3), digits(parameter.value, 3));
+            Some(format!("{key} changed from {from} to {to}"))
+        })
+        .collect();
+    if changed.is_empty() {
+        String::new()
+    } else {
+        format!(" ({})", changed.join(", "))
+    }
+}
+
+/// A number with so many significant digits: 0.00123, 12.3, 1230.
+pub fn digits(value: f64, significant: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let magnitude = value.abs().log10().floor() as i32;
+    let places = (significant as i32 - 1 - magnitude).max(0) as usize;
+    if places > 9 {
+        return format!("{value:.*e}", significant - 1);
+    }
+    let text = format!("{value:.places$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
 fn sentence(
     verdict: Verdict,
     effects: &[EffectEntry],
@@ -625,7 +710,7 @@ fn sentence(
     let sets: Vec<String> = effects
         .iter()
         .map(|effect| {
-            let mut set = vec![effect.name.to_owned()];
+            let mut set = vec![format!("{}{}", effect.name, changes(effect))];
             set.extend(effect.equivalents.iter().cloned());
             set.join(" or ")
         })
@@ -641,8 +726,12 @@ fn sentence(
         Verdict::Unexplained => {
             let place = unexplained.map_or_else(String::new, |u| {
                 format!(
-                    "{}, along {} between {:.4} and {:.4} ({:.1} σ)",
-                    u.note, u.coordinate, u.range[0], u.range[1], u.significance_sigma
+                    "{}, along {} between {} and {} ({:.1} σ)",
+                    u.note,
+                    u.coordinate,
+                    digits(u.range[0], 4),
+                    digits(u.range[1], 4),
+                    u.significance_sigma
                 )
             });
             let besides = if named.is_empty() {
@@ -652,5 +741,20 @@ fn sentence(
             };
             format!("unexplained: {place}; no effect in the catalogue makes it{besides}")
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::digits;
+
+    #[test]
+    fn numbers_keep_their_digits_and_lose_their_noughts() {
+        assert_eq!(digits(0.0, 3), "0");
+        assert_eq!(digits(0.000_123_456, 2), "0.00012");
+        assert_eq!(digits(-12.34, 3), "-12.3");
+        assert_eq!(digits(1234.56, 3), "1235");
+        assert_eq!(digits(0.5, 3), "0.5");
+        assert_eq!(digits(3e-12, 2), "3.0e-12");
     }
 }

@@ -91,6 +91,9 @@ pub struct ParameterEntry {
     pub unit: &'static str,
     /// What a bench plausibly shows.
     pub plausible: [f64; 2],
+    /// The value in the model as given, where the effect is in it already.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub before: Option<f64>,
     /// Outside that range.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub implausible: bool,

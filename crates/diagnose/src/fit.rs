@@ -173,6 +173,19 @@ pub fn fit<F: Forward + ?Sized>(
     })
 }
 
+/// Derivatives of every row to the parameters of a fit, in units of other weights than it was made with.
+pub fn derivatives<F: Forward + ?Sized>(forward: &F, whitener: &Whitener<'_>, fitted: &Fit) -> Option<DMatrix<f64>> {
+    let state = (fitted.nuisance.clone(), fitted.hypotheses.clone());
+    let slots = slots(forward, state.0.len(), &state.1);
+    let mut jacobian = DMatrix::zeros(fitted.prediction.len(), slots.len());
+    if !state.0.is_empty() {
+        let nuisance = whitened(whitener, nuisance_derivatives(forward, &state, &fitted.prediction)?);
+        jacobian.columns_mut(0, state.0.len()).copy_from(&nuisance);
+    }
+    derivative(forward, whitener, &state, &fitted.prediction, &slots, &mut jacobian)?;
+    Some(jacobian)
+}
+
 impl Fit {
     /// Covariance of all parameters (order of the Jacobian) for a noise scale `s`: s²·(JᵀJ)⁻¹.
     pub fn covariance(&self, scale: f64) -> DMatrix<f64> {

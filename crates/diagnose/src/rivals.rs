@@ -385,7 +385,12 @@ fn azimuth(build: &mut Builder<'_>) {
                     (order * azimuth(row)).sin() * shape(row)
                 }),
             ];
-            let note = format!("a relative change with {harmonic} periods around C");
+            let periods = if harmonic == 1 {
+                "one period".to_owned()
+            } else {
+                format!("{harmonic} periods")
+            };
+            let note = format!("a relative change with {periods} around C");
             build.add(Coordinate::CDeg, "harmonic", [0.0, 360.0], note, columns);
             if harmonic % 2 == 1 && power == 0 {
                 let columns = vec![
@@ -396,7 +401,7 @@ fn azimuth(build: &mut Builder<'_>) {
                         (order * row.c_deg.to_radians()).sin()
                     }),
                 ];
-                let note = format!("a relative change with {harmonic} periods of the C axis");
+                let note = format!("a relative change with {periods} of the C axis");
                 build.add(Coordinate::CDeg, "harmonic", [0.0, 360.0], note, columns);
             }
         }

@@ -166,8 +166,9 @@ impl Scan {
         let table = EvidenceTable::new(width);
         let scale = ChiSquared::new(self.freedom.max(1.0)).ok();
         let rows = directions.ncols();
-        let u_rho = if sequence.has_neighbours() {
-            ((1.0 - rho * rho) / self.freedom.max(1.0)).sqrt()
+        // A correlation of white noise's own size is none.
+        let u_rho = if sequence.has_neighbours() && rho > 0.1 {
+            (2.0 * (1.0 - rho * rho) / self.freedom.max(1.0)).sqrt()
         } else {
             0.0
         };

@@ -402,7 +402,9 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let freedom = (n as f64 - basis.rank() as f64).max(1.0);
         let rms = (residual.norm_squared() / freedom).sqrt().max(f64::MIN_POSITIVE);
         self.noise.weights = heavy_tail_weights(&(&residual / rms));
-        self.noise.rho = self.sequence.autocorrelation(&residual, basis.directions());
+        let rho = self.sequence.autocorrelation(&residual, basis.directions());
+        // White noise has a correlation of this size by chance.
+        self.noise.rho = if rho > 1.5 / freedom.sqrt() { rho } else { 0.0 };
         let rounding = self.rounding.clone();
         let whitener = self.whitener_with(&rounding);
         let basis = basis_of(&whitener);

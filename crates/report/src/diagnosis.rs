@@ -16,6 +16,10 @@ pub struct Panel {
     pub before: Vec<f64>,
     /// As `before`, with the effects.
     pub after: Vec<f64>,
+    /// Coordinate of every column, left to right.
+    pub x: Vec<f64>,
+    /// Coordinate of every row, from below.
+    pub y: Vec<f64>,
 }
 
 /// The scale of every residual map, in σ.
@@ -34,19 +38,21 @@ pub fn residual_maps(panels: &[Panel], x: &str, y: &str) -> String {
         }
     };
     let lines: Vec<&[Panel]> = panels.chunks(per_line).collect();
-    let line_height = |line: &[Panel]| line.iter().map(height_of).fold(0.0, f64::max) + 26.0;
+    let line_height = |line: &[Panel]| line.iter().map(height_of).fold(0.0, f64::max) + 38.0;
     let total: f64 = lines.iter().map(|line| line_height(line)).sum();
-    let half = per_line as f64 * (width + 12.0) + 20.0;
+    let half = per_line as f64 * (width + 14.0) + 46.0;
     let mut svg = Svg::new(2.0 * half + 90.0, total + 70.0, "Residuals before and after");
     for (side, title) in ["before", "after"].iter().enumerate() {
-        let left = 30.0 + side as f64 * half;
-        svg.text((left, 20.0), 14.0, Anchor::Start, colour::INK, title);
+        let left = 44.0 + side as f64 * half;
+        svg.text((left, 18.0), 14.0, Anchor::Start, colour::INK, title);
         let mut top = 32.0;
         for line in &lines {
             for (place, panel) in line.iter().enumerate() {
                 let values = if side == 0 { &panel.before } else { &panel.after };
-                let corner = (left + place as f64 * (width + 12.0), top + 12.0);
-                draw(&mut svg, panel, values, corner, (width, height_of(panel)));
+                let corner = (left + place as f64 * (width + 14.0), top + 12.0);
+                let size = (width, height_of(panel));
+                draw(&mut svg, panel, values, corner, size);
+                ticks(&mut svg, panel, corner, size, place == 0);
             }
             top += line_height(line);
         }
@@ -58,7 +64,7 @@ pub fn residual_maps(panels: &[Panel], x: &str, y: &str) -> String {
         colour::MUTED,
         &format!("→ {x},  ↑ {y}"),
     );
-    scale_bar(&mut svg, 2.0 * half + 30.0, 44.0, 160.0);
+    scale_bar(&mut svg, 2.0 * half + 34.0, 44.0, 160.0);
     svg.finish()
 }
 
@@ -90,6 +96,46 @@ fn draw(svg: &mut Svg, panel: &Panel, values: &[f64], (left, top): (f64, f64), (
         "none",
         Some(Stroke::solid(colour::MUTED, 0.6)),
     );
+}
+
+/// The coordinates of the first, middle and last column below, of the rows at the left of a line's first panel.
+fn ticks(svg: &mut Svg, panel: &Panel, (left, top): (f64, f64), (width, height): (f64, f64), first: bool) {
+    let few = |n: usize, room: f64| -> Vec<usize> {
+        let count = ((room / 34.0) as usize + 1).clamp(2, 7).min(n);
+        let mut places: Vec<usize> = (0..count)
+            .map(|k| k * n.saturating_sub(1) / count.saturating_sub(1).max(1))
+            .collect();
+        places.dedup();
+        places
+    };
+    let word = |value: f64| {
+        let text = format!("{value:.1}");
+        text.strip_suffix(".0")
+            .map_or_else(|| text.clone(), str::to_owned)
+            .replace('-', "−")
+    };
+    for place in few(panel.x.len(), width) {
+        let x = left + (place as f64 + 0.5) * width / panel.columns.max(1) as f64;
+        svg.text(
+            (x, top + height + 10.0),
+            8.0,
+            Anchor::Middle,
+            colour::MUTED,
+            &word(panel.x[place]),
+        );
+    }
+    if first {
+        for place in few(panel.y.len(), 1.6 * height) {
+            let y = top + height - (place as f64 + 0.5) * height / panel.rows.max(1) as f64;
+            svg.text(
+                (left - 4.0, y + 3.0),
+                8.0,
+                Anchor::End,
+                colour::MUTED,
+                &word(panel.y[place]),
+            );
+        }
+    }
 }
 
 fn scale_bar(svg: &mut Svg, left: f64, top: f64, height: f64) {
@@ -209,8 +255,11 @@ pub fn gap_bars(entries: &[(&str, f64, f64, f64)]) -> String {
             let y = y + 8.0 + 24.0 * place;
             svg.rectangle(60.0, y, scale(*value), 18.0, fill, None);
             svg.text((54.0, y + 13.0), 11.0, Anchor::End, colour::MUTED, word);
+            // Beyond the dashed line where that would cross the number.
+            let (end, floor) = (60.0 + scale(*value), 60.0 + scale(*floor));
+            let crossed = (end - 4.0..end + 54.0).contains(&floor);
             svg.text(
-                (66.0 + scale(*value), y + 13.0),
+                (if crossed { floor } else { end } + 6.0, y + 13.0),
                 11.0,
                 Anchor::Start,
                 colour::INK,

@@ -1,6 +1,6 @@
 //! Writes one case: `cargo run -p isolux-hidden-effects --example write_case -- FOLDER SEED gonio|sensor NAME SIGMA [NAME SIGMA …]`.
 //!
-//! With `--common` the plan is a common one: one distance, one way, no darks. With `--truth` the held-out truth is written too, as `truth.csv` (value, standard deviation).
+//! With `--common` the plan is a common one: one distance, one way, no darks; with `--correlated` the noise is. With `--truth` the held-out truth is written too, as `truth.csv` (value, standard deviation).
 
 use std::fmt::Write as _;
 
@@ -28,7 +28,11 @@ fn main() {
         sensor: kind == "sensor",
         plan: if common { Plan::Common } else { Plan::Designed },
         hidden,
-        rho: 0.0,
+        rho: if std::env::args().any(|word| word == "--correlated") {
+            0.5
+        } else {
+            0.0
+        },
         outliers: 0.0,
         seed: seed.parse().expect("the seed is a number"),
     };
