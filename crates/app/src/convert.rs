@@ -16,6 +16,8 @@ pub struct Wishes {
     pub read: ReadOptions,
     /// Edition of the target: `2002`, `2019` for IES; `2018`, `2023` for TM-33.
     pub edition: Option<String>,
+    /// File generation type of LM-63-2019; without it the source's own, or undefined.
+    pub generation: Option<String>,
     /// Series of a spectrum with several, by name.
     pub series: Option<String>,
     /// Another spacing of a spectrum, nm, and how values between its points are found.
@@ -163,7 +165,10 @@ fn encode_distribution(
                 Some(document) => eulumdat::rewrite(document, &distribution.intensity),
                 None => eulumdat::write(&distribution.intensity, &distribution.eulumdat_header())?,
             };
-            Ok((written.bytes, written.findings))
+            Ok((
+                written.bytes,
+                with_losses(written.findings, distribution, Format::Eulumdat),
+            ))
         }
         Some(Format::Ies) => {
             let edition = match wishes.edition.as_deref() {
@@ -176,8 +181,12 @@ fn encode_distribution(
                     ));
                 }
             };
-            let written = ies::write(&distribution.intensity, &distribution.ies_facts(), edition);
-            Ok((written.bytes, written.findings))
+            let mut facts = distribution.ies_facts();
+            if let Some(asked) = &wishes.generation {
+                facts.generation = Some(generation(asked, edition)?);
+            }
+            let written = ies::write(&distribution.intensity, &facts, edition);
+            Ok((written.bytes, with_losses(written.findings, distribution, Format::Ies)))
         }
         Some(Format::Tm33) => {
             let edition = match wishes.edition.as_deref() {
@@ -189,8 +198,37 @@ fn encode_distribution(
                 }
             };
             let written = tm33::write(distribution, edition);
-            Ok((written.bytes, written.findings))
+            Ok((written.bytes, with_losses(written.findings, distribution, Format::Tm33)))
         }
         _ => Err(unwritable("a distribution", Utf8Path::new("this file"))),
     }
+}
+
+/// A file generation type of LM-63-2019, as a person asks for it.
+fn generation(asked: &str, edition: ies::Edition) -> Result<String, Finding> {
+    if edition < ies::Edition::E2019 {
+        let message = "file generation types belong to LM-63-2019";
+        return Err(Finding::error("convert-generation", message).fix("add --edition 2019"));
+    }
+    let known = ies::GENERATION_TYPES.iter().find(|(code, _)| *code == asked);
+    known.map(|&(code, _)| code.to_owned()).ok_or_else(|| {
+        let all: Vec<String> = ies::GENERATION_TYPES
+            .iter()
+            .map(|(code, meaning)| format!("{code} ({meaning})"))
+            .collect();
+        Finding::error("convert-generation", format!("{asked} is no file generation type"))
+            .fix(format!("one of {}", all.join(", ")))
+    })
+}
+
+/// The findings of a writer, and what of the source's header its format has no field for.
+fn with_losses(mut findings: Vec<Finding>, distribution: &Distribution, target: Format) -> Vec<Finding> {
+    let lost = distribution.without_field(target);
+    if !lost.is_empty() {
+        findings.push(Finding::note(
+            "convert-header",
+            format!("this format has no field for: {}", lost.join(", ")),
+        ));
+    }
+    findings
 }

@@ -2,8 +2,8 @@
 
 mod mismatch;
 
-use camino::Utf8Path;
-use isolux_formats::{Content, Finding, Format, Kind, Parsed, ReadOptions, Severity, read_any_with};
+use camino::{Utf8Component, Utf8Path, Utf8PathBuf};
+use isolux_formats::{Content, Finding, Format, Kind, Opened, Parsed, ReadOptions, Severity, read_any_beside};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -81,11 +81,65 @@ pub fn read(path: &Utf8Path, options: ReadOptions) -> Result<Vec<Parsed<Content>
         return Err(Finding::error("file-too-large", message).fix("check that this is a photometric file"));
     }
     let bytes = files::read(path).map_err(|failure| Finding::error("file-unreadable", failure.message))?;
-    Ok(read_any_with(
+    Ok(read_any_beside(
         &bytes,
         path.file_name().unwrap_or(path.as_str()),
         options,
+        &|name| beside(path, name),
     ))
+}
+
+/// Largest file that another one may name: a tilt table has a few hundred numbers.
+const LARGEST_BESIDE: u64 = 1024 * 1024;
+
+/// The file `name` in the folder of `path` or below it; nothing outside that folder is opened, whatever a file says.
+fn beside(path: &Utf8Path, name: &str) -> Result<Opened, String> {
+    let relative = Utf8PathBuf::from(name.replace('\\', "/"));
+    let inside = relative
+        .components()
+        .all(|part| matches!(part, Utf8Component::Normal(_) | Utf8Component::CurDir));
+    if !inside || name.contains(':') {
+        return Err(format!("{name} is not below the folder of the file itself"));
+    }
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_str().is_empty())
+        .unwrap_or(Utf8Path::new("."));
+    let target = in_any_case(folder, &relative);
+    let real = |path: &Utf8Path| path.canonicalize_utf8().map_err(|error| format!("{path}: {error}"));
+    let (root, real) = (real(folder)?, real(&target)?);
+    if !real.starts_with(&root) {
+        return Err(format!("{target} leads out of the folder of the file itself"));
+    }
+    let facts = std::fs::metadata(&real).map_err(|error| format!("{target}: {error}"))?;
+    if !facts.is_file() || facts.len() > LARGEST_BESIDE {
+        return Err(format!("{target} is no file of at most {LARGEST_BESIDE} bytes"));
+    }
+    let bytes = files::read(&real).map_err(|failure| failure.message)?;
+    Ok(Opened {
+        path: target.into_string(),
+        bytes,
+    })
+}
+
+/// `relative` in `folder`; where no such name exists, the one that differs in case alone (names come from Windows).
+fn in_any_case(folder: &Utf8Path, relative: &Utf8Path) -> Utf8PathBuf {
+    let exact = folder.join(relative);
+    let (Some(parent), Some(name)) = (exact.parent(), exact.file_name()) else {
+        return exact;
+    };
+    if exact.exists() {
+        return exact;
+    }
+    let mut same: Vec<Utf8PathBuf> = parent
+        .read_dir_utf8()
+        .into_iter()
+        .flatten()
+        .flatten()
+        .filter(|entry| entry.file_name().eq_ignore_ascii_case(name))
+        .map(|entry| entry.path().to_owned())
+        .collect();
+    if same.len() == 1 { same.remove(0) } else { exact }
 }
 
 fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
@@ -109,5 +163,58 @@ fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
         findings: parsed.findings,
         quantities,
         content: parsed.document,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAMP: &str = "IESNA:LM-63-2002\n[TEST] 1\n[TESTLAB] a\n[ISSUEDATE] b\n[MANUFAC] c\nTILT=NAME\n1 1000 1 3 1 1 2 0 0 0\n1 1 10\n0 45 90\n0\n100 70 0\n";
+
+    fn inspected(folder: &Utf8Path, name: &str) -> Inspection {
+        let path = folder.join("lamp.ies");
+        std::fs::write(&path, LAMP.replace("NAME", name)).unwrap();
+        file(&path, ReadOptions::default()).remove(0)
+    }
+
+    fn tilt(inspection: &Inspection) -> Option<isolux_formats::ies::TiltFactors> {
+        match inspection.content.as_ref()? {
+            Content::Distribution(distribution) => distribution.tilt_factors(),
+            Content::Spectrum(_) => None,
+        }
+    }
+
+    #[test]
+    fn a_tilt_file_is_read_from_beside_and_from_nowhere_else() {
+        let outer = tempfile::tempdir().unwrap();
+        let outer = Utf8Path::from_path(outer.path()).unwrap().to_owned();
+        let folder = outer.join("files");
+        std::fs::create_dir(&folder).unwrap();
+        std::fs::write(folder.join("Lamp.TLT"), "1\n3\n0 45 90\n1.0 .95 .9\n").unwrap();
+        std::fs::write(outer.join("outside.tlt"), "1\n3\n0 45 90\n1.0 .95 .9\n").unwrap();
+        std::fs::write(folder.join("short.tlt"), "1\n3\n0 45\n1.0 .95\n").unwrap();
+        std::os::unix::fs::symlink(outer.join("outside.tlt"), folder.join("link.tlt")).unwrap();
+
+        let found = inspected(&folder, "lamp.tlt");
+        assert_eq!(tilt(&found).unwrap().factor, [1.0, 0.95, 0.9]);
+        let said = found.findings.iter().find(|f| f.code == "ies-tilt-factors").unwrap();
+        assert!(said.message.contains("Lamp.TLT"), "{}", said.message);
+        assert_eq!(said.line, Some(6));
+
+        let absolute = outer.join("outside.tlt").into_string();
+        for name in [
+            "absent.tlt",
+            "short.tlt",
+            "../outside.tlt",
+            "..\\outside.tlt",
+            "link.tlt",
+            &absolute,
+        ] {
+            let found = inspected(&folder, name);
+            assert!(found.readable && !found.has_error(), "{name}");
+            assert!(tilt(&found).is_none(), "{name}");
+            assert!(found.findings.iter().any(|f| f.code == "ies-tilt-file"), "{name}");
+        }
     }
 }

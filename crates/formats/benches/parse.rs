@@ -9,7 +9,7 @@ fn main() {
     divan::main();
 }
 
-const SIZES: [(usize, usize); 2] = [(24, 91), (360, 181)];
+const SIZES: [(usize, usize); 2] = [(25, 91), (361, 181)];
 
 /// A full-circle file of `planes` × `gammas` intensities.
 fn file(planes: usize, gammas: usize) -> String {

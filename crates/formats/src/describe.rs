@@ -5,6 +5,7 @@ use serde_json::Value;
 use crate::Distribution;
 use crate::eulumdat;
 use crate::ies;
+use crate::read::Format;
 
 impl Distribution {
     /// The header of an EULUMDAT file. Without a lamp flux, and for absolute photometry, the reference is the
@@ -49,6 +50,7 @@ impl Distribution {
         let kept = self.header.get("keywords").and_then(Value::as_array).map(|list| {
             list.iter()
                 .filter_map(|pair| Some((pair["name"].as_str()?.to_owned(), pair["text"].as_str()?.to_owned())))
+                .chain(self.labels())
                 .collect::<Vec<_>>()
         });
         let keywords = kept.unwrap_or_else(|| {
@@ -72,8 +74,67 @@ impl Distribution {
             lamp_count: luminaire.lamp_count.filter(|&count| count >= 1.0).unwrap_or(1.0),
             opening_m: self.opening_m(),
             watts: luminaire.watts.unwrap_or(0.0),
-            generation: None,
+            generation: self
+                .header
+                .get("file_generation_type")
+                .and_then(Value::as_str)
+                .map(str::to_owned),
+            tilt: self.tilt_factors(),
         }
+    }
+
+    /// Label lines of LM-63-1986, as later editions have them.
+    fn labels(&self) -> impl Iterator<Item = (String, String)> {
+        let labels = self.header.get("labels").and_then(Value::as_array);
+        let texts = labels.into_iter().flatten().filter_map(Value::as_str);
+        texts
+            .filter(|text| !text.trim().is_empty())
+            .map(|text| ("OTHER".to_owned(), text.trim().to_owned()))
+    }
+
+    /// The tilt table of an LM-63 file, from `TILT=INCLUDE` or from the file that it names.
+    pub fn tilt_factors(&self) -> Option<ies::TiltFactors> {
+        let tilt = self.header.get("tilt")?;
+        let numbers =
+            |key: &str| -> Option<Vec<f64>> { tilt.get(key)?.as_array()?.iter().map(Value::as_f64).collect() };
+        Some(ies::TiltFactors {
+            geometry: tilt.get("geometry")?.as_f64()?,
+            angle_deg: numbers("angle_deg")?,
+            factor: numbers("factor")?,
+        })
+    }
+
+    /// Fields that were read, say something, and have no place in a file of format `target`; what follows from the
+    /// intensities and the flux is not counted.
+    pub fn without_field(&self, target: Format) -> Vec<String> {
+        if target == Format::Json || (target == Format::Eulumdat && self.eulumdat.is_some()) {
+            return Vec::new();
+        }
+        let from_ies = target == Format::Ies && self.header.contains_key("keywords");
+        let mut lost = Vec::new();
+        for (key, value) in &self.header {
+            match (key.as_str(), value) {
+                (key, _) if SAID_AGAIN.contains(&key) || DESCRIPTION.contains(&key) => {}
+                ("length_mm" | "width_mm" | "height_mm", _) if target != Format::Ies => {}
+                (key, _) if key.starts_with("luminous_height") && target == Format::Ies => {}
+                ("keywords", Value::Array(list)) if !from_ies => lost.extend(keywords_lost(list, target)),
+                ("tilt", Value::Object(_)) if from_ies && self.tilt_factors().is_some() => {}
+                ("labels" | "file_generation_type" | "file_generation", _) if from_ies => {}
+                ("future_use" | "photometric_factor", Value::Number(number)) if number.as_f64() == Some(1.0) => {}
+                ("lamp_sets", Value::Array(sets)) => lost.extend(sets_lost(sets, target)),
+                ("Header" | "Emitter" | "Luminaire" | "keywords", _) | (_, Value::Null) => {}
+                (_, Value::String(text)) if text.is_empty() => {}
+                (_, Value::Number(number)) if number.as_f64() == Some(0.0) => {}
+                (_, Value::Array(list)) if list.is_empty() => {}
+                (key, _) => lost.push(key.to_owned()),
+            }
+        }
+        if target == Format::Tm33 && !self.absolute && self.lamp_flux_lm.is_some() {
+            lost.push("relative photometry (the lamps' flux is kept as rated lumens)".to_owned());
+        }
+        lost.sort();
+        lost.dedup();
+        lost
     }
 
     /// Width, length and height of the luminous opening in m; a round one is −d, −d (LM-63-2002, annex on shapes).
@@ -93,4 +154,78 @@ impl Distribution {
             [width, length, height]
         }
     }
+}
+
+/// Header keys that the intensities, the flux or the target's own fields say again.
+const SAID_AGAIN: [&str; 31] = [
+    "encoding",
+    "line_ending",
+    "symmetry_indicator",
+    "type_indicator",
+    "c_planes",
+    "c_step_deg",
+    "gamma_angles",
+    "gamma_step_deg",
+    "dff_percent",
+    "lorl_percent",
+    "direct_ratios",
+    "conversion_factor",
+    "version",
+    "edition",
+    "candela_multiplier",
+    "ballast_factor",
+    "vertical_angles",
+    "horizontal_angles",
+    "photometric_type",
+    "units",
+    "opening_shape",
+    "lamp_count",
+    "lumens_per_lamp",
+    "input_watts",
+    "width",
+    "length",
+    "height",
+    "root",
+    "@version",
+    "@xmlns",
+    "Version",
+];
+
+/// Header keys of EULUMDAT that every format has a field for.
+const DESCRIPTION: [&str; 7] = [
+    "company",
+    "report_number",
+    "luminaire_name",
+    "luminaire_number",
+    "date_user",
+    "luminous_length_mm",
+    "luminous_width_mm",
+];
+
+/// Keywords of LM-63 that the target has no field for.
+fn keywords_lost(list: &[Value], target: Format) -> Vec<String> {
+    let told = ["TEST", "ISSUEDATE", "MANUFAC", "LUMCAT", "LUMINAIRE", "LAMP"];
+    list.iter()
+        .filter(|pair| pair["text"] != "")
+        .filter_map(|pair| pair["name"].as_str())
+        .filter(|name| !(told.contains(name) || (*name == "TESTLAB" && target == Format::Tm33)))
+        .map(|name| format!("[{name}]"))
+        .collect()
+}
+
+/// What of EULUMDAT's lamp sets the target has no field for.
+fn sets_lost(sets: &[Value], target: Format) -> Vec<String> {
+    let mut lost = Vec::new();
+    if sets.len() > 1 {
+        lost.push(format!("{} lamp sets after the first", sets.len() - 1));
+    }
+    for key in ["colour_appearance", "colour_rendering"] {
+        let said = sets.first().and_then(|set| set[key].as_str()).unwrap_or_default();
+        let number = crate::tm33::decimal(said).is_some();
+        let kept = matches!(said, "" | "0") || (target == Format::Tm33 && number);
+        if !kept {
+            lost.push(key.to_owned());
+        }
+    }
+    lost
 }

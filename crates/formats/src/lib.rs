@@ -22,7 +22,9 @@ mod xml;
 
 pub use distribution::Distribution;
 pub use finding::{Finding, Findings, Severity};
-pub use read::{Content, Format, Kind, LARGEST_FILE, Parsed, ReadOptions, read_any, read_any_with};
+pub use read::{
+    Beside, Content, Format, Kind, LARGEST_FILE, Opened, Parsed, ReadOptions, read_any, read_any_beside, read_any_with,
+};
 
 /// Whether nothing but blanks stands there.
 pub(crate) fn text_is_blank(text: &str) -> bool {

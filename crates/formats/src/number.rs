@@ -43,7 +43,12 @@ pub fn read(text: &str) -> Result<Number, NotANumber> {
 /// # Errors
 /// [`NotANumber`].
 pub fn read_up_to(text: &str, largest: f64) -> Result<Number, NotANumber> {
-    let text = text.trim_matches([' ', '\t', '\u{a0}', '\0', '\u{1a}']);
+    let bare = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_graphic);
+    let text = if bare(text.as_bytes().first()) && bare(text.as_bytes().last()) {
+        text
+    } else {
+        text.trim_matches([' ', '\t', '\u{a0}', '\0', '\u{1a}'])
+    };
     if text.is_empty() {
         return Err(NotANumber::Blank);
     }

@@ -1,7 +1,8 @@
 //! Physical plausibility of what was read: damage that is still a number shows here.
 
+mod misfit;
 mod outliers;
-mod standout;
+mod twins;
 
 use isolux_photometry::IntensityDistribution;
 
@@ -30,6 +31,7 @@ pub(crate) fn check(stored: &Stored<'_>, findings: &mut Findings) {
     negative(stored, findings);
     poles(stored, findings);
     cut_short(stored, findings);
+    twins::check(stored, findings);
     outliers::check(stored, findings);
 }
 
@@ -122,6 +124,10 @@ fn poles(stored: &Stored<'_>, findings: &mut Findings) {
     }
 }
 
+/// Programs integrate by different rules; of 76 files by many hands whose ratio means their light, 73 are within 1 % and
+/// none is between 1 % and 2 %.
+const FLUX_APART: f64 = 0.015;
+
 /// The integral over the sphere against the flux that the file states. `lorl_percent`: light output ratio as stated.
 pub(crate) fn flux(
     grid: &IntensityDistribution,
@@ -133,7 +139,7 @@ pub(crate) fn flux(
     let integral = grid.flux().value();
     if let Some((lorl, line)) = lorl_percent {
         let stated = lamp * lorl / 100.0;
-        if lorl > 0.0 && (integral - stated).abs() > 0.05 * stated {
+        if lorl > 0.0 && (integral - stated).abs() > FLUX_APART * stated {
             let message = format!(
                 "the intensities integrate to {integral:.1} lm, which is {:.1} % of the lamps' flux; stated is {lorl} %",
                 100.0 * integral / lamp

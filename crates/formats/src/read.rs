@@ -104,6 +104,18 @@ pub struct ReadOptions {
     pub apply_future_use: bool,
 }
 
+/// Another file that the file names, opened.
+#[derive(Debug, Clone)]
+pub struct Opened {
+    /// Where it was found, as a person would name it.
+    pub path: String,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+}
+
+/// Opens a file by the name that stands in the one that is read, or says why not. Readers do no input of their own.
+pub type Beside<'b> = &'b dyn Fn(&str) -> Result<Opened, String>;
+
 /// Everything that a file holds: one entry for most files, one a photometry or spectrum for a container, and one with
 /// findings alone for a file that cannot be read. `file_name` is used where the content does not decide.
 pub fn read_any(bytes: &[u8], file_name: &str) -> Vec<Parsed<Content>> {
@@ -112,6 +124,18 @@ pub fn read_any(bytes: &[u8], file_name: &str) -> Vec<Parsed<Content>> {
 
 /// [`read_any`] with a person's decisions.
 pub fn read_any_with(bytes: &[u8], file_name: &str, options: ReadOptions) -> Vec<Parsed<Content>> {
+    read_any_beside(bytes, file_name, options, &|_| {
+        Err("only the file itself was given".to_owned())
+    })
+}
+
+/// [`read_any_with`], and `beside` opens the other files that it names (the tilt file of LM-63).
+pub fn read_any_beside(
+    bytes: &[u8],
+    file_name: &str,
+    options: ReadOptions,
+    beside: Beside<'_>,
+) -> Vec<Parsed<Content>> {
     let extension = file_name
         .rsplit_once('.')
         .map_or(String::new(), |(_, end)| end.to_ascii_lowercase());
@@ -147,7 +171,7 @@ pub fn read_any_with(bytes: &[u8], file_name: &str, options: ReadOptions) -> Vec
     }
     let head = Text::decode(&bytes[..bytes.len().min(64 * 1024)], &mut Findings::new());
     if ies::looks_like(&head) || (extension == "ies" && !eulumdat::looks_like(&head)) {
-        return distribution(ies::read(bytes, options));
+        return distribution(ies::read_beside(bytes, options, beside));
     }
     if tm33::looks_like(&head) {
         return distribution(tm33::read(bytes));

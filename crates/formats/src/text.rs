@@ -100,12 +100,9 @@ fn decode<'a>(bytes: &'a [u8], findings: &mut Findings) -> (Cow<'a, str>, &'stat
         }
         return (text, name);
     }
-    if bytes.is_ascii() {
-        // ASCII is UTF-8; the fallback cannot happen.
-        return (String::from_utf8_lossy(bytes), "ascii");
-    }
     if let Ok(text) = std::str::from_utf8(bytes) {
-        return (Cow::Borrowed(text), "utf-8");
+        let encoding = if text.is_ascii() { "ascii" } else { "utf-8" };
+        return (Cow::Borrowed(text), encoding);
     }
     if let Some(text) = shift_jis(bytes) {
         findings.push(
@@ -161,7 +158,9 @@ fn split_lines(content: &str) -> (Spans, Option<&'static str>, Option<usize>) {
     let (mut crlf, mut lf, mut cr) = (false, false, false);
     let mut doubled = None;
     let (mut start, mut at) = (0, 0);
-    while at < bytes.len() {
+    let end = |byte: &u8| matches!(byte, b'\n' | b'\r');
+    while let Some(ahead) = bytes[at..].iter().position(end) {
+        at += ahead;
         let width = match bytes[at] {
             b'\n' => {
                 lf = true;
@@ -176,13 +175,9 @@ fn split_lines(content: &str) -> (Spans, Option<&'static str>, Option<usize>) {
                 crlf = true;
                 2
             }
-            b'\r' => {
+            _ => {
                 cr = true;
                 1
-            }
-            _ => {
-                at += 1;
-                continue;
             }
         };
         spans.push((start, at));

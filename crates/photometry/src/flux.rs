@@ -15,10 +15,15 @@ impl IntensityDistribution {
 
     /// Luminous flux of the zone `from_deg` ≤ γ ≤ `to_deg` over all C, in lumen; angles outside 0…180 are cut.
     pub fn flux_between(&self, from_deg: f64, to_deg: f64) -> Lumen {
-        let widths = self.plane_widths_deg();
-        let sum: f64 = (0..widths.len())
-            .map(|plane| widths[plane].to_radians() * self.zone_of_plane(plane, from_deg, to_deg))
-            .sum();
+        // The integral over C first: what is left is one curve over γ.
+        let mut around = vec![0.0; self.gamma_deg().len()];
+        for (plane, width_deg) in self.plane_widths_deg().iter().enumerate() {
+            let width = width_deg.to_radians();
+            for (sum, value) in around.iter_mut().zip(self.row(plane)) {
+                *sum += width * value;
+            }
+        }
+        let sum = zone(self.gamma_deg(), &around, from_deg, to_deg);
         // Finite intensities over a finite sphere; only an overflow at 1e308 could make it infinite.
         Lumen::new(sum).unwrap_or_else(|_| Lumen::new(f64::MAX).expect("f64::MAX is finite"))
     }
@@ -51,21 +56,20 @@ impl IntensityDistribution {
             .flat_map(|width| along_gamma.iter().map(|weight| width.to_radians() * weight))
             .collect()
     }
+}
 
-    /// ∫ I sin γ dγ of one half-plane over a zone, in cd·rad.
-    fn zone_of_plane(&self, plane: usize, from_deg: f64, to_deg: f64) -> f64 {
-        let row = self.row(plane);
-        let mut sum = 0.0;
-        for (edge, value) in self.gamma_deg().windows(2).zip(row.windows(2)) {
-            let (a, b) = (edge[0].max(from_deg), edge[1].min(to_deg));
-            if b <= a {
-                continue;
-            }
-            let slope = (value[1] - value[0]) / (edge[1] - edge[0]);
-            sum += linear_times_sine(a, b, value[0] + slope * (a - edge[0]), value[0] + slope * (b - edge[0]));
+/// ∫ f sin γ dγ over a zone, f linear between its values at `gamma_deg`.
+fn zone(gamma_deg: &[f64], values: &[f64], from_deg: f64, to_deg: f64) -> f64 {
+    let mut sum = 0.0;
+    for (edge, value) in gamma_deg.windows(2).zip(values.windows(2)) {
+        let (a, b) = (edge[0].max(from_deg), edge[1].min(to_deg));
+        if b <= a {
+            continue;
         }
-        sum
+        let slope = (value[1] - value[0]) / (edge[1] - edge[0]);
+        sum += linear_times_sine(a, b, value[0] + slope * (a - edge[0]), value[0] + slope * (b - edge[0]));
     }
+    sum
 }
 
 /// ∫ f sin γ dγ from `a_deg` to `b_deg` for f linear from `fa` to `fb`; γ in radians inside.

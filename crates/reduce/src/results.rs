@@ -140,6 +140,7 @@ fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, program:
         opening_m: [-metres, -metres, 0.0],
         watts: 0.0,
         generation: None,
+        tilt: None,
     };
     ies::write(shown, &facts, ies::Edition::E2002).bytes
 }

@@ -24,6 +24,9 @@ pub struct Convert {
     /// Edition of the target: 2002 or 2019 (IES), 2018 or 2023 (TM-33).
     #[arg(long)]
     edition: Option<String>,
+    /// File generation type of LM-63-2019, such as 1.10000; without it the source's own, else 1.00001 (undefined).
+    #[arg(long, value_name = "TYPE")]
+    generation: Option<String>,
     /// Series of a spectrum that has several.
     #[arg(long)]
     series: Option<String>,
@@ -54,6 +57,7 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
     let wishes = Wishes {
         read: arguments.reading.options(),
         edition: arguments.edition.clone(),
+        generation: arguments.generation.clone(),
         series: arguments.series.clone(),
         resample: arguments.step_nm.map(|step_nm| {
             let how = match arguments.interpolation {

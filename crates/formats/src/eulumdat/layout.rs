@@ -128,6 +128,17 @@ fn counts(text: &Text<'_>, slip: Slip) -> Option<Counts> {
 
 fn token<'t>(text: &'t Text<'_>, line: usize) -> Token<'t> {
     let whole = text.line(line);
+    let bytes = whole.as_bytes();
+    if let ([first, ..], [.., last]) = (bytes, bytes)
+        && first.is_ascii_graphic()
+        && last.is_ascii_graphic()
+    {
+        return Token {
+            line,
+            column: 1,
+            text: whole,
+        };
+    }
     let start = whole.len() - whole.trim_start().len();
     Token {
         line,
@@ -148,9 +159,11 @@ fn exact<'t>(text: &'t Text<'_>, end: usize, counts: Counts, slip: Slip) -> Opti
         return None;
     }
     let tokens = |from: usize, to: usize| -> Option<Vec<Token<'t>>> {
-        (from..to)
-            .map(|index| slip.line(index).map(|line| token(text, line)))
-            .collect()
+        let mut tokens = Vec::with_capacity(to - from);
+        for index in from..to {
+            tokens.push(token(text, slip.line(index)?));
+        }
+        Some(tokens)
     };
     let (c, gamma) = (tokens(c_at, gamma_at)?, tokens(gamma_at, intensity_at)?);
     if !plausible_angles(&c, 360.0) || !plausible_angles(&gamma, 180.0) {

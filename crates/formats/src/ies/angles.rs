@@ -15,8 +15,9 @@ pub(super) struct Native<'a> {
     pub candela: &'a [f64],
 }
 
-/// Finest grid that a conversion makes, in directions.
-const LARGEST_GRID: usize = 4_000_000;
+/// Directions that a conversion makes at most, and how many for each one of the file where that is more: a short file may
+/// name any step.
+const LARGEST_GRID: (usize, usize) = (1_000_000, 8);
 
 impl Native<'_> {
     /// The symmetry that angles which begin at 0 imply.
@@ -30,29 +31,31 @@ impl Native<'_> {
         }
     }
 
-    /// The distribution over C-γ at the file's smallest step; γ ends where the file's angles end, at 90° at most for
+    /// The smallest distance between two angles of a direction; none where there is one angle alone.
+    pub(super) fn smallest_step(&self) -> Option<f64> {
+        let steps = |angles: &[f64]| {
+            let apart = angles.windows(2).map(|pair| pair[1] - pair[0]);
+            apart.fold(f64::INFINITY, f64::min)
+        };
+        let step = steps(self.vertical_deg).min(steps(self.horizontal_deg));
+        (step.is_finite() && step > 0.0).then_some(step)
+    }
+
+    /// The distribution over C-γ at the file's smallest step (a multiple of it where that would be too many directions; see
+    /// the grid that comes back); γ ends where the file's angles end, at 90° at most for
     /// the front half-space that types A and B describe.
     pub(super) fn resampled(&self) -> Result<IntensityDistribution, DistributionError> {
-        let smallest = |angles: &[f64]| {
-            angles
-                .windows(2)
-                .map(|pair| pair[1] - pair[0])
-                .fold(f64::INFINITY, f64::min)
-        };
-        let step = smallest(self.vertical_deg).min(smallest(self.horizontal_deg));
+        let step = self.smallest_step();
         let reach = self
             .vertical_deg
             .iter()
             .chain(self.horizontal_deg)
             .fold(0.0_f64, |most, angle| most.max(angle.abs()));
         let last = if reach > 90.0 { 180.0 } else { 90.0 };
-        let step = if step.is_finite() && step > 0.0 {
-            step.min(30.0)
-        } else {
-            5.0
-        };
+        let step = step.map_or(5.0, |step| step.min(30.0));
         let mut steps = (90.0 / step - 1e-9).ceil().max(1.0) as usize;
-        while 4 * steps * (steps * (last as usize / 90) + 1) > LARGEST_GRID {
+        let most = LARGEST_GRID.0.max(LARGEST_GRID.1 * self.candela.len());
+        while 4 * steps * (steps * (last as usize / 90) + 1) > most {
             steps /= 2;
         }
         let step = 90.0 / steps as f64;

@@ -14,9 +14,9 @@ mod write;
 
 use crate::text::Text;
 
-pub use read::read;
+pub use read::{read, read_beside};
 pub use shape::Shape;
-pub use write::{Facts, write};
+pub use write::{Facts, TiltFactors, write};
 
 /// An edition of LM-63.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -45,6 +45,26 @@ impl Edition {
         }
     }
 }
+
+/// LM-63-2019, file generation types: five digits after the point for accredited, interpolated, scaled, simulated, undefined.
+pub const GENERATION_TYPES: [(&str, &str); 10] = [
+    ("1.00001", "undefined or older file"),
+    ("1.00010", "computer simulation"),
+    ("1.00000", "test at an unaccredited laboratory"),
+    ("1.00100", "test at an unaccredited laboratory, lumen scaled"),
+    ("1.01000", "test at an unaccredited laboratory, interpolated angles"),
+    (
+        "1.01100",
+        "test at an unaccredited laboratory, interpolated angles, lumen scaled",
+    ),
+    ("1.10000", "test at an accredited laboratory"),
+    ("1.10100", "test at an accredited laboratory, lumen scaled"),
+    ("1.11000", "test at an accredited laboratory, interpolated angles"),
+    (
+        "1.11100",
+        "test at an accredited laboratory, interpolated angles, lumen scaled",
+    ),
+];
 
 /// Whether this is LM-63: a version line, or a line that begins with `TILT=`.
 pub fn looks_like(head: &Text<'_>) -> bool {

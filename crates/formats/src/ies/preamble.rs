@@ -28,6 +28,8 @@ pub(super) struct Preamble {
     pub keywords: Vec<Keyword>,
     pub labels: Vec<String>,
     pub tilt: Tilt,
+    /// Zero-based line of `TILT=`; none where it is missing.
+    pub tilt_line: Option<usize>,
     /// Zero-based first line of numbers.
     pub numbers_from: usize,
 }
@@ -138,6 +140,7 @@ pub(super) fn read(text: &Text<'_>, findings: &mut Findings) -> Option<Preamble>
         keywords,
         labels,
         tilt,
+        tilt_line,
         numbers_from,
     })
 }
@@ -243,18 +246,14 @@ fn tilt(text: &Text<'_>, line: usize, edition: Edition, findings: &mut Findings)
         );
         return Tilt::None;
     }
-    let gone = if edition >= Edition::E2019 {
-        "; the 2019 edition has no tilt files"
-    } else {
-        ""
-    };
-    findings.push(
-        Finding::warning("ies-tilt-file", format!("the tilt factors stand in another file{gone}"))
-            .at(line + 1, 6)
-            .raw(raw)
-            .assumed("no tilt: the candela are as they stand here")
-            .fix("use TILT=INCLUDE, or TILT=NONE where the lamp's flux does not depend on its position"),
-    );
+    if edition >= Edition::E2019 {
+        findings.push(
+            Finding::warning("ies-tilt-file", "the 2019 edition has no tilt files")
+                .at(line + 1, 6)
+                .raw(raw)
+                .fix("use TILT=INCLUDE"),
+        );
+    }
     Tilt::File(value.to_owned())
 }
 

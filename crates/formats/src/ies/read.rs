@@ -3,35 +3,38 @@
 use isolux_photometry::{IntensityDistribution, Symmetry};
 use serde_json::{Map, Value, json};
 
-use super::Edition;
 use super::angles;
 use super::layout::{self, Layout, Token};
 use super::preamble::{self, Preamble, Tilt};
 use super::shape::Shape;
+use super::write::TiltFactors;
+use super::{Edition, GENERATION_TYPES};
 use crate::distribution::{Distribution, Luminaire, Native};
-use crate::finding::{Finding, Findings};
+use crate::finding::{Finding, Findings, Severity};
 use crate::number;
 use crate::plausible::{self, Stored};
-use crate::read::{Format, Kind, Parsed, ReadOptions};
+use crate::read::{Beside, Format, Kind, Parsed, ReadOptions};
 use crate::text::Text;
 
-/// Reads bytes to absolute candela.
+/// Reads bytes to absolute candela; a tilt file is named, not opened.
 pub fn read(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
+    read_beside(bytes, options, &|_| Err("only the file itself was given".to_owned()))
+}
+
+/// [`read`], and `beside` opens the tilt file.
+pub fn read_beside(bytes: &[u8], options: ReadOptions, beside: Beside<'_>) -> Parsed<Distribution> {
     let mut findings = Findings::new();
     let text = Text::decode(bytes, &mut findings);
-    let distribution = distribution(&text, options, &mut findings);
+    let distribution = distribution(&text, options, beside, &mut findings);
     Parsed::new(Format::Ies, Kind::Distribution, distribution, findings)
 }
 
-/// Tilt factors of `TILT=INCLUDE`: kept, never applied.
-#[derive(Debug)]
-struct TiltFactors {
-    geometry: f64,
-    angle_deg: Vec<f64>,
-    factor: Vec<f64>,
-}
-
-fn distribution(text: &Text<'_>, options: ReadOptions, findings: &mut Findings) -> Option<Distribution> {
+fn distribution(
+    text: &Text<'_>,
+    options: ReadOptions,
+    beside: Beside<'_>,
+    findings: &mut Findings,
+) -> Option<Distribution> {
     let Some(preamble) = preamble::read(text, findings) else {
         findings.push(
             Finding::error("ies-truncated", "no line begins with TILT= and no line holds numbers")
@@ -46,7 +49,14 @@ fn distribution(text: &Text<'_>, options: ReadOptions, findings: &mut Findings) 
         tokens: &tokens,
         findings,
     };
-    let (tilt, start) = reader.tilt(&preamble)?;
+    let (tilt, start) = match &preamble.tilt {
+        Tilt::None => (None, 0),
+        Tilt::Include => reader.tilt().map(|(tilt, start)| (Some(tilt), start))?,
+        Tilt::File(name) => {
+            let place = (preamble.tilt_line.unwrap_or(0) + 1, 6);
+            (tilt_file(name, place, beside, reader.findings), 0)
+        }
+    };
     let layout = layout::find(&tokens, start, text, reader.findings)?;
     let vertical = reader.block(layout.vertical, layout.nv, "vertical angle", "ies-angle-number");
     let horizontal = reader.block(layout.horizontal, layout.nh, "horizontal angle", "ies-angle-number");
@@ -98,6 +108,54 @@ fn distribution(text: &Text<'_>, options: ReadOptions, findings: &mut Findings) 
         header,
         eulumdat: None,
     })
+}
+
+/// The table of a tilt file; what is wrong with it is said at the line of the file that names it.
+fn tilt_file(name: &str, place: (usize, usize), beside: Beside<'_>, findings: &mut Findings) -> Option<TiltFactors> {
+    let say = |finding: Finding| finding.at(place.0, place.1).raw(name);
+    let without = |message: String| {
+        Finding::warning("ies-tilt-file", message)
+            .assumed("no tilt: the candela are as they stand here")
+            .fix("put the tilt file beside this one, or write TILT=INCLUDE with its table, or TILT=NONE")
+    };
+    let opened = match beside(name) {
+        Ok(opened) => opened,
+        Err(why) => {
+            let message = format!("the tilt factors stand in another file, which was not read: {why}");
+            findings.push(say(without(message)));
+            return None;
+        }
+    };
+    let mut inside = Findings::new();
+    let text = Text::decode(&opened.bytes, &mut inside);
+    let tokens = layout::tokens(&text, 0, &mut inside);
+    let mut reader = Reader {
+        tokens: &tokens,
+        findings: &mut inside,
+    };
+    let table = reader
+        .tilt()
+        .filter(|&(_, end)| end == tokens.len())
+        .map(|(tilt, _)| tilt);
+    if table.is_none() {
+        let worst = inside
+            .into_vec()
+            .into_iter()
+            .find(|finding| finding.severity == Severity::Error);
+        let why = worst.map_or_else(
+            || format!("{} numbers are not geometry, count, angles and factors", tokens.len()),
+            |finding| format!("line {}: {}", finding.line.unwrap_or(1), finding.message),
+        );
+        let message = format!("{} was opened, but is no tilt table: {why}", opened.path);
+        findings.push(say(without(message)));
+        return None;
+    }
+    let message = format!("the tilt factors were read from {}", opened.path);
+    let finding = Finding::warning("ies-tilt-factors", message);
+    findings.push(say(
+        finding.assumed("kept, not applied: the candela are those of the measured position")
+    ));
+    table
 }
 
 /// The thirteen numbers, decoded. What could not be read is `None`.
@@ -166,11 +224,8 @@ impl Reader<'_, '_> {
         self.findings.push(finding);
     }
 
-    /// Factors of `TILT=INCLUDE` and the index of the first of the ten numbers.
-    fn tilt(&mut self, preamble: &Preamble) -> Option<(Option<TiltFactors>, usize)> {
-        if preamble.tilt != Tilt::Include {
-            return Some((None, 0));
-        }
+    /// Factors of a tilt table and the index of the number after it.
+    fn tilt(&mut self) -> Option<(TiltFactors, usize)> {
         let geometry = self.number(0, "lamp-to-luminaire geometry", "ies-tilt-number")?;
         let count = self.number(1, "the number of tilt angles", "ies-tilt-number")?;
         if count.fract() != 0.0 || !(1.0..=10_000.0).contains(&count) || ![1.0, 2.0, 3.0].contains(&geometry) {
@@ -196,14 +251,12 @@ impl Reader<'_, '_> {
         let finding = Finding::warning("ies-tilt-factors", "tilt factors are given")
             .assumed("kept, not applied: the candela are those of the measured position");
         self.complain(2 + count, finding);
-        Some((
-            Some(TiltFactors {
-                geometry,
-                angle_deg,
-                factor,
-            }),
-            2 + 2 * count,
-        ))
+        let tilt = TiltFactors {
+            geometry,
+            angle_deg,
+            factor,
+        };
+        Some((tilt, 2 + 2 * count))
     }
 
     /// The thirteen numbers and the factor on every candela value.
@@ -579,13 +632,21 @@ impl Scene<'_, '_> {
             candela,
         };
         let grid = source.resampled().map_err(|error| error.to_string())?;
-        findings.push(
-            Finding::note(
+        let step = grid.gamma_deg().get(1).copied().unwrap_or(90.0);
+        let smallest = source.smallest_step().unwrap_or(step);
+        let message = format!("type {kind} is resampled to C-γ every {step}°");
+        let finding = if step > smallest.min(30.0) + 1e-9 {
+            Finding::warning(
                 "ies-resampled",
-                format!("type {kind} is resampled to C-γ at its smallest step"),
+                format!("{message}; its smallest step, {smallest}°, is too fine"),
             )
-            .at(line, column)
-            .assumed("V = 0, H = 0 is γ = 0, positive H is C0, positive V is C90"),
+        } else {
+            Finding::note("ies-resampled", format!("{message}, its smallest step"))
+        };
+        findings.push(
+            finding
+                .at(line, column)
+                .assumed("V = 0, H = 0 is γ = 0, positive H is C0, positive V is C90"),
         );
         let native = Native {
             photometry_type: if kind == 'A' { "A" } else { "B" },
@@ -606,7 +667,10 @@ impl Scene<'_, '_> {
             .map(|keyword| json!({ "name": keyword.name, "text": keyword.text }))
             .collect();
         let tilt = match (&self.preamble.tilt, tilt) {
-            (Tilt::File(name), _) => json!({ "file": name }),
+            (Tilt::File(name), None) => json!({ "file": name }),
+            (Tilt::File(name), Some(tilt)) => {
+                json!({ "file": name, "geometry": tilt.geometry, "angle_deg": tilt.angle_deg, "factor": tilt.factor })
+            }
             (_, Some(tilt)) => {
                 json!({ "geometry": tilt.geometry, "angle_deg": tilt.angle_deg, "factor": tilt.factor })
             }
@@ -692,20 +756,11 @@ impl Scene<'_, '_> {
     }
 }
 
-/// LM-63-2019, table of file generation types: five digits after the point for accredited, interpolated, scaled,
-/// simulated, undefined.
+/// What a file generation type means, if it is one.
 fn generation(value: f64) -> Option<&'static str> {
-    Some(match (value * 100_000.0).round() as i64 {
-        100_000 => "test at an unaccredited laboratory",
-        100_001 => "undefined or older file",
-        100_010 => "computer simulation",
-        100_100 => "test at an unaccredited laboratory, lumen scaled",
-        101_000 => "test at an unaccredited laboratory, interpolated angles",
-        101_100 => "test at an unaccredited laboratory, interpolated angles, lumen scaled",
-        110_000 => "test at an accredited laboratory",
-        110_100 => "test at an accredited laboratory, lumen scaled",
-        111_000 => "test at an accredited laboratory, interpolated angles",
-        111_100 => "test at an accredited laboratory, interpolated angles, lumen scaled",
-        _ => return None,
-    })
+    let types = GENERATION_TYPES.iter();
+    let found = types
+        .into_iter()
+        .find(|(code, _)| code.parse::<f64>().is_ok_and(|code| (code - value).abs() < 5e-6));
+    found.map(|&(_, meaning)| meaning)
 }

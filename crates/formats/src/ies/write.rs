@@ -2,7 +2,7 @@
 
 use isolux_photometry::{IntensityDistribution, Symmetry};
 
-use super::Edition;
+use super::{Edition, GENERATION_TYPES};
 use crate::eulumdat::Written;
 use crate::finding::{Finding, Findings};
 use crate::number;
@@ -20,8 +20,21 @@ pub struct Facts {
     pub opening_m: [f64; 3],
     /// Input power in W.
     pub watts: f64,
-    /// 2019: the file generation type, for example `1.10000`.
+    /// 2019: the file generation type, one of [`GENERATION_TYPES`]; undefined where none is given.
     pub generation: Option<String>,
+    /// Written as `TILT=INCLUDE`.
+    pub tilt: Option<TiltFactors>,
+}
+
+/// A tilt table: kept, never applied.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TiltFactors {
+    /// Lamp-to-luminaire geometry, 1 to 3.
+    pub geometry: f64,
+    /// Tilt angles in degrees.
+    pub angle_deg: Vec<f64>,
+    /// The factor on the candela at each angle.
+    pub factor: Vec<f64>,
 }
 
 /// Longest line of LM-63-2002, CR LF included.
@@ -41,7 +54,22 @@ pub fn write(intensity: &IntensityDistribution, facts: &Facts, edition: Edition)
         .to_owned(),
     );
     keywords(&mut lines, facts, &mut findings);
-    lines.push("TILT=NONE".to_owned());
+    match &facts.tilt {
+        None => lines.push("TILT=NONE".to_owned()),
+        Some(tilt) => {
+            lines.push("TILT=INCLUDE".to_owned());
+            lines.push(number::plain(tilt.geometry));
+            lines.push(tilt.angle_deg.len().to_string());
+            wrap(
+                &mut lines,
+                tilt.angle_deg.iter().map(|&angle| number::significant(angle, 10)),
+            );
+            wrap(
+                &mut lines,
+                tilt.factor.iter().map(|&factor| number::significant(factor, 10)),
+            );
+        }
+    }
     let (planes, horizontal) = stored(intensity, &mut findings);
     let gamma = intensity.gamma_deg();
     let ends = [gamma.first().copied(), gamma.last().copied()];
@@ -69,7 +97,15 @@ pub fn write(intensity: &IntensityDistribution, facts: &Facts, edition: Edition)
     ];
     lines.push(numbers.join(" "));
     let third = if edition >= Edition::E2019 {
-        facts.generation.clone().unwrap_or_else(|| "1.00001".into())
+        facts.generation.clone().unwrap_or_else(|| {
+            let message = "how the data came about is not known; the file generation type says so";
+            findings.push(
+                Finding::note("ies-generation", message)
+                    .assumed("1.00001, undefined or older file")
+                    .fix("state it: convert --generation 1.00000 (measured), 1.10000 (measured, accredited), 1.00010 (simulated) …"),
+            );
+            GENERATION_TYPES[0].0.to_owned()
+        })
     } else {
         "1".into()
     };

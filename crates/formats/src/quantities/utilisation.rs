@@ -22,21 +22,59 @@ pub(crate) fn cie_flux_code(grid: &IntensityDistribution, lamp_flux_lm: Option<f
     Some([n1, n2, n3, 100.0 * down / all, n5])
 }
 
-/// Direct ratios for the room indices 0.6, 0.8, 1, 1.25, 1.5, 2, 2.5, 3, 4, 5: the share of the downward flux that
-/// falls directly on the working plane of a square room whose ceiling is evenly filled with luminaires. None where
-/// nothing goes down.
+/// Direct ratios of EULUMDAT for the room indices 0.6, 0.8, 1, 1.25, 1.5, 2, 2.5, 3, 4, 5: the share of the luminaire's
+/// whole flux that falls directly on the working plane of a square room whose ceiling is evenly filled with luminaires.
+/// None where nothing goes down.
 ///
+/// Field descriptions leave open whether light that goes up counts. Files do not: of 17 by many hands whose ratios belong
+/// to their light, those with 33 %, 87 %, 90 % and 94 % downward flux are met within 0.033 if it counts, and missed by up to
+/// 0.57 if it does not.
+pub(crate) fn direct_ratios(grid: &IntensityDistribution) -> Option<[f64; 10]> {
+    ratios(grid, &FINE)
+}
+
+/// [`direct_ratios`] to within a few thousandths, many times faster.
+pub(crate) fn rough_direct_ratios(grid: &IntensityDistribution) -> Option<[f64; 10]> {
+    ratios(grid, &ROUGH)
+}
+
+fn ratios(grid: &IntensityDistribution, steps: &Steps) -> Option<[f64; 10]> {
+    let (down, all) = (grid.flux_between(0.0, 90.0).value(), grid.flux().value());
+    let shares = shares(grid, steps)?;
+    (all > 0.0).then(|| shares.map(|share| share * down / all))
+}
+
+/// The share of the downward flux that falls directly on the working plane, for the same rooms.
+pub(super) fn direct_shares(grid: &IntensityDistribution) -> Option<[f64; 10]> {
+    shares(grid, &FINE)
+}
+
+/// Directions of an integral over the lower half: rings of γ and directions on each of them.
+struct Steps {
+    rings: u16,
+    directions: u16,
+}
+
+const FINE: Steps = Steps {
+    rings: 180,
+    directions: 72,
+};
+const ROUGH: Steps = Steps {
+    rings: 45,
+    directions: 16,
+};
+
 /// From height 1 over a square of side 2k, light in the direction (C, γ) shifts by tan γ; the share of it that lands
 /// on the square is the overlap of the square with itself, shifted so. For a Lambertian lamp this is the view factor
 /// of opposite faces.
-pub(crate) fn direct_ratios(grid: &IntensityDistribution) -> Option<[f64; 10]> {
+fn shares(grid: &IntensityDistribution, steps: &Steps) -> Option<[f64; 10]> {
     let mut all = 0.0;
     let mut landing = [0.0; 10];
-    for gamma in 0..180 {
-        let gamma = (f64::from(gamma) + 0.5) * 0.5;
+    for ring in 0..steps.rings {
+        let gamma = (f64::from(ring) + 0.5) * 90.0 / f64::from(steps.rings);
         let (sin, cos) = gamma.to_radians().sin_cos();
-        for c in 0..72 {
-            let c = (f64::from(c) + 0.5) * 5.0;
+        for direction in 0..steps.directions {
+            let c = (f64::from(direction) + 0.5) * 360.0 / f64::from(steps.directions);
             let flux = grid.intensity_cd_at(c, gamma) * sin;
             all += flux;
             let (along, across) = c.to_radians().sin_cos();
@@ -68,6 +106,11 @@ mod tests {
         }
         let ratios = direct_ratios(&grid).unwrap();
         assert!(ratios.windows(2).all(|pair| pair[1] > pair[0]), "{ratios:?}");
+        let rough = rough_direct_ratios(&grid).unwrap();
+        assert!(
+            ratios.iter().zip(rough).all(|(a, b)| (a - b).abs() < 0.005),
+            "{rough:?}"
+        );
         // View factors of opposite squares of side 1.2 and 10 at distance 1.
         assert!(
             (ratios[0] - 0.2494).abs() < 0.01 && (ratios[9] - 0.8270).abs() < 0.005,

@@ -7,16 +7,20 @@
 use super::points::Point;
 use crate::finding::{Finding, Findings};
 
-/// Departures below this part of the largest value are not looked at.
+/// Departures below this part of the values around are not looked at.
 const SMALLEST: f64 = 0.004;
 /// How far off, in units of what is usual around.
 const SPIKE: f64 = 14.0;
 /// By how much the squares must shrink when two values are put back.
-const SWAP_GAIN: f64 = 25.0;
+const SWAP_GAIN: f64 = 12.0;
 /// Points that are tried as partners of a swap far apart.
 const CANDIDATES: usize = 16;
 /// Findings of one kind beyond which the file is rough, not damaged.
 const MOST: usize = 2;
+/// Points on either side that all have the other sign.
+const ALONE: usize = 20;
+/// Points on either side that tell the level.
+const LEVEL: usize = 4;
 /// Points on either side that tell the noise.
 const AROUND: usize = 16;
 
@@ -40,7 +44,26 @@ pub(super) fn check(points: &[Point], findings: &mut Findings) {
             .fix("check whether two numbers were swapped"),
         );
     }
-    let told = |i: usize| swaps.len() <= MOST && swaps.iter().any(|&(a, b)| i.abs_diff(a) <= 2 || i.abs_diff(b) <= 2);
+    let signs = curve.signs();
+    for &i in signs.iter().filter(|_| signs.len() <= MOST) {
+        findings.push(
+            Finding::warning(
+                "spectrum-sign",
+                format!(
+                    "the value {} has another sign than all around it, and without it would fit them",
+                    curve.value[i]
+                ),
+            )
+            .at(points[i].line, points[i].column)
+            .raw(&format!("{}", curve.value[i]))
+            .assumed("as written")
+            .fix("check whether a sign was gained or lost"),
+        );
+    }
+    let told = |i: usize| {
+        signs.contains(&i)
+            || swaps.len() <= MOST && swaps.iter().any(|&(a, b)| i.abs_diff(a) <= 2 || i.abs_diff(b) <= 2)
+    };
     let spikes: Vec<usize> = curve.spikes().into_iter().filter(|&i| !told(i)).collect();
     for &i in spikes.iter().filter(|_| spikes.len() <= MOST) {
         findings.push(
@@ -64,6 +87,10 @@ struct Curve {
     off: Vec<f64>,
     /// Two thirds of the distances around each point are below this.
     usual: Vec<f64>,
+    /// The largest value within a few points of each.
+    level: Vec<f64>,
+    /// The smallest difference between two values: what rounding leaves.
+    quantum: f64,
     largest: f64,
 }
 
@@ -89,11 +116,23 @@ impl Curve {
             }
         }
         let largest = value.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let level = (0..n)
+            .map(|i| {
+                let around = value[i.saturating_sub(LEVEL)..(i + LEVEL + 1).min(n)].iter();
+                around.fold(0.0f64, |m, v| m.max(v.abs()))
+            })
+            .collect();
+        let mut sorted = value.clone();
+        sorted.sort_by(f64::total_cmp);
+        let apart = sorted.windows(2).map(|pair| pair[1] - pair[0]);
+        let quantum = apart.filter(|&d| d > 1e-12 * largest).fold(f64::INFINITY, f64::min);
         let mut curve = Self {
             value,
             weight,
             off: vec![0.0; n],
             usual: vec![0.0; n],
+            level,
+            quantum: if quantum.is_finite() { quantum } else { 0.0 },
             largest,
         };
         curve.off = (0..n).map(|i| curve.distance(&curve.value, i).abs()).collect();
@@ -120,7 +159,36 @@ impl Curve {
             .map(|k| self.off[k])
             .collect();
         around.sort_by(f64::total_cmp);
-        around.get(around.len() * 2 / 3).copied().unwrap_or(f64::INFINITY)
+        around
+            .get(around.len() * 2 / 3)
+            .map_or(f64::INFINITY, |usual| usual + self.quantum)
+    }
+
+    /// Points of the other sign than everything around, and of a size that would fit with theirs.
+    fn signs(&self) -> Vec<usize> {
+        let n = self.value.len();
+        (0..n)
+            .filter(|&i| {
+                let v = self.value[i];
+                let around = (i.saturating_sub(ALONE)..(i + ALONE + 1).min(n)).filter(|&k| k != i);
+                let (mut count, mut other) = (0, true);
+                for k in around {
+                    count += 1;
+                    other &= self.value[k] * v < 0.0;
+                }
+                let sizes = |reach: usize| {
+                    let near = (i.saturating_sub(reach)..(i + reach + 1).min(n)).filter(|&k| k != i);
+                    let sizes = near.map(|k| self.value[k].abs());
+                    sizes.fold((f64::INFINITY, 0.0_f64), |(low, high), size| {
+                        (low.min(size), high.max(size))
+                    })
+                };
+                // As large as the two beside it, where the values around are of one size: noise about zero is not.
+                let ((low, high), (least, most)) = (sizes(1), sizes(LEVEL));
+                let fits = (0.5 * low..=2.0 * high).contains(&v.abs()) && least > 0.1 * most;
+                2 * count > ALONE && other && fits
+            })
+            .collect()
     }
 
     /// Points off the cubic whose neighbours are on it once the point is put there.
@@ -132,7 +200,7 @@ impl Curve {
             .filter(|&i| {
                 let off = self.off[i];
                 let around = i.saturating_sub(2).max(inner.start)..(i + 3).min(inner.end);
-                if off <= SMALLEST * self.largest
+                if off <= SMALLEST * self.level[i]
                     || off <= SPIKE * self.usual[i]
                     || around.clone().any(|k| self.off[k] > off)
                 {
@@ -173,7 +241,7 @@ impl Curve {
                     .filter(|&(i, j)| j > i + 1),
             );
         for (i, j) in pairs {
-            if (value[i] - value[j]).abs() < SMALLEST * self.largest {
+            if (value[i] - value[j]).abs() < SMALLEST * self.level[i].max(self.level[j]) {
                 continue;
             }
             let mut near: Vec<usize> = (i - 2..i + 3)

@@ -534,6 +534,7 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
 /// The rows before a second table: three lines without data, then wavelengths that begin anew.
 fn first_table<'r, 't>(body: &'r [Row<'t>], findings: &mut Findings) -> &'r [Row<'t>] {
     let x = |row: &Row<'_>| number::read(without_nm(row.cells.first().copied().unwrap_or(""))).map(|n| n.value);
+    let last_before = |at: usize| at.checked_sub(1).map(|at| x(&body[at]));
     let mut quiet = 0;
     for (i, row) in body.iter().enumerate() {
         if !row.is_data() {
@@ -541,7 +542,7 @@ fn first_table<'r, 't>(body: &'r [Row<'t>], findings: &mut Findings) -> &'r [Row
             continue;
         }
         if quiet >= 3
-            && let (Some(Ok(before)), Ok(now)) = (body.get(i - quiet - 1).map(x), x(row))
+            && let (Some(Ok(before)), Ok(now)) = (last_before(i - quiet), x(row))
             && now <= before
         {
             findings.push(

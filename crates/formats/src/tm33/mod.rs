@@ -7,6 +7,7 @@ mod read;
 mod write;
 
 pub use read::{looks_like, read};
+pub(crate) use write::decimal;
 pub use write::write;
 
 /// An edition that can be written.

@@ -11,7 +11,13 @@ use crate::read::{Format, Kind, Parsed};
 use crate::text::Text;
 use crate::xml::{self, Element};
 
-const ROOTS: [&str; 4] = ["LuminaireOpticalData", "ATLA_S001_A", "IESTM33-22", "IESTM33-18"];
+const ROOTS: [&str; 5] = [
+    "LuminaireOpticalData",
+    "ATLA_S001_A",
+    "IESTM33-22",
+    "IESTM33-18",
+    "UNI11733",
+];
 
 /// Whether the text is a TM-33 document, by its root element.
 pub fn looks_like(head: &Text<'_>) -> bool {
@@ -124,7 +130,8 @@ fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Opt
     Some(Distribution {
         intensity: grid,
         symmetry,
-        lamp_flux_lm: lamp_flux_lm.filter(|_| !absolute),
+        // Without the flag (ATLA S001) the rated lumens are those of the lamps all the same.
+        lamp_flux_lm: lamp_flux_lm.filter(|_| !absolute || !first.flagged),
         absolute,
         native: None,
         luminaire: Luminaire {
@@ -148,12 +155,43 @@ fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Opt
                 .and_then(|emitter| emitter.words(&["CCT"]))
                 .unwrap_or_default()
                 .to_owned(),
+            rendering: emitters()
+                .next()
+                .and_then(|emitter| emitter.child("ColorRendering")?.words(&["Ra"]))
+                .unwrap_or_default()
+                .to_owned(),
             watts,
-            ..Luminaire::default()
+            ..sizes(root)
         },
         header,
         eulumdat: None,
     })
+}
+
+/// Housing and luminous opening in mm.
+fn sizes(root: &Element) -> Luminaire {
+    let mut luminaire = Luminaire::default();
+    let Some(element) = root.child("Luminaire") else {
+        return luminaire;
+    };
+    let read = |of: Option<&Element>, name: &str| -> Option<f64> {
+        number::read(of?.words(&[name])?).ok().map(|number| number.value)
+    };
+    let housing = element.child("Dimensions");
+    luminaire.length_mm = read(housing, "Length");
+    luminaire.width_mm = read(housing, "Width");
+    luminaire.height_mm = read(housing, "Height");
+    let opening = element.child("LuminousOpening");
+    if let Some(diameter) = read(opening, "Diameter") {
+        (luminaire.luminous_length_mm, luminaire.luminous_width_mm) = (Some(diameter), Some(0.0));
+    } else {
+        luminaire.luminous_length_mm = read(opening, "Length");
+        luminaire.luminous_width_mm = read(opening, "Width");
+        luminaire.elliptic = opening
+            .and_then(|opening| opening.words(&["Shape"]))
+            .is_some_and(|shape| shape.eq_ignore_ascii_case("elliptical"));
+    }
+    luminaire
 }
 
 /// Intensities of one emitter on their grid.
@@ -166,6 +204,8 @@ struct Table {
     candela: Vec<f64>,
     places: Vec<(usize, usize)>,
     absolute: bool,
+    /// The file says whether it is.
+    flagged: bool,
     line: usize,
 }
 
@@ -294,9 +334,8 @@ fn table(emitter: &Element, findings: &mut Findings) -> Result<Option<Table>, Da
         );
         return Err(Damaged);
     }
-    let absolute = holder
-        .words(&["AbsolutePhotometry"])
-        .is_none_or(|flag| flag.eq_ignore_ascii_case("true") || flag == "1");
+    let flag = holder.words(&["AbsolutePhotometry"]);
+    let absolute = flag.is_none_or(|flag| flag.eq_ignore_ascii_case("true") || flag == "1");
     if !absolute {
         findings.push(
             Finding::warning("tm33-relative", "the intensities are marked as not absolute")
@@ -312,6 +351,7 @@ fn table(emitter: &Element, findings: &mut Findings) -> Result<Option<Table>, Da
         candela: points.iter().map(|point| point.2 * multiplier).collect(),
         places: points.iter().map(|point| (point.3, 1)).collect(),
         absolute,
+        flagged: flag.is_some(),
         line: holder.line,
     }))
 }

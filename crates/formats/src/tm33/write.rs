@@ -4,6 +4,7 @@ use isolux_photometry::Symmetry;
 
 use super::Edition;
 use crate::Distribution;
+use crate::distribution::Luminaire;
 use crate::eulumdat::Written;
 use crate::finding::{Finding, Findings};
 use crate::number;
@@ -16,58 +17,56 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
     let grid = &distribution.intensity;
     let luminaire = &distribution.luminaire;
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
-    let root = match edition {
+    // The schema of ATLA S001 puts the root alone into its namespace; a blank one on the children takes them out again.
+    let (root, child) = match edition {
         Edition::E2018 => {
             out.push_str("<LuminaireOpticalData version=\"1.0\" xmlns=\"http://www.ies.org/tm-33\">\n");
-            "LuminaireOpticalData"
+            ("LuminaireOpticalData", " xmlns=\"\"")
         }
         Edition::E2023 => {
             let message = "TM-33-23 is written after samples, not after the standard: experimental";
             findings.push(Finding::warning("tm33-experimental", message).fix("write --edition 2018 for exchange"));
             out.push_str("<IESTM33-22>\n  <Version>1.1</Version>\n");
-            "IESTM33-22"
+            ("IESTM33-22", "")
         }
     };
-    let date = if edition == Edition::E2018 {
-        "TestDate"
-    } else {
-        "ReportDate"
+    let mut lines = vec![format!("  <Header{child}>")];
+    let element = |lines: &mut Vec<String>, name: &str, text: &str| {
+        if !text.is_empty() {
+            lines.push(format!("    <{name}>{}</{name}>", escaped(text)));
+        }
     };
-    let mut lines = vec![String::from("  <Header>")];
     for (name, text) in [
         ("Manufacturer", &luminaire.manufacturer),
         ("CatalogNumber", &luminaire.number),
         ("Description", &luminaire.name),
         ("Laboratory", &luminaire.laboratory),
         ("ReportNumber", &luminaire.report),
-        (date, &luminaire.date),
+        ("ReportDate", &luminaire.date),
     ] {
-        if !text.is_empty() {
-            lines.push(format!("    <{name}>{}</{name}>", escaped(text)));
-        }
+        element(&mut lines, name, text);
     }
     lines.push("  </Header>".into());
-    lines.push("  <Emitter>".into());
-    lines.push(format!(
-        "    <Quantity>{}</Quantity>",
-        luminaire.lamp_count.unwrap_or(1.0).max(1.0) as u64
-    ));
-    if !luminaire.lamp.is_empty() {
-        lines.push(format!("    <Description>{}</Description>", escaped(&luminaire.lamp)));
+    lines.extend(housing(luminaire, child));
+    lines.push(format!("  <Emitter{child}>"));
+    element(&mut lines, "Description", &luminaire.lamp);
+    let quantity = luminaire.lamp_count.unwrap_or(1.0).max(1.0) as u64;
+    element(&mut lines, "Quantity", &quantity.to_string());
+    let watts = if edition == Edition::E2018 {
+        "InputWatts"
+    } else {
+        "InputWattage"
+    };
+    for (name, value) in [("RatedLumens", distribution.lamp_flux_lm), (watts, luminaire.watts)] {
+        element(
+            &mut lines,
+            name,
+            &value.map_or(String::new(), |value| number::significant(value, 10)),
+        );
     }
-    if let Some(flux) = distribution.lamp_flux_lm {
-        lines.push(format!(
-            "    <RatedLumens>{}</RatedLumens>",
-            number::significant(flux, 10)
-        ));
-    }
-    if let Some(watts) = luminaire.watts {
-        let name = if edition == Edition::E2018 {
-            "InputWatts"
-        } else {
-            "InputWattage"
-        };
-        lines.push(format!("    <{name}>{}</{name}>", number::significant(watts, 9)));
+    element(&mut lines, "CCT", &decimal(&luminaire.colour).unwrap_or_default());
+    if let Some(ra) = decimal(&luminaire.rendering) {
+        lines.push(format!("    <ColorRendering><Ra>{ra}</Ra></ColorRendering>"));
     }
     let (holder, kind) = match edition {
         Edition::E2018 => ("IntensityDistribution", "C"),
@@ -77,15 +76,18 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
     lines.push(format!("    <{holder}>"));
     lines.push(format!("      <PhotometryType>{kind}</PhotometryType>"));
     lines.push("      <Metric>Luminous</Metric>".into());
-    lines.push(format!(
-        "      <AbsolutePhotometry>{}</AbsolutePhotometry>",
-        distribution.absolute || distribution.lamp_flux_lm.is_none()
-    ));
-    lines.push(format!(
-        "      <NumberHorz>{}</NumberHorz>",
-        planes.len() + usize::from(last)
-    ));
-    lines.push(format!("      <NumberVert>{}</NumberVert>", grid.gamma_deg().len()));
+    // ATLA S001 has neither the flag nor the counts.
+    if edition == Edition::E2023 {
+        lines.push(format!(
+            "      <AbsolutePhotometry>{}</AbsolutePhotometry>",
+            distribution.absolute || distribution.lamp_flux_lm.is_none()
+        ));
+        lines.push(format!(
+            "      <NumberHorz>{}</NumberHorz>",
+            planes.len() + usize::from(last)
+        ));
+        lines.push(format!("      <NumberVert>{}</NumberVert>", grid.gamma_deg().len()));
+    }
     let closing = last.then_some((0, 360.0));
     for (plane, c) in planes.iter().map(|&plane| (plane, grid.c_deg()[plane])).chain(closing) {
         for (gamma, candela) in grid.gamma_deg().iter().zip(grid.row(plane)) {
@@ -106,6 +108,54 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
         bytes: out.into_bytes(),
         findings: findings.into_vec(),
     }
+}
+
+/// The number at the beginning of a text such as "4000 K" or "80-89", if it stands there alone.
+pub(crate) fn decimal(text: &str) -> Option<String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_alphabetic() || c == ' ');
+    number::read(digits)
+        .ok()
+        .filter(|number| number.value > 0.0)
+        .map(|number| number::plain(number.value))
+}
+
+/// Housing and luminous opening in mm, where they are known.
+fn housing(luminaire: &Luminaire, child: &str) -> Vec<String> {
+    let size = |value: f64| number::significant(value, 9);
+    let mut lines = Vec::new();
+    if let (Some(length), Some(width), Some(height)) = (luminaire.length_mm, luminaire.width_mm, luminaire.height_mm) {
+        lines.push("    <Dimensions>".to_owned());
+        for (name, value) in [("Length", length), ("Width", width), ("Height", height)] {
+            lines.push(format!("      <{name}>{}</{name}>", size(value)));
+        }
+        lines.push("    </Dimensions>".to_owned());
+    }
+    if let (Some(length), Some(width)) = (luminaire.luminous_length_mm, luminaire.luminous_width_mm)
+        && length > 0.0
+    {
+        lines.push("    <LuminousOpening>".to_owned());
+        if width == 0.0 {
+            lines.push("      <Shape>Circular</Shape>".to_owned());
+            lines.push(format!("      <Diameter>{}</Diameter>", size(length)));
+        } else {
+            let shape = if luminaire.elliptic {
+                "Elliptical"
+            } else {
+                "Rectangular"
+            };
+            lines.push(format!("      <Shape>{shape}</Shape>"));
+            lines.push(format!("      <Length>{}</Length>", size(length)));
+            lines.push(format!("      <Width>{}</Width>", size(width)));
+        }
+        lines.push("    </LuminousOpening>".to_owned());
+    }
+    if lines.is_empty() {
+        return lines;
+    }
+    lines.insert(0, format!("  <Luminaire{child}>"));
+    lines.push("  </Luminaire>".to_owned());
+    lines
 }
 
 /// Planes to write, and whether C0 is repeated at 360°.
