@@ -5,9 +5,11 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::cubature::{self, Patience};
 use crate::local::{self, Local, Rule};
 use crate::number::Number;
 use crate::patch::{self, Light, Patch, Scratch};
+use crate::polar::Polar;
 use crate::rules::Estimate;
 use crate::sensor::Sensor;
 use crate::source::{Shape, Source};
@@ -152,6 +154,8 @@ struct Item<'a> {
     /// Lines of sight of the emitter, its middle included; `None` for a point.
     emitter: Option<Patch>,
     rules: Arc<Vec<Rule>>,
+    /// For a flat emitter that lies in a plane z = const of its own frame.
+    polar: Option<Arc<Polar<'a>>>,
     /// How much smaller errors must be than in the part's light: a thin ring is the small difference of two discs.
     cancel: f64,
 }
@@ -196,10 +200,13 @@ impl<'a> Prepared<'a> {
                     step_y,
                     emitter: None,
                     rules,
+                    polar: None,
                     cancel: 1.0,
                 });
                 continue;
             }
+            let flat = part.aim.is_none() && source.extinction_per_mm() == 0.0 && quick;
+            let polar = flat.then(|| Polar::new(&part.table)).flatten().map(Arc::new);
             let patches = part.shape.patches();
             let cancel = 1.0 / patches.iter().map(|(_, share)| share.abs()).sum::<f64>();
             for (emitter, share) in patches {
@@ -214,6 +221,7 @@ impl<'a> Prepared<'a> {
                     step_y,
                     emitter: Some(emitter),
                     rules,
+                    polar: polar.clone(),
                     cancel,
                 });
             }
@@ -262,6 +270,14 @@ impl Item<'_> {
             return found;
         }
         let light = self.light;
+        let distance = sight.length();
+        let height = (light.toward.dot(sight).abs() + reach).min(distance);
+        let brightest = 1e6 * light.table.peak_cd() * height / (distance * distance * distance);
+        let relative = RELATIVE_TOLERANCE * self.cancel;
+        let floor = relative * DARK * brightest;
+        if let Some(found) = self.outlined(&pixel, relative, floor, scratch) {
+            return found;
+        }
         let mut nearest = singular_distance(sight);
         if let Some(emitter) = &self.emitter {
             nearest = nearest.min(sensor_distance(light, sight, emitter));
@@ -270,11 +286,6 @@ impl Item<'_> {
             // Analytic over pixel and emitter together: one product rule of each, its order from the size.
             return smooth(light, sight, &pixel, self.emitter.as_ref(), reach / nearest);
         }
-        let distance = sight.length();
-        let height = (light.toward.dot(sight).abs() + reach).min(distance);
-        let brightest = 1e6 * light.table.peak_cd() * height / (distance * distance * distance);
-        let relative = RELATIVE_TOLERANCE * self.cancel;
-        let floor = relative * DARK * brightest;
         match &self.emitter {
             None => patch::mean(light, pixel.corner_and_sides(), relative, floor, scratch),
             Some(emitter) => strips::mean(light, &pixel, emitter, 4.0 * relative, floor, scratch),
@@ -338,6 +349,45 @@ impl Item<'_> {
             value: rule.mean(self.light, sight, &mut scratch.sights),
             error: 1e6 * height / (distance * distance * distance) * bound(rule),
         })
+    }
+}
+
+/// Emitters smaller than this share of the pixel are left to chords: seen over the pixel they are sharp.
+const SMALL_EMITTER: f64 = 0.3;
+
+/// When an integral over the pixel is left to chords.
+const OUTLINE: Patience = Patience {
+    cells: 600,
+    hopeless: 1e4,
+};
+
+impl Item<'_> {
+    /// The emitter by its outline from each point of the pixel, and an adaptive rule over the pixel; `None` where the pixel reaches
+    /// behind the emitter's plane, or the bound is not met.
+    fn outlined(&self, pixel: &Patch, relative: f64, floor: f64, scratch: &mut Scratch) -> Option<Estimate> {
+        let (polar, emitter) = (self.polar.as_ref()?, self.emitter.as_ref()?);
+        if emitter.radius() < SMALL_EMITTER * pixel.radius() {
+            return None;
+        }
+        let [corner, first, second] = pixel.corner_and_sides();
+        let toward = self.light.toward;
+        let below = |end: DVec3| end.z + emitter.centre().z <= 0.0;
+        if [corner, corner + first, corner + second, corner + first + second]
+            .into_iter()
+            .any(below)
+        {
+            return None;
+        }
+        let mut failed = false;
+        let per_area = 1e6 / emitter.area();
+        let found = cubature::integral(&[[[0.0, 1.0], [0.0, 1.0]]], relative, floor, OUTLINE, |_, [s, t]| {
+            let seen = emitter.shifted(corner + s * first + t * second);
+            polar.integral(&seen, toward, &mut scratch.cuts).unwrap_or_else(|| {
+                failed = true;
+                0.0
+            }) * per_area
+        });
+        (!failed && found.error <= floor.max(4.0 * relative * found.value.abs())).then_some(found)
     }
 }
 

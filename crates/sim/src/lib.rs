@@ -16,6 +16,7 @@ pub mod noise;
 mod number;
 pub mod optics;
 mod patch;
+mod polar;
 pub mod random;
 mod rules;
 pub mod sensor;

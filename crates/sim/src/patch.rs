@@ -107,6 +107,14 @@ impl Patch {
         }
     }
 
+    /// Its area.
+    pub fn area(&self) -> f64 {
+        match *self {
+            Self::Parallelogram { first, second, .. } => first.cross(second).length(),
+            Self::Disc { first, second, .. } => PI * first.cross(second).length(),
+        }
+    }
+
     /// Both sides of a parallelogram, or two radii of a disc.
     pub fn sides(&self) -> (DVec3, DVec3) {
         match *self {
@@ -150,6 +158,7 @@ pub(crate) struct Scratch {
     breaks: Vec<f64>,
     panels: Vec<f64>,
     pub sights: Vec<Sights>,
+    pub cuts: Vec<f64>,
 }
 
 /// Whether a kink of the table or its pole can lie within the ball of `radius` round `centre`.

@@ -63,14 +63,14 @@ pub(crate) struct Bends {
 
 /// Buckets of equal width over a rising grid: the interval of an abscissa in constant time.
 #[derive(Debug, Clone)]
-struct Search {
+pub(crate) struct Search {
     origin: f64,
     per_bucket: f64,
     first: Vec<u32>,
 }
 
 impl Search {
-    fn over(grid: &[f64]) -> Self {
+    pub(crate) fn over(grid: &[f64]) -> Self {
         let (Some(&origin), Some(&end)) = (grid.first(), grid.last()) else {
             return Self {
                 origin: 0.0,
@@ -105,7 +105,7 @@ impl Search {
     }
 
     #[inline]
-    fn interval(&self, grid: &[f64], x: f64) -> usize {
+    pub(crate) fn interval(&self, grid: &[f64], x: f64) -> usize {
         let bucket = ((x - self.origin) * self.per_bucket) as usize;
         let mut interval = self.first[bucket.min(self.first.len() - 1)] as usize;
         while interval + 2 < grid.len() && grid[interval + 1] <= x {
@@ -243,6 +243,28 @@ impl Table {
             per_gamma,
             corner: [at(ic, 0), at(ic, 1), at(ic + 1, 0), at(ic + 1, 1)],
         })
+    }
+
+    /// Value in cd and slope in cd/rad at `gamma` of half-plane `row`.
+    pub(crate) fn along(&self, row: usize, gamma: f64) -> (f64, f64) {
+        let n = self.gamma_rad.len();
+        let ig = self.gamma_search.interval(&self.gamma_rad, gamma);
+        let [low, high] = [0, 1].map(|up: usize| self.intensity_cd[row * n + ig + up]);
+        let slope = (high - low) / (self.gamma_rad[ig + 1] - self.gamma_rad[ig]);
+        (low + slope * (gamma - self.gamma_rad[ig]), slope)
+    }
+
+    /// The half-plane below azimuth `c` (−π to π), and the share of the way to the next one.
+    #[inline]
+    pub(crate) fn between(&self, c: f64) -> (usize, f64) {
+        let first = self.c_rad[0];
+        let mut turned = if c < first { c + TAU } else { c };
+        if turned < first || turned >= first + TAU {
+            turned = first + (c - first).rem_euclid(TAU);
+        }
+        let row = self.c_search.interval(&self.c_rad, turned);
+        let share = (turned - self.c_rad[row]) / (self.c_rad[row + 1] - self.c_rad[row]);
+        (row, share)
     }
 
     /// Largest magnitude, candela.

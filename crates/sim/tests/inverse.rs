@@ -360,6 +360,48 @@ fn a_ring_is_the_mean_of_its_points() {
 }
 
 #[test]
+fn outlines_and_chords_agree_on_near_emitters() {
+    // Two ways that share neither coordinates nor rules.
+    let centre = DVec3::ZERO;
+    let shapes = [
+        Shape::Disc { centre, radius: 15.0 },
+        Shape::Ring {
+            centre,
+            inner: 11.0,
+            outer: 17.0,
+        },
+        Shape::Rectangle {
+            centre,
+            half: [12.0, 5.0],
+        },
+    ];
+    let tilted = Pose {
+        tilt_x_deg: 50.0,
+        tilt_y_deg: -20.0,
+        rot_z_deg: 10.0,
+        offset_mm: [14.0, -9.0],
+        ..pose(10.0, 1, 40.0)
+    };
+    let table = Arc::new(Table::new(&rough()));
+    for shape in shapes {
+        for pose in [pose(6.0, 1, 20.0), tilted] {
+            let source = Source::single(Arc::clone(&table), shape);
+            let sensor = Sensor::new(&pose).unwrap();
+            let (outlines, chords) = (inverse::solve(&source, &sensor), inverse::solve_each(&source, &sensor));
+            for (a, b) in outlines.illuminance_lx.iter().zip(&chords.illuminance_lx) {
+                assert!((a / b - 1.0).abs() < 1.5e-6, "{shape:?} {pose:?}: {a} {b}");
+            }
+            let mean = outlines.illuminance_lx[0];
+            assert!(
+                outlines.error_lx < 1e-6 * mean,
+                "{shape:?}: bound {}",
+                outlines.error_lx / mean
+            );
+        }
+    }
+}
+
+#[test]
 fn a_thin_ring_near_the_sensor_obeys_its_closed_form() {
     // Lambertian annulus a < r < b, point on its axis at d: E = I0·d²/((a² + d²)(b² + d²)).
     let gamma_deg: Vec<f64> = (0..=3600).map(|i| f64::from(i) * 0.025).collect();
