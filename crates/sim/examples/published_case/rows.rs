@@ -27,14 +27,11 @@ pub(crate) struct Runs {
 /// Four rows by three samplings.
 pub(crate) fn table(book: &mut Book, source: &Source, seeds: u64, exact: f64, share: f64) -> Vec<Runs> {
     let mut text = format!(
-        "## The four rows by three samplings\n\n{seeds} seeds each, {} where 2·10⁹ rays are traced one by one. Mean: over the seeds ± standard deviation of one run, W/m². Maximum: median (2.5 % to 97.5 %) of the \
+        "## The four rows by three samplings\n\n{seeds} seeds each. Mean: over the seeds ± standard deviation of one run, W/m². Maximum: median (2.5 % to 97.5 %) of the \
          largest pixel, W/m², of the map as it is, after one pass and after two passes of a 3 × 3 mean.\n\n| pixels, rays | sampling | mean | standard error by counting | \
-         maximum | one pass | two passes |\n|---|---|---|---|---|---|---|\n",
-        (seeds / 5).max(2)
+         maximum | one pass | two passes |\n|---|---|---|---|---|---|---|\n"
     );
     let mut all = Vec::new();
-    // The most expensive runs serve both pixel sizes: their rays are the same, four fine pixels make a coarse one.
-    let mut traced: Vec<Vec<u64>> = Vec::new();
     for (index, row) in PUBLISHED.iter().enumerate() {
         let sensor = sensor(24.576, row.pixels, 500.0);
         let map = inverse::solve(source, &sensor).illuminance_lx;
@@ -47,25 +44,15 @@ pub(crate) fn table(book: &mut Book, source: &Source, seeds: u64, exact: f64, sh
                 maxima: Default::default(),
                 counts: Vec::new(),
             };
-            let many = row.rays > 1_000_000;
-            // Tracing every one of 2·10⁹ rays takes many seconds a seed: a fifth of the seeds, and the page says so.
-            let seeds = if many && sampling == Sampling::Traced {
-                (seeds / 5).max(2)
-            } else {
-                seeds
-            };
             for seed in 1..=seeds {
-                let count = match sampling {
-                    Sampling::Traced if many && row.pixels == 1024 => std::mem::take(&mut traced[seed as usize - 1]),
-                    Sampling::Traced => direct::traced(source, &sensor, row.rays, seed).expect("rays").count,
-                    Sampling::Thinned => direct::thinned(source, &sensor, row.rays, seed).expect("rays").count,
-                    // Seeds of their own: the samplings are compared as independent.
-                    Sampling::Expected => {
-                        direct::expected(source, &sensor, &map, row.rays, 1000 + seed)
-                            .expect("rays")
-                            .count
-                    }
+                // Seeds of their own: rows and samplings are compared as independent.
+                let seed = 10_000 * (index as u64 + 1) + 1000 * sampling as u64 + seed;
+                let found = match sampling {
+                    Sampling::Traced => direct::traced(source, &sensor, row.rays, seed),
+                    Sampling::Thinned => direct::thinned(source, &sensor, row.rays, seed),
+                    Sampling::Expected => direct::expected(source, &sensor, &map, row.rays, seed),
                 };
+                let count = found.expect("rays").count;
                 let caught = count.iter().sum::<u64>() as f64;
                 runs.counts.push(caught);
                 runs.means.push(caught * unit / sensor.pixels() as f64);
@@ -75,9 +62,6 @@ pub(crate) fn table(book: &mut Book, source: &Source, seeds: u64, exact: f64, sh
                     .collect();
                 for (values, largest) in runs.maxima.iter_mut().zip(found) {
                     values.push(largest);
-                }
-                if many && sampling == Sampling::Traced && row.pixels == 2048 {
-                    traced.push(by_fours(&count, row.pixels));
                 }
             }
             let (centre, spread) = middle_of(&runs.means);
@@ -107,17 +91,6 @@ pub(crate) fn table(book: &mut Book, source: &Source, seeds: u64, exact: f64, sh
         maxima_figure(&all).as_bytes(),
     );
     all
-}
-
-/// Four pixels joined to one.
-fn by_fours(count: &[u64], side: usize) -> Vec<u64> {
-    let half = side / 2;
-    (0..half * half)
-        .map(|k| {
-            let at = 2 * (k / half) * side + 2 * (k % half);
-            count[at] + count[at + 1] + count[at + side] + count[at + side + 1]
-        })
-        .collect()
 }
 
 /// Whether the three samplings follow one law: mean, variance of the count, maximum.
