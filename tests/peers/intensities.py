@@ -6,7 +6,8 @@
 
 Reads every .ldt and .ies below the folders with isolux and with a peer (`pyldt` for EULUMDAT, `photompy` for LM-63),
 compares the planes that both have at their common angles, and prints what differs. Exit 1 if anything does.
-Files that only one of the two reads are counted, not judged.
+Files that only one of the two reads are counted, not judged. Every file that isolux reads is also written by it, as EULUMDAT
+and as LM-63 of both editions, and the peer's reading of that is compared with the light of the source.
 """
 
 import json
@@ -70,8 +71,27 @@ def compare(document, peer):
     return None if worst <= 1e-6 * peak else f"C {at}: {worst:g} cd apart, peak {peak:g} cd"
 
 
+def written(program, path, document, folder):
+    """What the peers read out of what isolux writes: (target, problem or None, None where the peer does not read it)."""
+    for target, reader, options in (
+        ("x.ldt", eulumdat, []),
+        ("x.ies", lm63, []),
+        ("x2019.ies", lm63, ["--edition", "2019"]),
+    ):
+        copy = pathlib.Path(folder) / target
+        copy.unlink(missing_ok=True)
+        subprocess.run([program, "convert", str(path), str(copy), *options], capture_output=True, check=False)
+        try:
+            peer = reader(copy)
+        except Exception:
+            yield target, False, None
+            continue
+        yield target, True, compare(document, peer)
+
+
 def main():
     program, folders = sys.argv[1], sys.argv[2:]
+    copies = {True: 0, False: 0}
     same = only_isolux = only_peer = neither = resampled = 0
     different = []
     with tempfile.TemporaryDirectory() as folder:
@@ -81,6 +101,11 @@ def main():
                 if reader is None or not path.is_file():
                     continue
                 document = isolux(program, path, folder)
+                if document is not None:
+                    for target, read, problem in written(program, path, document, folder):
+                        copies[read] += 1
+                        if problem or not read:
+                            different.append((path, f"as {target}: {problem or 'not read by the peer'}"))
                 try:
                     peer = reader(path)
                 except Exception:  # a peer that fails in any way has not read the file
@@ -102,6 +127,7 @@ def main():
                     same += 1
     for path, problem in different:
         print(f"{path}: {problem}")
+    print(f"of what isolux wrote, {copies[True]} were read by the peer, {copies[False]} not")
     print(f"{same} the same within 1e-6 of the peak, {len(different)} different, {resampled} resampled (types A, B),")
     print(f"{only_isolux} read by isolux alone, {only_peer} by the peer alone, {neither} by neither")
     return 1 if different else 0

@@ -161,6 +161,23 @@ fn what_is_too_large_is_refused() {
     assert!(parsed[0].document.is_none() || c.len() * 3 < 4_000_000);
 }
 
+/// A tilt table is the one block whose end nothing else announces.
+#[test]
+fn a_file_cut_off_anywhere_says_so() {
+    for name in ["tilt-include.ies", "2019.ies", "isym4.ldt", "atla.xml"] {
+        let folder = if name.starts_with("isym") { "good" } else { "golden" };
+        let whole = std::fs::read(tests().join(folder).join(name)).unwrap();
+        for end in 0..whole.len() {
+            let parsed = read_any(&whole[..end], name).remove(0);
+            let error = |finding: &isolux_formats::Finding| finding.severity == isolux_formats::Severity::Error;
+            assert!(
+                parsed.document.is_some() || parsed.findings.iter().any(error),
+                "{name} cut after {end} bytes"
+            );
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
 

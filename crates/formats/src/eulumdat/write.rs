@@ -57,14 +57,49 @@ pub fn write(intensity: &IntensityDistribution, header: &Header) -> Result<Writt
         let index = c_deg.iter().position(|&c| c == plane).unwrap_or(0);
         intensity_cd_klm.extend(intensity.row(index).iter().map(|candela| candela * scale));
     }
+    let mut header = completed(header, intensity, flux);
+    let unknown = zero_where_unknown(&mut header);
     let document = Document {
-        header: completed(header, intensity, flux),
+        header,
         isym: class,
         c_deg: c_deg.to_vec(),
         gamma_deg: intensity.gamma_deg().to_vec(),
         intensity_cd_klm,
     };
-    Ok(write_document(&document))
+    let mut written = write_document(&document);
+    if unknown > 0 {
+        let message = format!("{unknown} sizes or powers are not known; a blank line there stops other readers");
+        written
+            .findings
+            .push(Finding::note("ldt-unknown-zero", message).assumed("0, as the format has it"));
+    }
+    Ok(written)
+}
+
+/// Puts 0 for sizes, tilt and power that are not known, and says how many: readers that skip blank lines would take every
+/// number after one for its neighbour.
+fn zero_where_unknown(header: &mut Header) -> usize {
+    let sizes = [
+        &mut header.length_mm,
+        &mut header.width_mm,
+        &mut header.height_mm,
+        &mut header.luminous_length_mm,
+        &mut header.luminous_width_mm,
+        &mut header.tilt_deg,
+        &mut header.dff_percent,
+        &mut header.lorl_percent,
+    ];
+    let powers = header.lamp_sets.iter_mut().map(|set| &mut set.watts);
+    let mut unknown = 0;
+    for field in sizes.into_iter().chain(&mut header.luminous_height_mm).chain(powers) {
+        unknown += usize::from(field.is_none());
+        field.get_or_insert(0.0);
+    }
+    // Ten zeros stand for ratios that are not stated.
+    for ratio in &mut header.direct_ratios {
+        ratio.get_or_insert(0.0);
+    }
+    unknown
 }
 
 /// The mirror planes of the class must be on the grid, else its planes cannot be counted.

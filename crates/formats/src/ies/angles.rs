@@ -194,4 +194,35 @@ mod tests {
             assert_eq!(native(&up).peak().c.degrees(), 90.0);
         }
     }
+
+    #[test]
+    fn a_spot_off_both_axes_is_where_two_turns_put_it() {
+        let angles: Vec<f64> = (-45..=45).map(|i| f64::from(i) * 2.0).collect();
+        let (h0, v0) = (40.0_f64, 30.0_f64);
+        let mut candela = Vec::new();
+        for h in &angles {
+            for v in &angles {
+                candela.push(100.0 * (-((h - h0).powi(2) + (v - v0).powi(2)) / 200.0).exp());
+            }
+        }
+        // Type A turns by V about the horizontal axis first and by H about the vertical one then; type B the other way.
+        let ((sin_h, cos_h), (sin_v, cos_v)) = (h0.to_radians().sin_cos(), v0.to_radians().sin_cos());
+        let directions = [
+            (true, [cos_v * sin_h, sin_v, cos_v * cos_h]),
+            (false, [sin_h, cos_h * sin_v, cos_h * cos_v]),
+        ];
+        for (type_a, [right, up, axis]) in directions {
+            let native = Native {
+                type_a,
+                vertical_deg: &angles,
+                horizontal_deg: &angles,
+                candela: &candela,
+            };
+            let converted = native.resampled().unwrap();
+            let (c, gamma) = (up.atan2(right).to_degrees(), axis.acos().to_degrees());
+            let (peak, at) = (converted.peak(), converted.intensity_cd_at(c, gamma));
+            assert!((at - 100.0).abs() < 5.0, "type A {type_a}: {at} at C{c} γ{gamma}");
+            assert!((peak.c.degrees() - c).abs() < 2.0 && (peak.gamma.degrees() - gamma).abs() < 2.0);
+        }
+    }
 }

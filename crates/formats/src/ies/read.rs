@@ -189,8 +189,21 @@ struct Reader<'r, 't> {
 }
 
 impl Reader<'_, '_> {
+    /// The file ends before what is needed.
+    fn ended(&mut self, what: &str) {
+        let finding = Finding::error("ies-truncated", format!("the file ends before {what}"));
+        let finding = match self.tokens.last() {
+            Some(last) => finding.at(last.line + 1, last.column).raw(last.text),
+            None => finding,
+        };
+        self.findings.push(finding.fix("fetch the file again"));
+    }
+
     fn number(&mut self, index: usize, what: &str, code: &'static str) -> Option<f64> {
-        let token = self.tokens.get(index)?;
+        let Some(token) = self.tokens.get(index) else {
+            self.ended(what);
+            return None;
+        };
         match number::read(token.text) {
             Ok(number) if !number.comma => Some(number.value),
             Ok(_) | Err(_) => {
@@ -209,7 +222,11 @@ impl Reader<'_, '_> {
     }
 
     fn block(&mut self, from: usize, count: usize, what: &str, code: &'static str) -> Option<Vec<f64>> {
-        let mut values = Vec::with_capacity(count.min(self.tokens.len()));
+        if from.saturating_add(count) > self.tokens.len() {
+            self.ended(&format!("{count} numbers, each a {what}, are complete"));
+            return None;
+        }
+        let mut values = Vec::with_capacity(count);
         for index in from..from + count {
             values.extend(self.number(index, what, code));
         }
