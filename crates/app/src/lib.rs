@@ -3,6 +3,7 @@
 //! A front end calls one function a command, hands it a [`progress::Progress`] and prints what comes back. Nothing here
 //! writes to a terminal; nothing in a front end holds physics.
 
+mod against;
 pub mod array_files;
 pub mod bench;
 pub mod capture;

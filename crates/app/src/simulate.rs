@@ -10,7 +10,7 @@ use isolux_sim::simulation::{self, Simulation, SimulationError};
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
-use crate::{Failure, array_files, rays};
+use crate::{Failure, against, array_files, rays};
 
 pub use isolux_sim::direct::Sampling;
 pub use isolux_sim::simulation::{Facts, Method};
@@ -30,6 +30,8 @@ pub struct Request {
     pub changes: Changes,
     /// Rays that reach the sensor, written to a file: `.json`, or IES TM-25 by any other extension.
     pub rays_out: Option<(Utf8PathBuf, usize)>,
+    /// Folder of an earlier simulation that this one is compared with.
+    pub against: Option<Utf8PathBuf>,
     /// Also `irradiance.tiff`.
     pub tiff: bool,
     /// Also `irradiance.csv`.
@@ -47,11 +49,15 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
     if let Some((path, _)) = &request.rays_out {
         files::refuse_existing(path, request.overwrite)?;
     }
+    let earlier = request.against.as_deref().map(against::read).transpose()?;
     progress.event(Event::Began {
         step: "simulate",
         total: None,
     });
-    let simulation = solve(&scene, request.method)?;
+    let mut simulation = solve(&scene, request.method)?;
+    if let Some((earlier, folder)) = earlier.as_ref().zip(request.against.as_deref()) {
+        simulation.facts.against = Some(against::compare(&simulation.facts, earlier, folder)?);
+    }
     for finding in &simulation.facts.findings {
         progress.event(Event::Note(finding));
     }

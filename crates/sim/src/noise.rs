@@ -174,9 +174,12 @@ pub struct Difference {
     pub p_value: f64,
 }
 
-/// Compares two means with standard errors.
+/// Probability below which a difference counts as more than noise.
+pub const SIGNIFICANT: f64 = 0.01;
+
+/// Compares two means with standard errors. Equal means do not differ, however sure they are.
 pub fn difference(a: (f64, f64), b: (f64, f64)) -> Difference {
-    let sigma = (a.0 - b.0) / a.1.hypot(b.1);
+    let sigma = if a.0 == b.0 { 0.0 } else { (a.0 - b.0) / a.1.hypot(b.1) };
     Difference {
         sigma,
         p_value: erfc(sigma.abs() / std::f64::consts::SQRT_2),
@@ -248,6 +251,7 @@ mod tests {
     fn five_sigma_is_five_sigma() {
         let verdict = difference((5.38, 0.0024), (5.25, 0.0024));
         assert!(verdict.sigma > 38.0 && verdict.p_value < 1e-300);
+        assert_eq!(difference((1.0, 0.0), (1.0, 0.0)).p_value.round(), 1.0);
         assert!((difference((1.0, 0.1), (0.0, 0.5)).p_value - 0.0498).abs() < 1e-3);
     }
 }

@@ -24,7 +24,7 @@ pub enum SensorError {
         limit: usize,
     },
     /// A side, tilt, shift or distance that is no finite number, or a side that is not positive.
-    #[error("{name} = {value} is no usable number{need}")]
+    #[error("{name} = {value:?} is no usable number{need}")]
     Unusable {
         /// Key of the scene file.
         name: &'static str,
@@ -37,6 +37,9 @@ pub enum SensorError {
 
 /// Pixels that one map may have: 400 million take 1.6 GB as float32.
 pub const MAX_PIXELS: usize = 400_000_000;
+
+/// Longest side, distance and shift in mm, 1000 km: beyond it squares of lengths lose what they hold.
+pub const MAX_MM: f64 = 1e9;
 
 /// A pose and a grid, as a scene gives them (contract: Frames and angles).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,6 +124,16 @@ impl Sensor {
                 });
             }
         }
+        let shift = centre.to_array().map(|length| ("distance_mm and offset_mm", length));
+        for (name, value) in size_mm.map(|side| ("size_mm", side)).into_iter().chain(shift) {
+            if value.abs() > MAX_MM {
+                return Err(SensorError::Unusable {
+                    name,
+                    value,
+                    need: ": a length must be below 1e9 mm (1000 km)",
+                });
+            }
+        }
         let [width, height] = size_mm;
         Ok(Self {
             corner: rotation * DVec3::new(-0.5 * width, -0.5 * height, 0.0) + centre,
@@ -159,4 +172,42 @@ pub fn rotation(x_deg: f64, y_deg: f64, z_deg: f64) -> DMat3 {
     DMat3::from_rotation_x(x_deg.to_radians())
         * DMat3::from_rotation_y(y_deg.to_radians())
         * DMat3::from_rotation_z(z_deg.to_radians())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_beyond_what_squares_can_hold_are_refused() {
+        let good = Pose {
+            size_mm: [10.0; 2],
+            pixels: [2; 2],
+            distance_mm: 100.0,
+            tilt_x_deg: 0.0,
+            tilt_y_deg: 0.0,
+            rot_z_deg: 0.0,
+            offset_mm: [0.0; 2],
+        };
+        assert!(Sensor::new(&good).is_ok());
+        for bad in [
+            Pose {
+                size_mm: [1e300, 10.0],
+                ..good
+            },
+            Pose {
+                distance_mm: 1e200,
+                ..good
+            },
+            Pose {
+                offset_mm: [0.0, -1e10],
+                ..good
+            },
+        ] {
+            assert!(
+                matches!(Sensor::new(&bad), Err(SensorError::Unusable { .. })),
+                "{bad:?}"
+            );
+        }
+    }
 }

@@ -127,8 +127,33 @@ pub struct Facts {
     pub camera: Option<CameraFacts>,
     /// Colour over the sensor, where the scene has spectra over angle.
     pub colour: Option<ColourFacts>,
+    /// Smallest pixel over mean without the part that ray counting adds: that of the noise-free map.
+    pub uniformity_without_ray_noise: Option<f64>,
+    /// The verdict beside an earlier simulation, where one was given.
+    pub against: Option<Against>,
     /// What the operator should know.
     pub findings: Vec<String>,
+}
+
+/// Whether a simulation differs from an earlier one by more than their noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Against {
+    /// Where the earlier one lies.
+    pub folder: String,
+    /// Its mean.
+    pub mean: f64,
+    /// This mean less that.
+    pub difference: f64,
+    /// Standard uncertainty of the difference, by quadrature and counted rays.
+    pub u_difference: f64,
+    /// Difference over its uncertainty.
+    pub sigma: f64,
+    /// Probability of such a difference or a larger one without any real one.
+    pub p_value: f64,
+    /// Whether that probability is below 1 %.
+    pub differs: bool,
+    /// Whether both drew the same random numbers: they are not independent then, and the probability does not hold.
+    pub same_rays: bool,
 }
 
 /// What one exposure holds.
@@ -355,6 +380,8 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         colour: colour(scene, &setup),
         bands,
         electrons_per_s_per_pixel: electrons,
+        uniformity_without_ray_noise: ray.as_ref().map(|ray| ray.uniformity),
+        against: None,
         findings,
     };
     let map = map.into_iter().map(|value| value as f32).collect();
@@ -477,6 +504,7 @@ struct Rays {
     relative_per_pixel: f64,
     maximum: Interval,
     max_noise_free: f64,
+    uniformity: f64,
     needed: f64,
 }
 
@@ -505,6 +533,9 @@ impl Rays {
                 hi95: scaled(law.hi95),
             },
             max_noise_free: noise_free.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            uniformity: noise::moments(noise_free)
+                .filter(|light| light.mean != 0.0)
+                .map_or(0.0, |light| light.min / light.mean),
             needed: noise::rays_needed(0.01, share, pixels),
         }
     }

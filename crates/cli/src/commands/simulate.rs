@@ -63,6 +63,9 @@ pub struct Simulate {
     /// Also sensor.html: map, sections, and the scene with rays in three dimensions.
     #[arg(long)]
     html: bool,
+    /// Say whether this simulation differs from an earlier one by more than their noise.
+    #[arg(long, value_name = "DIR")]
+    against: Option<Utf8PathBuf>,
     /// Print result.json to standard output.
     #[arg(long)]
     json: bool,
@@ -129,6 +132,7 @@ pub fn run(arguments: &Simulate) -> Result<(), Failure> {
             luminous_area: arguments.luminous_area,
         },
         rays_out,
+        against: arguments.against.clone(),
         tiff: arguments.tiff,
         csv: arguments.csv,
         html: arguments.html,
@@ -162,6 +166,22 @@ fn print(facts: &Facts, arguments: &Simulate) {
     }
     if let Some(relative) = facts.relative_error_per_pixel {
         screen::say(format_args!("per pixel   {:.2} % standard error", 100.0 * relative));
+    }
+    if let Some(against) = &facts.against {
+        screen::say(format_args!(
+            "against     {}: {:+.6} ± {:.2e} {unit} ({:+.4} %), {:+.1} σ, p = {:.2e}: {}",
+            against.folder,
+            against.difference,
+            against.u_difference,
+            100.0 * against.difference / against.mean,
+            against.sigma,
+            against.p_value,
+            match (against.same_rays, against.differs) {
+                (true, _) => "both drew the same random numbers: give another --seed",
+                (false, true) => "they differ by more than their noise",
+                (false, false) => "no more than their noise",
+            }
+        ));
     }
     screen::say(format_args!("solver      {:.4} s", facts.elapsed_s));
     screen::say(format_args!("written     {}", arguments.out));
