@@ -28,7 +28,7 @@ pub const READINGS: &[Case] = &[
     case("range_step", &[("factor_rel", 0.008), ("range", 2.0)], &[]),
     case("nonlinearity", &[("inverse_scale_per_lx", 1e-5)], &[]),
     case("backlash", &[("width_deg", 0.1)], &[]),
-    case("gamma_sag", &[("amplitude_deg", 0.1)], &["gamma_zero"]),
+    case("gamma_sag", &[("amplitude_deg", 0.2)], &["gamma_zero"]),
     case("polarization", &[("amplitude_rel", 0.004), ("azimuth_deg", 25.0)], &[]),
     case(
         "lamp_drift",

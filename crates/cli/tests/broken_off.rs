@@ -1,0 +1,232 @@
+//! Days that break off: by SIGINT and kill in the scan and in the evening, by faults of the instruments. What was read stays
+//! readable, the axes stand, and the day is taken up again to its end.
+
+#![cfg(unix)]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+const PLAN: &str = r#"format = "isolux-plan/1"
+[[block]]
+name = "distribution"
+kind = "lit"
+c_range = [0, 330, 30]
+gamma_range = [0, 180, 5]
+reference_every = 37
+[[block]]
+name = "lamp off"
+kind = "lamp_off"
+c_deg = 0
+gamma_deg = 0
+repeats = 10
+"#;
+/// Rows of the plan without the visits to the reference point.
+const POINTS: usize = 12 * 37 + 10;
+
+struct Bench {
+    keep: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let bench = Self {
+            keep: tempfile::tempdir().unwrap(),
+        };
+        let made = bench.start(&["init", "bench"]).wait_with_output().unwrap();
+        assert!(made.status.success());
+        bench.write("bench/plan.toml", PLAN);
+        let scene = bench.read("bench/scene.toml");
+        bench.write("bench/scene.toml", &scene.replace("[2048, 2048]", "[32, 32]"));
+        bench
+    }
+
+    /// A station in a room with this fault.
+    fn with_fault(fault: &str) -> Self {
+        let bench = Self::new();
+        let station = bench.read("bench/station.toml");
+        let named = "name = \"virtual darkroom\"\n";
+        assert!(station.contains(named));
+        bench.write(
+            "bench/station.toml",
+            &station.replace(named, &format!("{named}darkroom = \"room.toml\"\n")),
+        );
+        bench.write("bench/room.toml", &format!("format = \"isolux-darkroom/1\"\n{fault}"));
+        bench
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.keep.path().join(name)
+    }
+
+    fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    fn start(&self, arguments: &[&str]) -> Child {
+        Command::new(env!("CARGO_BIN_EXE_isolux"))
+            .args(arguments)
+            .current_dir(self.keep.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    }
+
+    /// Runs the command to its end, asserts its exit code and gives what it said.
+    fn isolux(&self, arguments: &[&str], exit: i32) -> String {
+        said(self.start(arguments).wait_with_output().unwrap(), Some(exit))
+    }
+
+    /// Starts the command and sends it a signal as soon as `is_time`; what it said, after its exit code was asserted.
+    fn broken_off(&self, arguments: &[&str], signal: &str, exit: Option<i32>, is_time: impl Fn() -> bool) -> String {
+        let child = self.start(arguments);
+        let deadline = Instant::now() + Duration::from_secs(120);
+        while !is_time() {
+            assert!(Instant::now() < deadline, "{arguments:?} does not come so far");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let kill = format!("kill -{signal} {}", child.id());
+        assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+        said(child.wait_with_output().unwrap(), exit)
+    }
+
+    fn rows(&self, run: &str) -> usize {
+        std::fs::read_to_string(self.path(run).join("readings.csv")).map_or(0, |text| text.lines().count())
+    }
+
+    /// How often each reading of the plan is in the run, and how many it has to be.
+    fn assert_whole(&self, run: &str) {
+        let text = self.read(&format!("{run}/readings.csv"));
+        let mut lines = text.lines();
+        let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let column = |name: &str| head.iter().position(|it| *it == name).unwrap();
+        let keys = ["block", "point", "repeat"].map(column);
+        let mut found = BTreeMap::new();
+        for row in lines.map(|line| line.split(',').collect::<Vec<_>>()) {
+            if row[column("role")] == "point" {
+                *found.entry(keys.map(|key| row[key].to_owned())).or_insert(0) += 1;
+            }
+        }
+        assert_eq!(found.len(), POINTS);
+        assert!(found.values().all(|times| *times == 1), "{found:?}");
+    }
+
+    fn assert_stopped(&self, run: &str, how: &str) {
+        let header = self.read(&format!("{run}/run.toml"));
+        assert!(header.contains(&format!("how = \"{how}\"")), "{header}");
+        assert!(header.contains("axes_at_rest = true"), "{header}");
+    }
+
+    /// The flux of the day, which is known: 337 lm.
+    fn assert_flux(&self, run: &str) {
+        let budget: serde_json::Value =
+            serde_json::from_str(&self.read(&format!("{run}/results/budget.json"))).unwrap();
+        let [flux, u] = ["value", "u"].map(|key| budget["flux"][key].as_f64().unwrap());
+        assert!((flux - 337.0).abs() < 2.0 * u && u < 0.05 * flux, "{flux} ± {u} lm");
+        assert!(self.path(run).join("results/report.html").exists());
+    }
+}
+
+fn said(output: Output, exit: Option<i32>) -> String {
+    let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert_eq!(output.status.code(), exit, "{stdout}{stderr}");
+    stdout + &stderr
+}
+
+fn exists(path: &Path) -> bool {
+    path.exists()
+}
+
+#[test]
+fn a_day_is_interrupted_in_the_scan_and_in_the_evening_and_comes_to_its_end() {
+    let bench = Bench::new();
+    let day = ["run", "bench/job.toml", "--out", "day"];
+    bench.broken_off(&day, "INT", Some(130), || bench.rows("day") > 40);
+    bench.assert_stopped("day", "interrupted");
+    let read = bench.rows("day");
+    assert!(read < POINTS, "{read} readings: the scan was over");
+    // Half a distribution is no distribution.
+    let refused = bench.isolux(&["reduce", "day"], 2);
+    assert!(refused.contains("--resume"), "{refused}");
+
+    let again = ["run", "bench/job.toml", "--resume", "day"];
+    let model = bench.path("day/results/luminaire.model.toml");
+    bench.broken_off(&again, "INT", Some(130), || exists(&model));
+    bench.assert_stopped("day", "completed");
+    assert!(!bench.path("day/results/report.html").exists());
+
+    bench.isolux(&again, 0);
+    bench.assert_whole("day");
+    bench.assert_flux("day");
+}
+
+#[test]
+fn a_day_whose_program_was_killed_comes_to_its_end() {
+    let bench = Bench::new();
+    let day = ["run", "bench/job.toml", "--out", "day"];
+    bench.broken_off(&day, "KILL", None, || bench.rows("day") > 40);
+    assert!(bench.rows("day") < POINTS);
+    bench.isolux(&["run", "bench/job.toml", "--resume", "day"], 0);
+    bench.assert_whole("day");
+    bench.assert_flux("day");
+}
+
+/// Twenty seconds of a fault in the middle of a scan: more than the repeats of a question bridge.
+#[test]
+fn an_instrument_that_fails_leaves_a_run_that_goes_on() {
+    for (instrument, kind) in [
+        ("axes", "drop_byte"),
+        ("axes", "stall"),
+        ("luxmeter", "flip_bit"),
+        ("luxmeter", "silent"),
+        ("luxmeter", "disconnect"),
+    ] {
+        let fault =
+            format!("[[fault]]\ninstrument = \"{instrument}\"\nkind = \"{kind}\"\nat_s = 2100.0\nfor_s = 20.0\n");
+        let bench = Bench::with_fault(&fault);
+        let scan = ["scan", "bench/station.toml", "bench/plan.toml"];
+        let said = bench.isolux(&[&scan[..], &["--out", "run"]].concat(), 3);
+        assert!(said.contains("--resume"), "{instrument} {kind}: {said}");
+        bench.assert_stopped("run", "failed");
+        let read = bench.rows("run");
+        assert!((20..POINTS).contains(&read), "{instrument} {kind}: {read} rows");
+        // The cable is mended.
+        bench.write("bench/room.toml", "format = \"isolux-darkroom/1\"\n");
+        bench.isolux(&[&scan[..], &["--resume", "run"]].concat(), 0);
+        bench.assert_whole("run");
+        bench.isolux(&["reduce", "run"], 0);
+    }
+}
+
+/// One damaged or late answer is asked for again; the numbers are those of a bench without faults.
+#[test]
+fn a_damaged_answer_is_asked_for_again() {
+    let mut fluxes = Vec::new();
+    for (instrument, kind) in [
+        ("", ""),
+        ("axes", "flip_bit"),
+        ("luxmeter", "drop_byte"),
+        ("luxmeter", "late"),
+    ] {
+        let fault = format!(
+            "[[fault]]\ninstrument = \"{instrument}\"\nkind = \"{kind}\"\nfor_s = 1e6\nprobability = 0.01\ndelay_s = 0.7\n"
+        );
+        let bench = Bench::with_fault(if kind.is_empty() { "" } else { &fault });
+        bench.isolux(&["scan", "bench/station.toml", "bench/plan.toml", "--out", "run"], 0);
+        bench.assert_whole("run");
+        bench.isolux(&["reduce", "run"], 0);
+        let budget: serde_json::Value = serde_json::from_str(&bench.read("run/results/budget.json")).unwrap();
+        fluxes.push(budget["flux"]["value"].as_f64().unwrap());
+    }
+    assert!(
+        fluxes.iter().all(|flux| (flux / fluxes[0] - 1.0).abs() < 1e-3),
+        "{fluxes:?}"
+    );
+}
