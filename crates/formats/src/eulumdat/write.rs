@@ -102,14 +102,15 @@ fn zero_where_unknown(header: &mut Header) -> usize {
     unknown
 }
 
-/// The mirror planes of the class must be on the grid, else its planes cannot be counted.
+/// The mirror planes of the class must be on the grid, else its planes cannot be counted; class 3 begins at plane
+/// 3·Mc/4 + 1, which is none where four does not divide Mc.
 fn storable(symmetry: Symmetry, c_deg: &[f64]) -> bool {
     let has = |angle: f64| c_deg.contains(&angle);
     match symmetry {
         Symmetry::None => true,
         Symmetry::Rotational => has(0.0),
         Symmetry::C0C180 => has(0.0) && has(180.0),
-        Symmetry::C90C270 => has(90.0) && has(270.0),
+        Symmetry::C90C270 => has(90.0) && has(270.0) && c_deg.len().is_multiple_of(4),
         Symmetry::Quadrant => [0.0, 90.0, 180.0, 270.0].into_iter().all(has),
     }
 }

@@ -354,6 +354,14 @@ impl<'s> Field<'s> {
         pattern
     }
 
+    /// The planes beside a plane.
+    pub fn planes_beside(&self, plane: usize) -> impl Iterator<Item = usize> + '_ {
+        let beside = [-1, 1]
+            .into_iter()
+            .filter_map(move |offset| self.plane(plane as isize + offset));
+        beside.map(|found| found.1).filter(move |&other| other != plane)
+    }
+
     /// How much the misfit along γ at `angle` grows with the value there and falls with the value at the next angle.
     pub fn step_share(&self, angle: usize) -> f64 {
         let next = |beside: &[Beside; 4]| {

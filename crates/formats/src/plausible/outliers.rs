@@ -27,6 +27,11 @@ const REVERSED: f64 = 0.2;
 const EXCHANGED: (f64, f64) = (8.0, 0.1);
 /// Values that are tried as partners.
 const PARTNERS: usize = 60;
+/// Steps on either side of a reversal that all go the other way, and the share within which it is as large as they are; where
+/// it ranks among pairs.
+const REACH: usize = 5;
+const EVEN: f64 = 0.6;
+const REVERSAL: f64 = 40.0;
 /// Least change of a value and least difference of a pair, relative.
 const RELATIVE: (f64, f64) = (0.02, 0.01);
 /// Where many places look alike it is the light: only what stands this many times above the seventh counts.
@@ -96,7 +101,16 @@ fn suspects(field: &Field<'_>, step: f64) -> Vec<Suspect> {
             if along.max(across) >= least && field.prominence(plane, angle) > PROMINENT {
                 all.extend(single(field, plane, angle, least));
             }
-            if angle + 1 < field.ng && may_be_swapped(field, plane, angle, share, step) {
+            if only_reversal(field, plane, angle, step) {
+                all.push(Suspect {
+                    plane,
+                    angle,
+                    change: field.values[index + 1] - field.values[index],
+                    pair: true,
+                    score: REVERSAL,
+                    partner: None,
+                });
+            } else if angle + 1 < field.ng && may_be_swapped(field, plane, angle, share, step) {
                 let prominent = |angle| field.prominence(plane, angle) > PROMINENT;
                 if prominent(angle) || prominent(angle + 1) {
                     all.extend(pair(field, plane, angle));
@@ -177,6 +191,36 @@ fn exchanged(field: &Field<'_>, places: &mut [Suspect]) {
         let place = |at: usize| (places[at].plane, places[at].angle);
         (places[one].partner, places[other].partner) = (Some(place(other)), Some(place(one)));
     }
+}
+
+/// The pair is the only step against the slope around it, and as large as the steps beside it: put right, the values fall
+/// (or rise) evenly, as they do in the planes beside.
+fn only_reversal(field: &Field<'_>, plane: usize, angle: usize, step: f64) -> bool {
+    if angle < REACH || angle + 1 + REACH >= field.ng || edge(field, plane, angle) || edge(field, plane, angle + 1) {
+        return false;
+    }
+    let row = &field.values[plane * field.ng..(plane + 1) * field.ng];
+    let difference = row[angle + 1] - row[angle];
+    if difference.abs() <= 3.0 * step || difference.abs() < RELATIVE.0 * row[angle].abs() {
+        return false;
+    }
+    // The two are as they stand; put right, the step there is minus their difference.
+    let slope = -difference.signum();
+    let right = |at: usize| match at {
+        _ if at == angle => row[angle + 1],
+        _ if at == angle + 1 => row[angle],
+        _ => row[at],
+    };
+    let rise = |at: usize| (right(at + 1) - right(at)) * slope;
+    let (before, after) = (rise(angle - 1), rise(angle + 1));
+    let even = EVEN * before.min(after)..=before.max(after) / EVEN;
+    if !(angle - REACH..=angle + REACH).all(|at| rise(at) > 0.0) || !even.contains(&rise(angle)) {
+        return false;
+    }
+    field.planes_beside(plane).all(|other| {
+        let row = &field.values[other * field.ng..(other + 1) * field.ng];
+        (row[angle + 1] - row[angle]) * slope > 0.0
+    })
 }
 
 /// The values are far enough apart, and the misfits of the two in one direction are about what swapped ones have.
@@ -299,6 +343,17 @@ mod tests {
         let mut neighbours = lobe(7);
         neighbours.swap(2 * NG + 18, 2 * NG + 19);
         assert_eq!(lines(&neighbours, 7), [2 * NG + 19]);
+    }
+
+    #[test]
+    fn a_lone_reversal_on_an_uneven_slope_is_told() {
+        // Steps of 10 and 14 in turn: too rough for a cubic, yet always down.
+        let mut values: Vec<f64> = (0..NG)
+            .map(|at| 500.0 - 12.0 * at as f64 - 2.0 * (at % 2) as f64)
+            .collect();
+        assert!(findings(&values, 1).is_empty());
+        values.swap(12, 13);
+        assert_eq!(lines(&values, 1), [13]);
     }
 
     #[test]
