@@ -61,6 +61,13 @@ macro_rules! filler {
         ))]
         fn $name(coefficients: &[$number; TERMS], first: $number, step: $number, out: &mut [$number]) {
             let [c0, c1, c2, c3, c4, c5, c6, c7] = *coefficients;
+            // One rounding for two where the units have it; elsewhere it would be a call.
+            let fused = multiversion::target::target_cfg_f!(any(target_feature = "fma", target_arch = "aarch64"));
+            let step_up = |sum: $number, s: $number, c: $number| if fused { sum.mul_add(s, c) } else { sum * s + c };
+            let at = |s: $number| {
+                let high = step_up(step_up(step_up(c7, s, c6), s, c5), s, c4);
+                step_up(step_up(step_up(step_up(high, s, c3), s, c2), s, c1), s, c0)
+            };
             let mut s = [first; RUN];
             for (lane, s) in s.iter_mut().enumerate() {
                 *s += step * lane as $number;
@@ -73,13 +80,13 @@ macro_rules! filler {
                 for lane in 0..RUN {
                     // From the start each time: steps that were added up would add up their roundings.
                     let s = s[lane] + stride * turn;
-                    run[lane] = c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * (c5 + s * (c6 + s * c7))))));
+                    run[lane] = at(s);
                 }
                 turn += 1.0;
             }
             for (value, s) in rest.iter_mut().zip(s) {
                 let s = s + stride * turn;
-                *value = c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * (c5 + s * (c6 + s * c7))))));
+                *value = at(s);
             }
         }
     };

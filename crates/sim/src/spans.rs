@@ -1,5 +1,6 @@
 //! Point emitters before many small pixels: a row of pixels is a straight line of sight, cut where it crosses a kink of the
-//! interpolant. Between two cuts the light is analytic, and one polynomial through eight exact values fills the pixels.
+//! interpolant. Between two cuts the light is analytic, and one polynomial through eight exact values fills the pixels. Where
+//! the same kinks follow each other along all rows of a block, its coefficients are polynomials of the row as well.
 //!
 //! The value at a pixel's centre stands for its mean where the bound of what that neglects (the light's curvature over the
 //! pixel; a kink across it) is below the aim; pixels where it is not are computed by themselves.
@@ -24,6 +25,11 @@ use crate::table::{Bilinear, Table};
 const SHORTEST: usize = 48;
 /// Pixels a cut below which rows are no longer worth cutting.
 const SPARSE: usize = 4;
+
+/// Rows that share polynomials.
+const BLOCK: usize = 64;
+/// Rows below which each makes its own.
+const FEW: usize = 12;
 
 /// Intervals along each side of the sensor at which polar angles are looked at.
 const SIDE: usize = 16;
@@ -67,8 +73,26 @@ struct Lamp<'a> {
 /// Working memory of one thread.
 #[derive(Default)]
 struct Work {
-    cuts: Vec<f64>,
+    /// Place of each cut and the number of its kink.
+    cuts: Vec<(f64, u32)>,
     own: Vec<[usize; 2]>,
+}
+
+/// Rows between which the same kinks follow each other.
+struct Block {
+    /// Row in the middle, and one over half the rows.
+    middle: f64,
+    per: f64,
+    kinks: Vec<u32>,
+    /// For each run between two cuts; `None` where the polynomials do not converge.
+    pieces: Vec<Option<Piece>>,
+}
+
+/// A run of pixels through all rows of a block: `[power of the row][power of the place between its cuts]`.
+struct Piece {
+    powers: [[f64; TERMS]; TERMS],
+    tail: f64,
+    least: f64,
 }
 
 impl<'a> Rows<'a> {
@@ -119,9 +143,14 @@ impl<'a> Rows<'a> {
 
     /// Fills `map`, `[iy * nx + ix]`, in lx; `exact(ix, iy)` is the mean over a pixel for which its centre does not stand.
     pub fn fill<N: Number>(&self, map: &mut [N], exact: impl Fn(usize, usize) -> Estimate + Sync) -> Bound {
-        let rows = map.par_chunks_mut(self.nx).take(self.ny).enumerate().with_min_len(8);
-        let (sum, largest) = rows
-            .map_init(Work::default, |work, (iy, line)| self.row(iy, line, work, &exact))
+        let (sum, largest) = map
+            .par_chunks_mut(BLOCK * self.nx)
+            .enumerate()
+            .map_init(Work::default, |work, (index, rows)| {
+                let mut bound = (0.0, 0.0);
+                self.rows(index * BLOCK, rows, work, &exact, &mut bound);
+                bound
+            })
             .reduce(|| (0.0, 0.0), |a, b| (a.0 + b.0, f64::max(a.1, b.1)));
         Bound {
             mean_lx: sum / (self.nx * self.ny) as f64,
@@ -129,37 +158,143 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Fills one row; the sum of the bounds of its pixels and the largest relative one, without what is the same everywhere.
+    /// Fills a block of rows, or its halves where kinks cross each other within it.
+    fn rows<N: Number>(
+        &self,
+        first: usize,
+        rows: &mut [N],
+        work: &mut Work,
+        exact: &impl Fn(usize, usize) -> Estimate,
+        bound: &mut (f64, f64),
+    ) {
+        let count = rows.len() / self.nx;
+        let block = self.block(first, count, work);
+        if block.is_none() && count >= 2 * FEW {
+            let (upper, lower) = rows.split_at_mut(count / 2 * self.nx);
+            self.rows(first, upper, work, exact, bound);
+            self.rows(first + count / 2, lower, work, exact, bound);
+            return;
+        }
+        for (row, line) in rows.chunks_exact_mut(self.nx).enumerate() {
+            self.row(first + row, line, block.as_ref(), work, exact, bound);
+        }
+    }
+
+    /// Places along row `y` at which a kink passes, rising, and the row's end.
+    fn cut(&self, y: f64, cuts: &mut Vec<(f64, u32)>) {
+        let end = self.nx as f64;
+        cuts.clear();
+        let mut kink = 0;
+        let mut add = |u: Option<f64>| {
+            kink += 1;
+            cuts.extend(u.filter(|u| *u > 0.0 && *u < end).map(|u| (u, kink)));
+        };
+        for lamp in &self.lamps {
+            let a = lamp.corner + y * lamp.step_y;
+            for (plane, _) in &lamp.planes {
+                add(lamp.plane_crossing(a, *plane));
+            }
+            for (cosine, _) in &lamp.cones {
+                for u in lamp.cone_crossings(a, *cosine) {
+                    add(u);
+                }
+            }
+        }
+        cuts.push((end, 0));
+        cuts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    }
+
+    /// The polynomials of a block of rows; `None` where kinks change their order within it.
+    fn block(&self, first: usize, rows: usize, work: &mut Work) -> Option<Block> {
+        if rows < FEW {
+            return None;
+        }
+        let half = 0.5 * (rows - 1) as f64;
+        let middle = first as f64 + 0.5 + half;
+        let mut kinks: Vec<u32> = Vec::new();
+        let mut places: [Vec<f64>; TERMS] = std::array::from_fn(|_| vec![0.0]);
+        for (row, t) in places.iter_mut().zip(self.nodes) {
+            self.cut(middle + half * t, &mut work.cuts);
+            if kinks.is_empty() {
+                kinks.extend(work.cuts.iter().map(|cut| cut.1));
+            } else if !kinks.iter().eq(work.cuts.iter().map(|cut| &cut.1)) {
+                return None;
+            }
+            row.extend(work.cuts.iter().map(|cut| cut.0));
+        }
+        let pieces = (0..kinks.len()).map(|k| self.piece(middle, half, k, &places)).collect();
+        Some(Block {
+            middle,
+            per: half.recip(),
+            kinks,
+            pieces,
+        })
+    }
+
+    fn piece(&self, middle: f64, half: f64, k: usize, places: &[Vec<f64>; TERMS]) -> Option<Piece> {
+        let mut along = [[0.0; TERMS]; TERMS];
+        let (mut tail, mut least) = (0.0_f64, f64::INFINITY);
+        for ((coefficients, row), t) in along.iter_mut().zip(places).zip(self.nodes) {
+            let (from, to) = (row[k], row[k + 1]);
+            let mut u = self.nodes;
+            for u in &mut u {
+                *u = from + 0.5 * (to - from) * (1.0 + *u);
+            }
+            let values = self.values(middle + half * t, &u, LANES / 2);
+            let (found, rest) = self.fit.polynomial(&values);
+            *coefficients = found;
+            tail = tail.max(rest);
+            for value in values {
+                least = if value.abs() < least { value.abs() } else { least };
+            }
+        }
+        let mut powers = [[0.0; TERMS]; TERMS];
+        for power in 0..TERMS {
+            let mut column = [0.0; TERMS];
+            for (value, row) in column.iter_mut().zip(&along) {
+                *value = row[power];
+            }
+            let (found, rest) = self.fit.polynomial(&column);
+            tail += rest;
+            for (row, value) in powers.iter_mut().zip(found) {
+                row[power] = value;
+            }
+        }
+        (tail <= self.tail * least).then_some(Piece { powers, tail, least })
+    }
+
+    /// Fills one row; adds the bounds of its pixels and the largest relative one, without what is the same everywhere.
     fn row<N: Number>(
         &self,
         iy: usize,
         line: &mut [N],
+        block: Option<&Block>,
         work: &mut Work,
         exact: &impl Fn(usize, usize) -> Estimate,
-    ) -> (f64, f64) {
+        bound: &mut (f64, f64),
+    ) {
         let y = iy as f64 + 0.5;
-        let end = self.nx as f64;
-        work.cuts.clear();
-        for lamp in &self.lamps {
-            let a = lamp.corner + y * lamp.step_y;
-            for (kink, _) in &lamp.planes {
-                work.cuts.extend(lamp.plane_crossing(a, *kink));
-            }
-            for (cosine, _) in &lamp.cones {
-                work.cuts.extend(lamp.cone_crossings(a, *cosine).into_iter().flatten());
-            }
-        }
-        work.cuts.retain(|u| *u > 0.0 && *u < end);
-        work.cuts.push(end);
-        work.cuts.sort_unstable_by(f64::total_cmp);
-        let mut bound = (0.0, 0.0);
-        let mut from = 0;
-        for &cut in &work.cuts {
-            let to = ((cut - 0.5).ceil() as usize).min(self.nx);
+        self.cut(y, &mut work.cuts);
+        let block = block.filter(|block| block.kinks.iter().eq(work.cuts.iter().map(|cut| &cut.1)));
+        let always = self.neglected + N::ROUNDING;
+        let (mut from, mut low) = (0, 0.0);
+        for (k, &(high, _)) in work.cuts.iter().enumerate() {
+            let to = ((high - 0.5).ceil() as usize).min(self.nx);
             if to > from {
-                self.span(y, from, to, line, &mut bound);
+                if let Some((block, piece)) = block.and_then(|block| Some((block, block.pieces[k].as_ref()?))) {
+                    let coefficients = at_row(&piece.powers, (y - block.middle) * block.per);
+                    let per = 2.0 / (high - low);
+                    let first = (from as f64 + 0.5 - low) * per - 1.0;
+                    let end = (from + (to - from).next_multiple_of(RUN)).min(self.nx);
+                    N::fill(&coefficients, first, per, &mut line[from..end]);
+                    bound.0 += (to - from) as f64 * (piece.tail + always * coefficients[0].abs());
+                    bound.1 = bound.1.max(piece.tail / piece.least);
+                } else {
+                    self.span(y, from, to, line, bound);
+                }
                 from = to;
             }
+            low = high;
         }
         self.own_pixels(iy, work);
         for range in &work.own {
@@ -172,7 +307,6 @@ impl<'a> Rows<'a> {
                 }
             }
         }
-        bound
     }
 
     /// Fills the pixels from..to, between which no kink passes.
@@ -579,6 +713,22 @@ impl Slopes {
         }
         Some(out)
     }
+}
+
+/// The polynomial of one row of a block, `t` from −1 to 1.
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512dq+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn at_row(powers: &[[f64; TERMS]; TERMS], t: f64) -> [f64; TERMS] {
+    let mut row = powers[TERMS - 1];
+    for power in powers.iter().rev().skip(1) {
+        for k in 0..TERMS {
+            row[k] = row[k] * t + power[k];
+        }
+    }
+    row
 }
 
 /// Adds the light of a bilinear cell along the lines of sight.
