@@ -3,9 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::basis::Basis;
 use crate::forward::{Forward, Hypothesis};
 use crate::rivals::Rival;
-use crate::scan::{Candidate, Who};
+use crate::scan::{BLIND, Candidate, Who};
 use crate::table::Coordinate;
 
 /// Prior probability, given that there is something, that the catalogue has no name for it.
@@ -25,13 +26,15 @@ pub struct Dictionary {
 }
 
 impl Dictionary {
-    /// Named tangents around the baseline `prediction`, then the rivals.
+    /// Named tangents around the baseline `prediction`, then the rivals. `refitted` are the derivatives to the nuisance: two
+    /// patterns are alike where they are alike in what it leaves.
     pub fn new<F: Forward + ?Sized>(
         forward: &F,
         nuisance: &[f64],
         prediction: &DVector<f64>,
         rivals: &[Rival],
         row_scale: &DVector<f64>,
+        refitted: &DMatrix<f64>,
     ) -> Self {
         let effects = forward.effects();
         let mut tangents: Vec<(Who, Vec<DVector<f64>>)> = effects
@@ -71,21 +74,28 @@ impl Dictionary {
         }
         let names = candidates.clone();
         let many = |who: Who| matches!(who, Who::Named { effect, .. } if effects[effect].shapes.len() > MANY_SHAPES);
+        let mut known = refitted.clone();
+        for mut column in known.column_iter_mut() {
+            column.component_mul_assign(row_scale);
+        }
+        let known = Basis::spanning(&known, 1e-9);
+        let unit = |column: &DVector<f64>| {
+            let mut pattern = column.component_mul(row_scale);
+            let whole = pattern.norm();
+            known.project_out_vector(&mut pattern);
+            let left = pattern.norm();
+            (left > BLIND * whole).then(|| pattern / left)
+        };
         let named: Vec<DVector<f64>> = names
             .iter()
             .filter(|candidate| candidate.columns.len() == 1 && !many(candidate.who))
-            .filter_map(|candidate| {
-                all[candidate.columns.start]
-                    .component_mul(row_scale)
-                    .try_normalize(f64::MIN_POSITIVE)
-            })
+            .filter_map(|candidate| unit(&all[candidate.columns.start]))
             .collect();
         let distinct: Vec<bool> = rivals
             .par_iter()
             .map(|rival| {
                 rival.columns.len() != 1 || {
-                    let pattern = rival.columns[0].component_mul(row_scale);
-                    let Some(pattern) = pattern.try_normalize(f64::MIN_POSITIVE) else {
+                    let Some(pattern) = unit(&rival.columns[0]) else {
                         return false;
                     };
                     named.iter().all(|name| name.dot(&pattern).powi(2) < SAME_PATTERN)

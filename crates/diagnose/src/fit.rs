@@ -200,7 +200,9 @@ fn nuisance_derivatives<F: Forward + ?Sized>(
     state: &State,
     prediction: &DVector<f64>,
 ) -> Option<DMatrix<f64>> {
+    use rayon::prelude::*;
     let columns = (0..state.0.len())
+        .into_par_iter()
         .map(|k| {
             let mut tried = state.0.clone();
             tried[k] += NUISANCE_STEP;

@@ -47,7 +47,7 @@ pub struct Candidate {
 /// ln of the factor that a wrong sign costs: light that is taken away is no ghost, whatever its shape.
 const LN_WRONG_SIGN: f64 = -60.0;
 /// Less than this share of a pattern left by the nuisance: the data cannot see it.
-const BLIND: f64 = 2e-3;
+pub const BLIND: f64 = 2e-3;
 
 /// The dictionary, whitened, with nuisance and all known effects projected out, one orthonormal block a candidate.
 #[derive(Debug)]

@@ -310,7 +310,14 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let rounding = Rounding::new(rows, level.as_slice());
         let least_scale = Rounding::least_scale(rows).max(LEAST_SCALE);
         let rivals = rivals(rows, level.as_slice(), sequence.order());
-        let dictionary = Dictionary::new(forward, &baseline.nuisance, &level, &rivals, &plain.row_scale);
+        let dictionary = Dictionary::new(
+            forward,
+            &baseline.nuisance,
+            &level,
+            &rivals,
+            &plain.row_scale,
+            &tangents,
+        );
         let smooth = dictionary.smooth(forward.effects(), &rivals);
         let whitened = DMatrix::zeros(n, 0);
         let mut bench = Self {
