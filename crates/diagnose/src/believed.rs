@@ -58,6 +58,8 @@ struct Recipe {
     known: Option<(usize, Vec<f64>)>,
 }
 
+/// What is believed of the first of these terms after the level; of the k-th a k-th of it.
+const SHAPE_SIGMA: f64 = 0.3;
 /// Even Chebyshev terms of ln I that an analyst refits.
 const LN_SHAPE_TERMS: usize = 9;
 
@@ -516,6 +518,16 @@ impl Believed {
 impl Forward for Believed {
     fn nuisances(&self) -> usize {
         self.nuisance.len()
+    }
+
+    /// The level is free; a term of the shape beyond it is a few tenths of ln I at most, less the finer it is, so that terms that no reading holds do
+    /// not run away between and beyond the readings.
+    fn nuisance_weights(&self) -> Vec<f64> {
+        let weight = |kind: &Nuisance| match kind {
+            Nuisance::LnShape(k) if *k > 0 => (*k as f64 / SHAPE_SIGMA).powi(2),
+            _ => 0.0,
+        };
+        self.nuisance.iter().map(weight).collect()
     }
 
     fn effects(&self) -> &[Searchable] {

@@ -97,10 +97,12 @@ pub fn fit<F: Forward + ?Sized>(
     hypotheses: &[Hypothesis],
 ) -> Option<Fit> {
     let slots = slots(forward, nuisance.len(), hypotheses);
+    let weights = forward.nuisance_weights();
+    let held = |values: &[f64]| -> f64 { values.iter().zip(&weights).map(|(value, w)| w * value * value).sum() };
     let mut state = (nuisance.to_vec(), hypotheses.to_vec());
     let mut prediction = forward.predict(&state.0, &state.1)?;
     let mut residual = whitener.vector(&(measured - &prediction));
-    let mut objective = residual.norm_squared() + penalty(forward, &state.1);
+    let mut objective = residual.norm_squared() + penalty(forward, &state.1) + held(&state.0);
     if !objective.is_finite() {
         return None;
     }
@@ -129,6 +131,10 @@ pub fn fit<F: Forward + ?Sized>(
                 gradient[k] -= weight * (state.1[i].shape[j] - 0.5 * (low + high));
             }
         }
+        for (k, weight) in weights.iter().enumerate() {
+            normal[(k, k)] += weight;
+            gradient[k] -= weight * state.0[k];
+        }
         hold_plausible(forward, &state.1, &slots, &mut normal, &mut gradient);
         let mut improved = false;
         for _ in 0..8 {
@@ -136,7 +142,7 @@ pub fn fit<F: Forward + ?Sized>(
             let tried = moved(forward, &state, &slots, &step);
             let candidate = forward.predict(&tried.0, &tried.1)?;
             let left = whitener.vector(&(measured - &candidate));
-            let value = left.norm_squared() + penalty(forward, &tried.1);
+            let value = left.norm_squared() + penalty(forward, &tried.1) + held(&tried.0);
             if value.is_finite() && value <= objective + 1e-9 {
                 let gain = objective - value;
                 (state, prediction, residual, objective) = (tried, candidate, left, value);
@@ -153,8 +159,9 @@ pub fn fit<F: Forward + ?Sized>(
             }
             // Would true derivatives of the nuisance go on?
             let fresh = whitened(whitener, nuisance_derivatives(forward, &state, &prediction)?);
-            let normal = fresh.tr_mul(&fresh);
-            let gradient = fresh.tr_mul(&residual);
+            let normal = fresh.tr_mul(&fresh) + DMatrix::from_diagonal(&DVector::from_column_slice(&weights));
+            let pull = DVector::from_fn(weights.len(), |k, _| weights[k] * state.0[k]);
+            let gradient = fresh.tr_mul(&residual) - pull;
             let expected = gradient.dot(&solve_damped(&normal, &gradient, 0.0));
             if expected.is_nan() || expected < 0.05 {
                 break;

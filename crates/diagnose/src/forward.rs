@@ -98,6 +98,10 @@ impl Searchable {
 pub trait Forward: Sync {
     /// Number of nuisance parameters; all zero is the model as it came.
     fn nuisances(&self) -> usize;
+    /// 1/σ² of what is believed of each nuisance parameter before any data; 0 where nothing is.
+    fn nuisance_weights(&self) -> Vec<f64> {
+        vec![0.0; self.nuisances()]
+    }
     /// The effects that could be missing, those already in the model left out.
     fn effects(&self) -> &[Searchable];
     /// The expected value of every row; none where these effects cannot act together.

@@ -321,25 +321,30 @@ fn reading_blocks(outcome: &Outcome, rows: &[Row], blocks: &mut Vec<Block>) {
             c = two[0]
         ),
     });
-    // References from switch-on: a fresh run of the lamp.
-    let start: Vec<ReadingCoordinates> = (0..60)
+    // References from switch-on, as fast as the meter reads: the lamp is cold first.
+    let start: Vec<ReadingCoordinates> = (0..REFERENCES)
         .map(|k| ReadingCoordinates {
-            time_s: Some(20.0 + 60.0 * k as f64),
+            time_s: Some(20.0 + READING_S * k as f64),
             ..at(ReadingKind::Lit, two[0], 0.0, distance, 0, k)
         })
         .collect();
     blocks.push(Block {
         what: "reference_repeats",
         sigma: vec![(u_rel * peak).hypot(u_floor); start.len()],
-        minutes: 60.0,
+        minutes: 30.0 + REFERENCES as f64 * READING_S / 60.0,
         part: Part::Readings(start),
         plan: format!(
             "format = \"isolux-plan/1\"\nname = \"reference_repeats\"\n\n[[block]]\nname = \"reference\"\nkind = \"lit\"\nc_deg = [{c:?}]\n\
-             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = 60\n",
+             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {REFERENCES}\n\
+             prompt = \"Let the lamp cool for half an hour, switch it on and confirm at once.\"\n",
             c = two[0]
         ),
     });
 }
+
+/// Readings from switch-on, and seconds from one to the next.
+const REFERENCES: usize = 400;
+const READING_S: f64 = 4.0;
 
 fn map_blocks(outcome: &Outcome, rows: &[Row], maps: &MapSet, blocks: &mut Vec<Block>) {
     let Some(first) = maps.maps().iter().find(|map| map.lamp && !map.capped).cloned() else {

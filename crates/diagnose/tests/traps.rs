@@ -302,3 +302,53 @@ fn blind_spots_show() {
         "dark records see an offset"
     );
 }
+
+/// Smooth terms explode where no reading holds them: nine even terms, a cone of 20° read densely and one angle far out. The noise of
+/// the cone must not be blown up between the two.
+#[test]
+fn smooth_terms_do_not_run_away_off_the_data() {
+    use isolux_diagnose::diagnosis::diagnose;
+    use isolux_record::observation::{Need, open};
+    use std::fmt::Write as _;
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| camino::Utf8PathBuf::try_from(folder.path().join(name)).unwrap();
+    let truth = |gamma: f64| 400.0 * gamma.to_radians().cos().max(0.0).powf(3.2);
+    let mut csv = String::from("gamma_deg,intensity_cd\n");
+    for gamma in 0..=90 {
+        let wrong = 1.0 + 0.02 * (f64::from(gamma) / 30.0).sin();
+        let _ = writeln!(csv, "{gamma},{}", wrong * truth(f64::from(gamma)));
+    }
+    std::fs::write(path("distribution.csv"), csv).unwrap();
+    let model = "format = \"isolux-model/1\"\n[luminaire]\ndistribution = \"distribution.csv\"\n[luminaire.trust]\nshape = \"smooth\"\n";
+    std::fs::write(path("model.toml"), model).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut csv = String::from(
+        "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,illuminance_lx,u_lx\n",
+    );
+    for i in 0..120_u32 {
+        let gamma = if i % 12 == 11 { 70.0 } else { 2.0 * f64::from(i % 12) };
+        let lx = truth(gamma) / 4.0;
+        let read = lx * (1.0 + 0.004 * rng.sample::<f64, _>(StandardNormal));
+        let _ = writeln!(
+            csv,
+            "{i},A,lit,{},{},{gamma},2000,1,1,25,{read:.6},{:.6}",
+            4 * i,
+            15 * (i / 12),
+            0.004 * lx
+        );
+    }
+    std::fs::write(path("readings.csv"), csv).unwrap();
+    let model = isolux_model::Model::load(&path("model.toml")).unwrap();
+    let observations = open(&path("readings.csv"), Need::Values).unwrap();
+    let settings = Settings {
+        nulls: 200,
+        ..Settings::default()
+    };
+    let found = diagnose(&model, &[observations], None, "", &settings).unwrap();
+    let distribution = found.baseline.distribution().unwrap();
+    for gamma in [10.0, 30.0, 40.0, 50.0, 60.0, 80.0] {
+        let ratio = distribution.intensity_cd_at(0.0, gamma) / truth(gamma);
+        assert!((ratio - 1.0).abs() < 0.2, "γ {gamma}: {ratio}");
+    }
+}

@@ -31,7 +31,11 @@ fn answer(order: &Order) -> Option<Document> {
 }
 
 fn answers(class: Class, count: u64) -> Vec<(Order, Document)> {
-    suite::orders(class, false, count, 4711)
+    of_kind(class, false, count)
+}
+
+fn of_kind(class: Class, sensor: bool, count: u64) -> Vec<(Order, Document)> {
+    suite::orders(class, sensor, count, 4711)
         .into_iter()
         .filter_map(|order| answer(&order).map(|document| (order, document)))
         .collect()
@@ -101,6 +105,35 @@ fn two_effects_are_both_found() {
 #[test]
 fn a_plan_without_darks_or_distances_makes_no_false_claim() {
     for (order, document) in answers(Class::Common, 4) {
+        assert!(
+            !surely_wrong(&order, &document),
+            "{:?}: {}",
+            order.hidden,
+            document.sentence
+        );
+    }
+}
+
+#[test]
+fn maps_are_named_or_called_unknown() {
+    for (order, document) in of_kind(Class::CleanWhite, true, 1) {
+        assert_eq!(
+            document.verdict,
+            Verdict::Consistent,
+            "{order:?}: {}",
+            document.sentence
+        );
+    }
+    for (order, document) in of_kind(Class::Single(30), true, 6) {
+        let name = order.hidden[0].0;
+        assert!(holds(&document, name), "{name}: {}", document.sentence);
+        assert!(!surely_wrong(&order, &document), "{name}: {}", document.sentence);
+    }
+    for (order, document) in of_kind(Class::Outside(20), true, 4) {
+        let name = order.hidden[0].0;
+        assert_eq!(document.verdict, Verdict::Unexplained, "{name}: {}", document.sentence);
+    }
+    for (order, document) in of_kind(Class::Common, true, 2) {
         assert!(
             !surely_wrong(&order, &document),
             "{:?}: {}",
