@@ -91,13 +91,12 @@ fn cases(class: Class, sensor: bool) -> u64 {
     match (class, sensor) {
         (Class::CleanWhite, false) => 100,
         (Class::CleanCorrelated, _) => 48,
-        (Class::CleanOutliers, false) | (Class::Pair, false) => 24,
+        (Class::CleanOutliers | Class::Pair | Class::Outside(_), false) => 24,
         (Class::CleanWhite | Class::CleanOutliers, true) => 6,
         (Class::Single(5 | 10), false) => 44,
         (Class::Single(_) | Class::Common, false) => 22,
         (Class::Single(3), true) => 0,
         (Class::Single(_) | Class::Common, true) => 15,
-        (Class::Outside(_), false) => 24,
         (Class::Pair | Class::Outside(_), true) => 9,
     }
 }
