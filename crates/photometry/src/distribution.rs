@@ -187,6 +187,13 @@ impl IntensityDistribution {
         }
     }
 
+    /// Intensities in candela at every γ of the grid in the half-plane C, one a γ.
+    pub fn half_plane_cd(&self, c_deg: f64) -> Vec<f64> {
+        let (from, to, u) = self.planes_around(c_deg);
+        let pairs = self.row(from).iter().zip(self.row(to));
+        pairs.map(|(before, after)| before + u * (after - before)).collect()
+    }
+
     /// Intensity in candela towards a point, `direction` in the luminaire's frame and of any length above zero.
     pub fn toward(&self, direction: DVec3) -> f64 {
         let gamma_deg = direction.truncate().length().atan2(direction.z).to_degrees();
@@ -337,6 +344,7 @@ mod tests {
         assert_eq!(d.intensity_cd_at(315.0, 90.0), 6.0);
         assert_eq!(d.intensity_cd_at(-45.0, 90.0), 6.0);
         assert_eq!(d.intensity_cd_at(0.0, 90.0001), 0.0, "dark beyond the file's γ");
+        assert_eq!(d.half_plane_cd(315.0), [10.0, 6.0]);
     }
 
     #[test]

@@ -64,23 +64,54 @@ const ROUGH: Steps = Steps {
     directions: 16,
 };
 
+/// A ring of γ on a grid: the grid's angle below it and the part of the way to the next one.
+struct Ring {
+    below: usize,
+    part: f64,
+    sine: f64,
+    tangent: f64,
+}
+
+impl Ring {
+    /// None outside the grid, where it is dark.
+    fn new(grid_deg: &[f64], gamma_deg: f64) -> Option<Self> {
+        let after = grid_deg.partition_point(|&angle| angle <= gamma_deg);
+        let below = after.checked_sub(1).filter(|_| after < grid_deg.len())?;
+        Some(Self {
+            below,
+            part: (gamma_deg - grid_deg[below]) / (grid_deg[after] - grid_deg[below]),
+            sine: gamma_deg.to_radians().sin(),
+            tangent: gamma_deg.to_radians().tan(),
+        })
+    }
+}
+
 /// From height 1 over a square of side 2k, light in the direction (C, γ) shifts by tan γ; the share of it that lands
 /// on the square is the overlap of the square with itself, shifted so. For a Lambertian lamp this is the view factor
 /// of opposite faces.
 fn shares(grid: &IntensityDistribution, steps: &Steps) -> Option<[f64; 10]> {
+    let rings: Vec<Ring> = (0..steps.rings)
+        .filter_map(|ring| {
+            Ring::new(
+                grid.gamma_deg(),
+                (f64::from(ring) + 0.5) * 90.0 / f64::from(steps.rings),
+            )
+        })
+        .collect();
+    let reach = ROOM_INDICES.map(|k| 0.5 / k);
     let mut all = 0.0;
     let mut landing = [0.0; 10];
-    for ring in 0..steps.rings {
-        let gamma = (f64::from(ring) + 0.5) * 90.0 / f64::from(steps.rings);
-        let (sin, cos) = gamma.to_radians().sin_cos();
-        for direction in 0..steps.directions {
-            let c = (f64::from(direction) + 0.5) * 360.0 / f64::from(steps.directions);
-            let flux = grid.intensity_cd_at(c, gamma) * sin;
+    for direction in 0..steps.directions {
+        let c = (f64::from(direction) + 0.5) * 360.0 / f64::from(steps.directions);
+        let curve = grid.half_plane_cd(c);
+        let (along, across) = c.to_radians().sin_cos();
+        for ring in &rings {
+            let below = curve[ring.below];
+            let flux = (below + ring.part * (curve[ring.below + 1] - below)) * ring.sine;
             all += flux;
-            let (along, across) = c.to_radians().sin_cos();
-            for (sum, k) in landing.iter_mut().zip(ROOM_INDICES) {
-                let overlap = |part: f64| (1.0 - (part * sin / cos).abs() / (2.0 * k)).max(0.0);
-                *sum += flux * overlap(along) * overlap(across);
+            let (along, across) = ((along * ring.tangent).abs(), (across * ring.tangent).abs());
+            for (sum, reach) in landing.iter_mut().zip(reach) {
+                *sum += flux * (1.0 - along * reach).max(0.0) * (1.0 - across * reach).max(0.0);
             }
         }
     }
