@@ -307,7 +307,7 @@ fn annulus(inner_mm: f64, outer_mm: f64, order: usize) -> Vec<Node> {
 }
 
 /// Nodes and weights of Gauss–Legendre quadrature on [−1, 1] (weights sum to 2), by Newton iteration on P_n.
-pub(crate) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
+pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     (0..n)
         .map(|i| {
             let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();

@@ -27,7 +27,7 @@ mod spectrum;
 pub use bench::{CorrectedReading, NoInverse};
 pub use document::{ShapeTrust, Trust, Uncertainty, UncertaintyScale};
 pub use effects::{BelongsTo, Effect, EffectError, EffectSpec, ParameterSpec, Role, Stage, catalogue};
-pub use emitter::{Emitter, EmitterError, Node};
+pub use emitter::{Emitter, EmitterError, Node, gauss_legendre};
 pub use lobe::Lobe;
 pub use luminaire::{Luminaire, Spectral};
 pub use model::{InSimulation, Model, ModelError};

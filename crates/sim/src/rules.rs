@@ -1,36 +1,14 @@
 //! Quadrature rules on [0, 1].
 
-/// Gauss–Legendre nodes and weights on [0, 1] with `n` points, by Newton on the Legendre polynomial.
-pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
-    (0..n)
-        .map(|i| {
-            let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-            let mut slope = 1.0;
-            for _ in 0..100 {
-                let (mut p0, mut p1) = (1.0, x);
-                for k in 2..=n {
-                    let k = k as f64;
-                    (p0, p1) = (p1, ((2.0 * k - 1.0) * x * p1 - (k - 1.0) * p0) / k);
-                }
-                if n == 1 {
-                    (p0, p1) = (1.0, x);
-                }
-                slope = n as f64 * (x * p1 - p0) / (x * x - 1.0);
-                let step = p1 / slope;
-                x -= step;
-                if step.abs() < 1e-16 {
-                    break;
-                }
-            }
-            (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * slope * slope))
-        })
-        .collect()
-}
-
-/// Gauss rules of 1 to 24 points, made once.
+/// Gauss–Legendre rules of 1 to 24 points, made once.
 pub fn gauss(n: usize) -> &'static [(f64, f64)] {
-    static RULES: std::sync::LazyLock<Vec<Vec<(f64, f64)>>> =
-        std::sync::LazyLock::new(|| (1..=24).map(gauss_legendre).collect());
+    static RULES: std::sync::LazyLock<Vec<Vec<(f64, f64)>>> = std::sync::LazyLock::new(|| {
+        let on_unit = |n| -> Vec<(f64, f64)> {
+            let rule = isolux_model::gauss_legendre(n).into_iter();
+            rule.map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect()
+        };
+        (1..=24).map(on_unit).collect()
+    });
     &RULES[n.clamp(1, 24) - 1]
 }
 
