@@ -143,6 +143,22 @@ fn a_rewritten_file_keeps_its_header_and_its_symmetry() {
 }
 
 #[test]
+fn what_was_not_stated_is_computed_and_what_was_is_kept() {
+    let rewritten = |name: &str| {
+        let bytes = std::fs::read(tests().join("golden").join(name)).unwrap();
+        let read = distribution(read_any(&bytes, name)).unwrap();
+        let written = eulumdat::rewrite(read.eulumdat.as_ref().unwrap(), &read.intensity);
+        eulumdat::read_document(&written.bytes).document.unwrap().header
+    };
+    let computed = rewritten("fractions-zero.ldt");
+    assert_eq!(computed.lorl_percent, Some(84.8));
+    assert_eq!(computed.dff_percent, Some(100.0));
+    assert_eq!(rewritten("lorl-2-percent-off.ldt").lorl_percent, Some(86.3));
+    let ratios = rewritten("ratios-of-another.ldt").direct_ratios;
+    assert_eq!(ratios[0], Some(0.69), "stated, though of another light");
+}
+
+#[test]
 fn what_is_too_large_is_refused() {
     let zeros = vec![b'1'; isolux_formats::LARGEST_FILE + 1];
     let parsed = read_any(&zeros, "x.ldt");

@@ -77,6 +77,13 @@ pub struct Header {
     pub direct_ratios: [Option<f64>; 10],
 }
 
+impl Header {
+    /// Light output ratio and downward flux fraction are both zero: templates have it so, light never.
+    pub(crate) fn fractions_unstated(&self) -> bool {
+        self.lorl_percent == Some(0.0) && self.dff_percent == Some(0.0)
+    }
+}
+
 /// Six lines of one set of lamps.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LampSet {

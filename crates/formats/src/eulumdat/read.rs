@@ -442,7 +442,14 @@ fn stated_ratios(
     findings: &mut Findings,
 ) {
     let (down, all) = (intensity.flux_between(0.0, 90.0).value(), intensity.flux().value());
-    if let Some(stated) = header.dff_percent
+    if header.fractions_unstated() && all > 0.0 {
+        let message = "light output ratio and downward flux fraction are zero, though there is light";
+        findings.push(
+            Finding::note("ldt-unstated", message)
+                .at(line_of(21) + 1, 1)
+                .assumed("not stated"),
+        );
+    } else if let Some(stated) = header.dff_percent
         && all > 0.0
         && (stated - 100.0 * down / all).abs() > DFF_APART
     {

@@ -121,6 +121,9 @@ fn completed(header: &Header, intensity: &IntensityDistribution, flux: f64) -> H
     let integral = intensity.flux().value();
     let down = intensity.flux_between(0.0, 90.0).value();
     if integral > 0.0 {
+        if header.fractions_unstated() {
+            (header.lorl_percent, header.dff_percent) = (None, None);
+        }
         header.lorl_percent.get_or_insert(100.0 * integral / flux);
         header.dff_percent.get_or_insert(100.0 * down / integral);
     }
