@@ -19,7 +19,12 @@ pub const READINGS: &[Case] = &[
     case("gamma_zero", &[("offset_deg", 0.1)], &[]),
     case("c_zero", &[("offset_deg", 3.0)], &[]),
     case("luminaire_tilt", &[("angle_deg", 0.15), ("azimuth_deg", 60.0)], &[]),
-    case("lateral_centre", &[("offset_mm", 2.0), ("azimuth_deg", 30.0)], &[]),
+    // The LEDs are parallel: a dimmed sector moves the light centre and does nothing else.
+    case(
+        "lateral_centre",
+        &[("offset_mm", 2.0), ("azimuth_deg", 30.0)],
+        &["dead_sector"],
+    ),
     case("axial_centre", &[("offset_mm", 3.0)], &[]),
     case("distance_offset", &[("offset_mm", 5.0)], &[]),
     case("dark_offset", &[("offset_lx", 0.3)], &[]),
@@ -45,7 +50,7 @@ pub const CAMERA: &[Case] = &[
     case("source_tilt", &[("angle_deg", 1.0), ("azimuth_deg", 120.0)], &[]),
     case("stage_lateral", &[("offset_mm", 2.0), ("azimuth_deg", 30.0)], &[]),
     case("vignetting", &[("coefficient_rel", 0.03)], &[]),
-    case("cover_glass", &[("plates", 2.0)], &["pixel_angular"]),
+    case("cover_glass", &[("plates", 1.0)], &["pixel_angular"]),
     case("pixel_angular", &[("coefficient", 0.2)], &["cover_glass"]),
     case(
         "flicker_banding",

@@ -309,7 +309,12 @@ impl Workshop {
         for effect in effects {
             for (key, value) in effect["parameters"].as_object().expect("parameters") {
                 let number = |key: &str| value[key].as_f64().unwrap_or(f64::NAN);
-                let _ = write!(parameters, "{key} {:.4}±{:.4} ", number("value"), number("u"));
+                let (value, u) = (number("value"), number("u"));
+                let _ = if value.abs() < 0.01 {
+                    write!(parameters, "{key} {value:.3e}±{u:.1e} ")
+                } else {
+                    write!(parameters, "{key} {value:.4}±{u:.4} ")
+                };
             }
         }
         let held = &document["gap"]["held_out"];
