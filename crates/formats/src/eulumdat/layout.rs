@@ -534,7 +534,8 @@ fn count_of_intensities(
         && let Some(at) = slip::extra(&values, ng, 1, &repeated())
     {
         let token = &intensity[at];
-        let message = "one intensity too many; the planes fit each other without this repeated line";
+        let run = run_of_equals(&values, at, intensity);
+        let message = format!("one intensity too many; the planes fit each other without this repeated line{run}");
         let finding = Finding::error("ldt-line-doubled", message).at(token.line + 1, token.column);
         return Some(finding.raw(token.text).fix("remove the line"));
     }
@@ -542,9 +543,11 @@ fn count_of_intensities(
         return Some(trailing(&intensity[needed], there - needed));
     }
     if there + 1 == needed
-        && let Some(token) = slip::missing(&values, ng, 1, &(0..there).collect::<Vec<_>>()).map(|at| &intensity[at])
+        && let Some(at) = slip::missing(&values, ng, 1, &(0..there).collect::<Vec<_>>())
     {
-        let message = "one intensity too few; the planes fit each other with one more before this line";
+        let token = &intensity[at];
+        let run = run_of_equals(&values, at, intensity);
+        let message = format!("one intensity too few; the planes fit each other with one more before this line{run}");
         let finding = Finding::error("ldt-line-missing", message).at(token.line + 1, token.column);
         return Some(finding.raw(token.text).fix("put the missing line back"));
     }
@@ -558,6 +561,24 @@ fn count_of_intensities(
             .raw(text.line(end - 1))
             .fix("fetch the file again; a line may be missing or the file cut off")
     })
+}
+
+/// In a run of equal values nobody can tell which line it was: the lines of the run, for a message.
+fn run_of_equals(values: &[f64], at: usize, tokens: &[Token<'_>]) -> String {
+    let Some(&value) = at.checked_sub(1).and_then(|before| values.get(before)) else {
+        return String::new();
+    };
+    let first = values[..at]
+        .iter()
+        .rposition(|&other| other != value)
+        .map_or(0, |odd| odd + 1);
+    let behind = values[at..].iter().position(|&other| other != value);
+    let last = at + behind.unwrap_or(values.len() - at);
+    if last < first + 2 {
+        return String::new();
+    }
+    let (from, to) = (tokens[first].line + 1, tokens[last - 1].line + 1);
+    format!("; lines {from} to {to} are equal, and it may be any of them")
 }
 
 /// The first angle after a step twice as large as all others: what should stand between is missing.
