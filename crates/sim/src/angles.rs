@@ -46,10 +46,14 @@ pub(crate) fn atan2(y: f64, x: f64) -> f64 {
     let (above, below) = if far { (low - high, low + high) } else { (low, high) };
     let t = above / if below > 1e-300 { below } else { 1e-300 };
     let z = t * t;
-    let mut series = SERIES[9];
-    for k in (0..9).rev() {
-        series = series * z + SERIES[k];
+    // Even and odd powers apart: two short chains of operations instead of a long one.
+    let w = z * z;
+    let (mut even, mut odd) = (SERIES[8], SERIES[9]);
+    for k in (0..4).rev() {
+        even = even * w + SERIES[2 * k];
+        odd = odd * w + SERIES[2 * k + 1];
     }
+    let series = even + z * odd;
     let octant = t * series + if far { FRAC_PI_4 } else { 0.0 };
     let quarter = if steep { FRAC_PI_2 - octant } else { octant };
     let half = if x < 0.0 { PI - quarter } else { quarter };
