@@ -159,6 +159,16 @@ fn what_was_not_stated_is_computed_and_what_was_is_kept() {
 }
 
 #[test]
+fn a_luminaire_may_be_called_as_a_line_of_another_format() {
+    let bytes = std::fs::read(tests().join("good/isym4.ldt")).unwrap();
+    let mut lines: Vec<String> = String::from_utf8(bytes).unwrap().lines().map(str::to_owned).collect();
+    lines[8] = "TILT=INCLUDE, the lamp".to_owned();
+    let parsed = read_any(lines.join("\r\n").as_bytes(), "x.ldt").remove(0);
+    assert_eq!(parsed.format, Some(isolux_formats::Format::Eulumdat));
+    assert!(parsed.document.is_some());
+}
+
+#[test]
 fn what_is_too_large_is_refused() {
     let zeros = vec![b'1'; isolux_formats::LARGEST_FILE + 1];
     let parsed = read_any(&zeros, "x.ldt");

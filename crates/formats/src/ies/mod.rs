@@ -66,8 +66,10 @@ pub const GENERATION_TYPES: [(&str, &str); 10] = [
     ),
 ];
 
-/// Whether this is LM-63: a version line, or a line that begins with `TILT=`.
+/// Whether this is LM-63: a version line, or a line that begins with `TILT=` in a file that does not count like EULUMDAT (a
+/// luminaire may have such a name).
 pub fn looks_like(head: &Text<'_>) -> bool {
     let first = head.line(0).trim_start().to_ascii_uppercase();
-    first.starts_with("IESNA") || first.starts_with("IES:") || head.lines().any(preamble::is_tilt)
+    let tilt = || head.lines().any(preamble::is_tilt) && !crate::eulumdat::looks_like(head);
+    first.starts_with("IESNA") || first.starts_with("IES:") || tilt()
 }
