@@ -22,6 +22,8 @@ pub struct Observed {
 
 /// Maps with more bins than this along a side are averaged before the fit, with their uncertainty.
 const MOST_BINS: usize = 32;
+/// Most bins along a side after averaging, where the sides divide no better.
+const AVERAGED: usize = 48;
 
 /// The rows of a file that are to be fitted, and those that the file itself holds out (maps with `held_out = true`).
 ///
@@ -207,9 +209,12 @@ fn incidence_deg(pose: &MapPose, x_mm: f64, y_mm: f64) -> f64 {
 fn binned(set: &MapSet) -> (MapSet, Option<String>) {
     let [nx, ny] = set.bins();
     let divisor = |n: usize| {
-        (1..=n)
-            .find(|f| n.is_multiple_of(*f) && n / f <= MOST_BINS)
-            .unwrap_or(1)
+        if n <= MOST_BINS {
+            return 1;
+        }
+        let nearest = |f: &usize| (n / f).abs_diff(MOST_BINS);
+        let fits = |f: &usize| n.is_multiple_of(*f) && n / f <= AVERAGED;
+        (1..=n).filter(fits).min_by_key(nearest).unwrap_or(n)
     };
     let (fx, fy) = (divisor(nx), divisor(ny));
     let Some((signal, u)) = set.values() else {
@@ -236,9 +241,14 @@ fn binned(set: &MapSet) -> (MapSet, Option<String>) {
         sums.values().map(|(sum, ..)| sum * scale).collect(),
         sums.values().map(|(_, squares, _)| squares.sqrt() * scale).collect(),
     );
-    let note = (partial > 0).then(|| format!("{partial} blocks of {fx} × {fy} bins with missing bins were left out"));
+    let mut note = format!(
+        "maps of {nx} × {ny} bins were averaged over {fx} × {fy}, their uncertainties as of independent bins: what is finer is not searched"
+    );
+    if partial > 0 {
+        note += &format!("; {partial} such blocks with missing bins were left out");
+    }
     match MapSet::new(set, [nx / fx, ny / fy], cells, Some(values)) {
-        Ok(coarse) => (coarse, note),
+        Ok(coarse) => (coarse, Some(note)),
         Err(_) => (set.clone(), None),
     }
 }
@@ -263,5 +273,40 @@ fn spectra(set: &SpectraSet, file: usize) -> Observed {
         part: Part::Spectra(set.clone(), numbers),
         rows,
         notes: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use isolux_record::observation::{Need, open};
+    use std::fmt::Write as _;
+
+    #[test]
+    fn maps_are_averaged_to_a_size_that_divides_them() {
+        for (bins, expected) in [(24, 24), (40, 40), (64, 32), (90, 30), (111, 37)] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = |name: &str| camino::Utf8PathBuf::try_from(folder.path().join(name)).unwrap();
+            let toml =
+                format!("sensor_mm = 24.0\nbins = {bins}\nunit = \"lx\"\n[[map]]\nname = \"a\"\ndistance_mm = 500.0\n");
+            std::fs::write(path("maps.toml"), toml).unwrap();
+            let mut csv = String::from("map,iy,ix,signal,u\n");
+            for iy in 0..bins {
+                for ix in 0..bins {
+                    let _ = writeln!(csv, "a,{iy},{ix},{},0.5", ix + iy);
+                }
+            }
+            std::fs::write(path("maps.csv"), csv).unwrap();
+            let Observations::Maps(set) = open(&path("maps.toml"), Need::Values).unwrap() else {
+                panic!("maps");
+            };
+            let (coarse, note) = binned(&set);
+            assert_eq!(coarse.bins(), [expected, expected], "{bins}");
+            assert_eq!(note.is_some(), bins != expected);
+            let (signal, u) = coarse.values().unwrap();
+            let factor = (bins / expected) as f64;
+            assert!((signal[0] - (factor - 1.0)).abs() < 1e-12);
+            assert!((u[0] - 0.5 / factor).abs() < 1e-12);
+        }
     }
 }
