@@ -6,6 +6,7 @@ use crate::diagnose::with_uncertainty;
 use isolux_diagnose::diagnosis::{Diagnosis, digits};
 use isolux_diagnose::document::Verdict;
 use isolux_diagnose::table::{Coordinate, Light, Row, Source};
+use isolux_report::axes::number;
 use isolux_report::diagnosis::{Panel, gap_bars, residual_maps, residuals_along};
 use isolux_report::html::{Page, Tile};
 
@@ -186,7 +187,7 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
                 spot.effect.to_owned(),
                 spot.parameter.to_owned(),
                 amplitude,
-                spot.plausible_max.to_string(),
+                number(spot.plausible_max),
                 flag.to_owned(),
             ]
         })
