@@ -33,43 +33,17 @@ pub(crate) fn sweeps(book: &mut Book) {
         format!("pixels within {:.3} %", 100.0 * most)
     };
     let planes = [5.0, 10.0, 15.0, 22.5, 30.0, 45.0];
-    all.push((
-        "half-planes, lobe askew",
-        "step in C / °",
-        planes
-            .map(|step| {
-                lit(
-                    &format!(
-                        "every {step}°, {}",
-                        apart(&lamp(step, 1.0, 0.1), &lamp(5.0, 1.0, 0.1), &standard)
-                    ),
-                    step,
-                    &lamp(step, 1.0, 0.1),
-                    &standard,
-                    LER,
-                )
-            })
-            .into(),
-    ));
-    let far = sensor(400.0, 64, 500.0);
-    all.push((
-        "half-planes, lobe askew, sensor 400 mm",
-        "step in C / °",
-        planes
-            .map(|step| {
-                lit(
-                    &format!(
-                        "every {step}°, {}",
-                        apart(&lamp(step, 1.0, 0.1), &lamp(5.0, 1.0, 0.1), &far)
-                    ),
-                    step,
-                    &lamp(step, 1.0, 0.1),
-                    &far,
-                    LER,
-                )
-            })
-            .into(),
-    ));
+    for (name, sensor) in [
+        ("half-planes, lobe askew", standard),
+        ("half-planes, lobe askew, sensor 400 mm", sensor(400.0, 64, 500.0)),
+    ] {
+        let of_step = |step| {
+            let coarse = lamp(step, 1.0, 0.1);
+            let label = format!("every {step}°, {}", apart(&coarse, &lamp(5.0, 1.0, 0.1), &sensor));
+            lit(&label, step, &coarse, &sensor, LER)
+        };
+        all.push((name, "step in C / °", planes.map(of_step).into()));
+    }
     all.push((
         "γ step",
         "step in γ / °",
