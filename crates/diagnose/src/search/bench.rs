@@ -1,0 +1,324 @@
+//! The rows under test, their noise, and every candidate whitened with it.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::basis::{Basis, inverse_of_normal};
+use crate::dictionary::Dictionary;
+use crate::evidence::ln_sum_exp;
+use crate::fit::{Fit, Whitener, fit, nuisance_tangents};
+use crate::forward::{Forward, Hypothesis};
+use crate::rivals::{Rival, rivals};
+use crate::rounding::Rounding;
+use crate::scan::{Found, Scan, Who, p_value};
+use crate::search::{Noise, Settings};
+use crate::table::Row;
+use crate::whitening::{Sequence, heavy_tail_weights};
+
+/// A stated uncertainty is not ten times too large: readings that agree better were copied, rounded or averaged.
+const LEAST_SCALE: f64 = 0.1;
+
+pub(super) struct Bench<'a, F: Forward + ?Sized> {
+    pub(super) forward: &'a F,
+    pub(super) measured: DVector<f64>,
+    pub(super) u: DVector<f64>,
+    pub(super) sequence: &'a Sequence,
+    pub(super) rounding: Rounding,
+    pub(super) least_scale: f64,
+    pub(super) settings: &'a Settings,
+    pub(super) rivals: Vec<Rival>,
+    pub(super) dictionary: Dictionary,
+    pub(super) smooth: Vec<usize>,
+    /// Derivatives to the nuisance at the baseline.
+    pub(super) tangents: DMatrix<f64>,
+    pub(super) noise: Noise,
+    pub(super) freedom: f64,
+    /// The dictionary, whitened with the present noise.
+    pub(super) whitened: DMatrix<f64>,
+    pub(super) baseline: Fit,
+    pub(super) nulls: Vec<f64>,
+}
+
+impl<'a, F: Forward + ?Sized> Bench<'a, F> {
+    pub(super) fn new(forward: &'a F, rows: &'a [Row], sequence: &'a Sequence, settings: &'a Settings) -> Option<Self> {
+        let n = rows.len();
+        let measured = DVector::from_iterator(n, rows.iter().map(|row| row.measured));
+        let u = DVector::from_iterator(n, rows.iter().map(|row| row.u));
+        let noise = Noise {
+            scale: 1.0,
+            rho: 0.0,
+            weights: vec![1.0; n],
+        };
+        let alone = Rounding::default();
+        let plain = Whitener {
+            sequence,
+            rounding: &alone,
+            row_scale: u.map(|u| 1.0 / u),
+            rho: 0.0,
+        };
+        let start = vec![0.0; forward.nuisances()];
+        let first = fit(
+            forward,
+            &measured,
+            &plain,
+            &start,
+            &nuisance_tangents(forward, &start)?,
+            &[],
+        )?;
+        let tangents = nuisance_tangents(forward, &first.nuisance)?;
+        let baseline = fit(forward, &measured, &plain, &first.nuisance, &tangents, &[])?;
+        let level = forward.predict(&baseline.nuisance, &[])?;
+        let rounding = Rounding::new(rows, level.as_slice());
+        let least_scale = Rounding::least_scale(rows).max(LEAST_SCALE);
+        let rivals = rivals(rows, level.as_slice(), sequence.order());
+        let dictionary = Dictionary::new(
+            forward,
+            &baseline.nuisance,
+            &level,
+            &rivals,
+            &plain.row_scale,
+            &tangents,
+        );
+        let smooth = dictionary.smooth(forward.effects(), &rivals);
+        let whitened = DMatrix::zeros(n, 0);
+        let mut bench = Self {
+            forward,
+            measured,
+            u,
+            sequence,
+            rounding,
+            least_scale,
+            settings,
+            rivals,
+            dictionary,
+            smooth,
+            tangents,
+            noise,
+            freedom: 1.0,
+            whitened,
+            baseline,
+            nulls: Vec::new(),
+        };
+        let start = bench.baseline.clone();
+        bench.update_noise(&start);
+        bench.baseline = bench.fit(&[])?;
+        Some(bench)
+    }
+
+    pub(super) fn whitener(&self) -> Whitener<'_> {
+        self.whitener_with(&self.rounding)
+    }
+
+    pub(super) fn whitener_with<'r>(&self, rounding: &'r Rounding) -> Whitener<'r>
+    where
+        'a: 'r,
+    {
+        let scale = self
+            .u
+            .zip_map(&DVector::from_column_slice(&self.noise.weights), |u, w| w.sqrt() / u);
+        Whitener {
+            sequence: self.sequence,
+            rounding,
+            row_scale: scale,
+            rho: self.noise.rho,
+        }
+    }
+
+    pub(super) fn fit(&self, members: &[Hypothesis]) -> Option<Fit> {
+        fit(
+            self.forward,
+            &self.measured,
+            &self.whitener(),
+            &self.baseline.nuisance,
+            &self.tangents,
+            members,
+        )
+    }
+
+    /// Noise from what is left of a fit after everything smooth is projected out: outlier weights, ρ, scale.
+    pub(super) fn update_noise(&mut self, fitted: &Fit) {
+        let n = self.measured.len();
+        let raw = &self.measured - &fitted.prediction;
+        let limit = if n > 2000 { 120 } else { n / 3 };
+        let columns = self.dictionary.columns.select_columns(&self.smooth);
+        let unweighted = Whitener {
+            sequence: self.sequence,
+            rounding: &self.rounding,
+            row_scale: self.u.map(|u| 1.0 / u),
+            rho: 0.0,
+        };
+        let parameters = self.parameter_columns(fitted);
+        let basis_of = |whitener: &Whitener<'_>| {
+            let mut known = parameters.clone();
+            whitener.apply(&mut known);
+            let mut basis = Basis::spanning(&known, 1e-8);
+            // Blocks of a few columns until the limit, so that the effort stays bounded.
+            let mut smooth = columns.clone();
+            whitener.apply(&mut smooth);
+            for start in (0..smooth.ncols()).step_by(16) {
+                if basis.rank() >= limit {
+                    break;
+                }
+                let count = 16.min(smooth.ncols() - start);
+                basis.extend(&smooth.columns(start, count).into_owned(), 0.1);
+            }
+            basis
+        };
+        let basis = basis_of(&unweighted);
+        let mut residual = unweighted.vector(&raw);
+        basis.project_out_vector(&mut residual);
+        let freedom = (n as f64 - basis.rank() as f64).max(1.0);
+        let rms = (residual.norm_squared() / freedom).sqrt().max(f64::MIN_POSITIVE);
+        self.noise.weights = heavy_tail_weights(&(&residual / rms));
+        let rho = self.sequence.autocorrelation(&residual, basis.directions());
+        // White noise has a correlation of this size by chance.
+        self.noise.rho = if rho > 1.5 / freedom.sqrt() { rho } else { 0.0 };
+        let rounding = self.rounding.clone();
+        let whitener = self.whitener_with(&rounding);
+        let basis = basis_of(&whitener);
+        let mut residual = whitener.vector(&raw);
+        basis.project_out_vector(&mut residual);
+        self.freedom = (n as f64 - basis.rank() as f64).max(1.0);
+        self.noise.scale = if self.settings.fit_scale {
+            (residual.norm_squared() / self.freedom).sqrt().max(self.least_scale)
+        } else {
+            1.0
+        };
+        self.whitened = self.dictionary.columns.clone();
+        whitener.apply(&mut self.whitened);
+    }
+
+    /// Unwhitened derivatives to nuisance and amplitudes.
+    pub(super) fn parameter_columns(&self, fitted: &Fit) -> DMatrix<f64> {
+        let base = &fitted.prediction;
+        let mut columns: Vec<DVector<f64>> = self.tangents.column_iter().map(nalgebra::Matrix::into_owned).collect();
+        for (i, member) in fitted.hypotheses.iter().enumerate() {
+            for j in 0..member.linear.len() {
+                let mut tried = fitted.hypotheses.clone();
+                let step = 0.1 * self.forward.effects()[member.effect].step[j];
+                tried[i].linear[j] += step;
+                if let Some(changed) = self.forward.predict(&fitted.nuisance, &tried) {
+                    columns.push((changed - base) / step);
+                }
+            }
+        }
+        if columns.is_empty() {
+            DMatrix::zeros(self.measured.len(), 0)
+        } else {
+            DMatrix::from_columns(&columns)
+        }
+    }
+
+    /// The scan of what a fit leaves; effects that are in it already and `extra` directions are projected out.
+    pub(super) fn scan(&self, fitted: &Fit, members: &[Hypothesis], extra: Option<usize>) -> Scan {
+        let mut out = Basis::spanning(&fitted.jacobian, 1e-9);
+        if let Some(candidate) = extra {
+            let columns = self.dictionary.candidates[candidate].columns.clone();
+            out.extend(&self.whitened.columns(columns.start, columns.len()).into_owned(), 1e-6);
+        }
+        let kept: Vec<_> = self
+            .dictionary
+            .candidates
+            .iter()
+            .filter(|candidate| match candidate.who {
+                Who::Named { effect, .. } => members.iter().all(|member| member.effect != effect),
+                Who::Unnamed { .. } => true,
+            })
+            .cloned()
+            .collect();
+        Scan::new(&self.whitened, &kept, &out, self.noise.scale, self.freedom)
+    }
+
+    pub(super) fn look(&self, scan: &Scan, fitted: &Fit) -> Vec<Found> {
+        scan.look(&(&fitted.residual / self.noise.scale))
+    }
+
+    /// Numbers, in the dictionary, of the candidates that a scan with these members keeps.
+    pub(super) fn kept(&self, members: &[Hypothesis]) -> Vec<usize> {
+        (0..self.dictionary.candidates.len())
+            .filter(|&k| match self.dictionary.candidates[k].who {
+                Who::Named { effect, .. } => members.iter().all(|member| member.effect != effect),
+                Who::Unnamed { .. } => true,
+            })
+            .collect()
+    }
+
+    pub(super) fn disagrees(&self, found: &[Found]) -> bool {
+        let statistic = ln_sum_exp(&found.iter().map(|one| one.ln_evidence).collect::<Vec<_>>());
+        p_value(statistic, &self.nulls) <= self.settings.significance
+    }
+
+    pub(super) fn name_evidence(&self, found: &[Found]) -> Vec<(usize, f64)> {
+        let mut terms: Vec<Vec<f64>> = vec![Vec::new(); self.forward.effects().len()];
+        for one in found {
+            if let Who::Named { effect, .. } = one.who {
+                terms[effect].push(one.ln_evidence);
+            }
+        }
+        let mut named: Vec<(usize, f64)> = terms
+            .iter()
+            .enumerate()
+            .filter(|(_, terms)| !terms.is_empty())
+            .map(|(effect, terms)| (effect, ln_sum_exp(terms)))
+            .collect();
+        named.sort_by(|a, b| b.1.total_cmp(&a.1));
+        named
+    }
+
+    /// The best shape of an effect in a scan, as a starting point for the fit.
+    pub(super) fn start(&self, scan: &Scan, fitted: &Fit, found: &[Found], effect: usize) -> Option<(Hypothesis, f64)> {
+        let best = found
+            .iter()
+            .filter(|one| matches!(one.who, Who::Named { effect: e, .. } if e == effect))
+            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        let _ = scan;
+        let Who::Named { shape, .. } = best.who else {
+            return None;
+        };
+        Some((self.hypothesis(fitted, best.who, shape)?, best.explained))
+    }
+
+    /// A hypothesis with the amplitudes that the linear model gives.
+    pub(super) fn hypothesis(&self, fitted: &Fit, who: Who, shape: usize) -> Option<Hypothesis> {
+        let Who::Named { effect, .. } = who else { return None };
+        let searchable = &self.forward.effects()[effect];
+        let candidate = self
+            .dictionary
+            .candidates
+            .iter()
+            .find(|candidate| candidate.who == who)?;
+        let out = Basis::spanning(&fitted.jacobian, 1e-9);
+        let mut columns = self
+            .whitened
+            .columns(candidate.columns.start, candidate.columns.len())
+            .into_owned();
+        out.project_out(&mut columns);
+        let mut residual = fitted.residual.clone();
+        out.project_out_vector(&mut residual);
+        let normal = columns.tr_mul(&columns);
+        let inverse = inverse_of_normal(&normal, 1e-14);
+        let mut linear: Vec<f64> = (inverse * columns.tr_mul(&residual)).iter().copied().collect();
+        for (value, (low, high)) in linear.iter_mut().zip(&searchable.limits) {
+            *value = value.clamp(*low, *high);
+        }
+        if searchable.never_negative {
+            linear[0] = linear[0].max(0.05 * searchable.step[0]);
+        }
+        Some(Hypothesis {
+            effect,
+            linear,
+            shape: searchable.shapes[shape].clone(),
+        })
+    }
+
+    /// Squared significance of member `i` with all others free.
+    pub(super) fn explained_by(&self, members: &[Hypothesis], fitted: &Fit, i: usize) -> f64 {
+        let others: Vec<Hypothesis> = members
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| *k != i)
+            .map(|(_, member)| member.clone())
+            .collect();
+        self.fit(&others)
+            .map_or(0.0, |without| (without.chi2 - fitted.chi2) / self.noise.scale.powi(2))
+    }
+}

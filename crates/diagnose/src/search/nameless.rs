@@ -1,0 +1,102 @@
+//! Structure that no effect in the catalogue makes: what is left after the names, and what one pattern does better than they.
+
+use crate::basis::{Basis, inverse_of_normal};
+use crate::fit::Fit;
+use crate::forward::{Forward, Hypothesis};
+use crate::scan::{Who, p_value};
+use crate::search::Unexplained;
+use crate::search::bench::Bench;
+
+impl<F: Forward + ?Sized> Bench<'_, F> {
+    /// What is left after all named effects, if it is significant and not small beside them: the best rival.
+    pub(super) fn left_over(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
+        let scan = self.scan(fitted, members, None);
+        let found = self.look(&scan, fitted);
+        if !self.disagrees(&found) {
+            return None;
+        }
+        let strongest = (0..members.len())
+            .map(|i| self.explained_by(members, fitted, i))
+            .fold(0.0, f64::max);
+        let best = found
+            .iter()
+            .filter(|one| matches!(one.who, Who::Unnamed { .. }))
+            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        let kept: Vec<usize> = self.kept(members);
+        // The disagreement itself may be a name that was not taken: a pattern counts by its own evidence.
+        if p_value(best.ln_evidence, &self.nulls) > self.settings.significance {
+            return None;
+        }
+        (best.explained > self.settings.second_share.powi(2) * strongest)
+            .then_some((kept[best.candidate], best.explained))
+    }
+
+    /// The best rival in the scan of a fit, significant or not.
+    pub(super) fn strongest_rival(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
+        let scan = self.scan(fitted, members, None);
+        let best = self
+            .look(&scan, fitted)
+            .into_iter()
+            .filter(|one| matches!(one.who, Who::Unnamed { .. }))
+            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        Some((self.kept(members)[best.candidate], best.explained))
+    }
+
+    /// The pattern without a name that alone makes what the members (and what they leave unexplained) make, and better.
+    ///
+    /// Two names and a remainder can imitate one unknown thing; one unknown thing is the simpler belief.
+    pub(super) fn one_without_a_name(
+        &self,
+        fitted: &Fit,
+        members: &[Hypothesis],
+        extra: Option<(usize, f64)>,
+    ) -> Option<(usize, f64)> {
+        let base = self.fit(&[])?;
+        let scan = self.scan(&base, &[], None);
+        let alone = self
+            .look(&scan, &base)
+            .into_iter()
+            .filter(|one| matches!(one.who, Who::Unnamed { .. }))
+            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        let variance = self.noise.scale.powi(2);
+        let mut explained = (base.chi2 - fitted.chi2) / variance;
+        let mut evidence = 0.5 * explained;
+        for (i, member) in members.iter().enumerate() {
+            let own = self.explained_by(members, fitted, i);
+            evidence += self.refined_evidence(fitted, i, member, own) - 0.5 * own;
+        }
+        if let Some((candidate, more)) = extra {
+            let left = self.scan(fitted, members, None);
+            let of = self
+                .look(&left, fitted)
+                .into_iter()
+                .find(|one| matches!(one.who, Who::Unnamed { .. }) && self.kept(members)[one.candidate] == candidate)?;
+            evidence += of.ln_evidence;
+            explained += more;
+        }
+        let margin = if members.len() + usize::from(extra.is_some()) > 1 {
+            0.0
+        } else {
+            0.5 * self.alias_margin(explained)
+        };
+        (alone.ln_evidence > evidence + margin).then(|| (self.kept(&[])[alone.candidate], alone.explained))
+    }
+
+    pub(super) fn unexplained(&self, fitted: &Fit, candidate: usize, explained: f64) -> Unexplained {
+        let columns = self.dictionary.candidates[candidate].columns.clone();
+        let Who::Unnamed { rival } = self.dictionary.candidates[candidate].who else {
+            unreachable!("only rivals are unexplained")
+        };
+        let out = Basis::spanning(&fitted.jacobian, 1e-9);
+        let mut inside = self.whitened.columns(columns.start, columns.len()).into_owned();
+        out.project_out(&mut inside);
+        let normal = inside.tr_mul(&inside);
+        let amplitudes = inverse_of_normal(&normal, 1e-14) * inside.tr_mul(&fitted.residual);
+        let pattern = self.dictionary.columns.columns(columns.start, columns.len()) * amplitudes;
+        Unexplained {
+            rival: self.rivals[rival].clone(),
+            sigma: explained.sqrt(),
+            pattern,
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Where the baseline disagrees, and what these data could show at all.
+
+use crate::basis::Basis;
+use crate::fit::Fit;
+use crate::forward::Forward;
+use crate::scan::{Found, Who};
+use crate::search::Place;
+use crate::search::bench::Bench;
+
+impl<F: Forward + ?Sized> Bench<'_, F> {
+    pub(super) fn places(&self, found: &[Found]) -> Vec<Place> {
+        let mut places: Vec<(f64, Place)> = Vec::new();
+        for one in found {
+            let Who::Unnamed { rival } = one.who else { continue };
+            let rival = &self.rivals[rival];
+            let place = Place {
+                coordinate: rival.coordinate,
+                range: rival.range,
+                sigma: one.explained.sqrt(),
+                note: rival.note.clone(),
+            };
+            match places
+                .iter_mut()
+                .find(|(_, known)| known.coordinate == rival.coordinate)
+            {
+                Some(known) if known.0 >= one.ln_evidence => {}
+                Some(known) => *known = (one.ln_evidence, place),
+                None => places.push((one.ln_evidence, place)),
+            }
+        }
+        places.sort_by(|a, b| b.0.total_cmp(&a.0));
+        places.into_iter().map(|(_, place)| place).collect()
+    }
+
+    /// Significance of every effect's plausible maximum, best shape of its grid.
+    pub(super) fn visibility(&self, baseline: &Fit) -> Vec<(usize, usize, f64)> {
+        let out = Basis::spanning(&baseline.jacobian, 1e-9);
+        let effects = self.forward.effects();
+        let mut best: Vec<(usize, usize, f64)> = Vec::new();
+        for candidate in &self.dictionary.candidates {
+            let Who::Named { effect, shape } = candidate.who else {
+                continue;
+            };
+            if effects[effect].shapes.len() > 60 && shape % 16 != 0 {
+                continue;
+            }
+            for (component, k) in candidate.columns.clone().enumerate() {
+                let mut column = self.whitened.column(k).into_owned();
+                let before = column.norm();
+                out.project_out_vector(&mut column);
+                let left = if column.norm() < 1e-9 * before {
+                    0.0
+                } else {
+                    column.norm()
+                };
+                let sigma = left / self.noise.scale * effects[effect].plausible[component];
+                match best.iter_mut().find(|(e, c, _)| (*e, *c) == (effect, component)) {
+                    Some(known) => known.2 = known.2.max(sigma),
+                    None => best.push((effect, component, sigma)),
+                }
+            }
+        }
+        best
+    }
+}

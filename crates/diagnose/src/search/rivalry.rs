@@ -1,0 +1,252 @@
+//! Who else could make what one member makes, and how probable each of them is.
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use crate::basis::Basis;
+use crate::dictionary::OUTSIDE_CATALOGUE;
+use crate::evidence::{ln_bayes_factor, ln_sum_exp};
+use crate::fit::Fit;
+use crate::forward::{Forward, Hypothesis};
+use crate::scan::{Who, p_value, sign_evidence};
+use crate::search::bench::Bench;
+use crate::search::{Label, Ranked, Rivalry};
+
+/// ln of the factor that a generic pattern loses where a name explains as much.
+const ALIAS: f64 = 4.0;
+
+/// One row of a comparison before it is a probability.
+struct Entry {
+    label: Label,
+    /// ln(prior · Bayes factor) and explained σ² of every pattern under this label.
+    evidence: Vec<(f64, f64)>,
+    explained: f64,
+    hypothesis: Option<Hypothesis>,
+}
+
+/// What a look at one member's rivals changed.
+pub(super) enum Change {
+    None,
+    Swapped,
+    /// A pattern without a name makes it better, or nothing is left for it to make.
+    Dropped,
+}
+
+impl<F: Forward + ?Sized> Bench<'_, F> {
+    /// Looks at every member's rivals: a better name takes its place, a better pattern without a name removes it.
+    pub(super) fn replace_or_drop(&self, members: &mut Vec<Hypothesis>, extra: Option<(usize, f64)>) -> Option<Change> {
+        for i in 0..members.len() {
+            let rivalry = self.rivalry(members, i, extra)?;
+            let Some(top) = rivalry.ranked.first() else { continue };
+            let nothing = 1.0 - rivalry.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
+            if nothing > top.posterior {
+                members.remove(i);
+                return Some(Change::Dropped);
+            }
+            match (&top.label, &top.hypothesis) {
+                (Label::Named(effect), Some(hypothesis)) if *effect != members[i].effect => {
+                    members[i] = hypothesis.clone();
+                    return Some(Change::Swapped);
+                }
+                (Label::Unnamed(_), _) => {
+                    let named: f64 = rivalry
+                        .ranked
+                        .iter()
+                        .filter(|ranked| matches!(ranked.label, Label::Named(_)))
+                        .map(|ranked| ranked.posterior)
+                        .sum();
+                    let unnamed: f64 = rivalry
+                        .ranked
+                        .iter()
+                        .filter(|ranked| matches!(ranked.label, Label::Unnamed(_)))
+                        .map(|ranked| ranked.posterior)
+                        .sum();
+                    if unnamed > named {
+                        members.remove(i);
+                        return Some(Change::Dropped);
+                    }
+                }
+                _ => {}
+            }
+        }
+        Some(Change::None)
+    }
+
+    /// Who else could be member `i`, with all other members free and what is unexplained projected out.
+    pub(super) fn rivalry(&self, members: &[Hypothesis], i: usize, extra: Option<(usize, f64)>) -> Option<Rivalry> {
+        let others: Vec<Hypothesis> = members
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| *k != i)
+            .map(|(_, member)| member.clone())
+            .collect();
+        let base = self.fit(&others)?;
+        let scan = self.scan(&base, &others, extra.map(|(candidate, _)| candidate));
+        let found = self.look(&scan, &base);
+        let statistic = ln_sum_exp(&found.iter().map(|one| one.ln_evidence).collect::<Vec<_>>());
+        let named = self.name_evidence(&found);
+        let top = named.first().map_or(f64::NEG_INFINITY, |(_, evidence)| *evidence);
+        let variance = self.noise.scale.powi(2);
+        let close: Vec<usize> = named
+            .iter()
+            .enumerate()
+            .filter(|(rank, (effect, evidence))| {
+                *effect == members[i].effect || (*rank < 6 && *evidence > top - 14.0 - 0.02 * top.max(0.0))
+            })
+            .map(|(_, (effect, _))| *effect)
+            .collect();
+        let refined: Vec<(usize, Hypothesis, f64, f64)> = close
+            .par_iter()
+            .filter_map(|&effect| {
+                let (start, linear) = self.start(&scan, &base, &found, effect)?;
+                let start = if effect == members[i].effect {
+                    members[i].clone()
+                } else {
+                    start
+                };
+                let mut tried = others.clone();
+                tried.push(start);
+                let fitted = self.fit(&tried)?;
+                let hypothesis = fitted.hypotheses.last()?.clone();
+                // With a pattern without a name beside it only the scan knows what is left for the name.
+                let explained = if extra.is_some() {
+                    linear
+                } else {
+                    (base.chi2 - fitted.chi2) / variance
+                };
+                let evidence = self.refined_evidence(&fitted, others.len(), &hypothesis, explained);
+                Some((effect, hypothesis, explained, evidence))
+            })
+            .collect();
+        let mut entries: Vec<Entry> = Vec::new();
+        for &(effect, evidence) in &named {
+            let linear = found
+                .iter()
+                .filter(|one| matches!(one.who, Who::Named { effect: e, .. } if e == effect))
+                .map(|one| one.explained)
+                .fold(0.0, f64::max);
+            let mut entry = Entry {
+                label: Label::Named(effect),
+                evidence: vec![(evidence, linear)],
+                explained: linear,
+                hypothesis: None,
+            };
+            if let Some((_, hypothesis, explained, evidence)) = refined.iter().find(|(e, ..)| *e == effect) {
+                entry.evidence = vec![(*evidence, *explained)];
+                entry.explained = *explained;
+                entry.hypothesis = Some(hypothesis.clone());
+            }
+            entries.push(entry);
+        }
+        let best_name = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
+        for one in &found {
+            if let Who::Unnamed { rival } = one.who {
+                let label = Label::Unnamed(self.rivals[rival].coordinate);
+                // A generic pattern that does no better than a name is that name's likeness, not another cause.
+                let alias = one.explained < best_name + self.alias_margin(best_name);
+                let evidence = one.ln_evidence - if alias { ALIAS } else { 0.0 };
+                match entries.iter_mut().find(|entry| entry.label == label) {
+                    Some(entry) => {
+                        entry.evidence.push((evidence, one.explained));
+                        entry.explained = entry.explained.max(one.explained);
+                    }
+                    None => entries.push(Entry {
+                        label,
+                        evidence: vec![(evidence, one.explained)],
+                        explained: one.explained,
+                        hypothesis: None,
+                    }),
+                }
+            }
+        }
+        // What the formulas are allowed to be wrong by adds to the noise of every comparison: the likelihood is blunted by
+        // that, never what was believed before.
+        let strongest = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
+        let sharpness = 1.0 / (1.0 + self.settings.model_form.powi(2) * strongest);
+        let blunted = |entry: &Entry| {
+            let terms: Vec<f64> = entry
+                .evidence
+                .iter()
+                .map(|(evidence, explained)| evidence - 0.5 * explained * (1.0 - sharpness))
+                .collect();
+            ln_sum_exp(&terms)
+        };
+        let mut entries: Vec<(f64, Entry)> = entries.into_iter().map(|entry| (blunted(&entry), entry)).collect();
+        entries.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let best = entries.first().map_or(0.0, |entry| entry.0).max(0.0);
+        let weights: Vec<f64> = entries.iter().map(|entry| (entry.0 - best).exp()).collect();
+        let total = weights.iter().sum::<f64>() + (-best).exp();
+        let own = entries
+            .iter()
+            .find(|(_, entry)| entry.label == Label::Named(members[i].effect))
+            .map_or(0.0, |(_, entry)| {
+                ln_sum_exp(&entry.evidence.iter().map(|(e, _)| *e).collect::<Vec<_>>())
+            });
+        let ranked = entries
+            .into_iter()
+            .zip(weights)
+            .map(|((_, entry), weight)| Ranked {
+                label: entry.label,
+                posterior: weight / total,
+                sigma: entry.explained.max(0.0).sqrt(),
+                hypothesis: entry.hypothesis,
+            })
+            .collect();
+        Some(Rivalry {
+            ranked,
+            ln_bayes_factor: own,
+            p_value: p_value(statistic, &self.nulls),
+        })
+    }
+
+    /// ln(prior · Bayes factor) of member `i` of a fit that explains `explained`, its shape averaged over what was believed
+    /// of it (Laplace).
+    pub(super) fn refined_evidence(&self, fitted: &Fit, i: usize, member: &Hypothesis, explained: f64) -> f64 {
+        let effects = self.forward.effects();
+        let searchable = &effects[member.effect];
+        let mut evidence = ((1.0 - OUTSIDE_CATALOGUE) / effects.len().max(1) as f64).ln()
+            + ln_bayes_factor(explained, member.linear.len());
+        if searchable.one_sided {
+            evidence += sign_evidence(member.linear[0]);
+        }
+        evidence -= 0.5 * searchable.implausibility(&member.linear);
+        if !searchable.fixed.is_empty() && searchable.fixed.iter().all(|fixed| *fixed) {
+            return evidence - (searchable.shapes.len() as f64).ln();
+        }
+        let free: Vec<usize> = (0..member.shape.len()).filter(|&j| !searchable.fixed[j]).collect();
+        if free.is_empty() {
+            return evidence;
+        }
+        // The columns of this member's shapes, everything else projected out.
+        let width = |hypothesis: &Hypothesis| {
+            let fixed = &effects[hypothesis.effect].fixed;
+            hypothesis.linear.len() + fixed.iter().filter(|fixed| !**fixed).count()
+        };
+        let start =
+            fitted.nuisance.len() + fitted.hypotheses[..i].iter().map(width).sum::<usize>() + member.linear.len();
+        let own = start..start + free.len();
+        let rest: Vec<usize> = (0..fitted.jacobian.ncols()).filter(|k| !own.contains(k)).collect();
+        let mut inside = fitted.jacobian.columns(own.start, own.len()).into_owned();
+        Basis::spanning(&fitted.jacobian.select_columns(&rest), 1e-9).project_out(&mut inside);
+        for (place, &j) in free.iter().enumerate() {
+            let spread = searchable.believed[j];
+            let sigma = spread.width / 12.0_f64.sqrt();
+            inside.column_mut(place).scale_mut(sigma / self.noise.scale);
+            if let Some(middle) = spread.middle {
+                evidence -= 0.5 * ((member.shape[j] - middle) / sigma).powi(2);
+            }
+        }
+        let information = DMatrix::identity(free.len(), free.len()) + inside.tr_mul(&inside);
+        let determinant = information.determinant();
+        if determinant.is_finite() {
+            evidence - 0.5 * determinant.max(1.0).ln()
+        } else {
+            evidence
+        }
+    }
+
+    /// What a pattern without a name must explain more than a name, in σ², before it counts as another pattern.
+    pub(super) fn alias_margin(&self, explained: f64) -> f64 {
+        6.0 + 4.0 * self.settings.model_form.powi(2) * explained.max(0.0)
+    }
+}
