@@ -15,6 +15,14 @@ pub enum Overwrite {
     Force,
 }
 
+impl Overwrite {
+    /// What the flag `--force` asks for.
+    #[must_use]
+    pub const fn asked(force: bool) -> Self {
+        if force { Self::Force } else { Self::Never }
+    }
+}
+
 /// The whole file at `path`.
 ///
 /// # Errors

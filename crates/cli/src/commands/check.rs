@@ -26,11 +26,7 @@ pub struct Check {
 
 /// Runs the command.
 pub fn run(arguments: &Check) -> Result<(), Failure> {
-    let overwrite = if arguments.force {
-        Overwrite::Force
-    } else {
-        Overwrite::Never
-    };
+    let overwrite = Overwrite::asked(arguments.force);
     let report = check::run(&arguments.station, arguments.record.as_deref(), overwrite)?;
     if arguments.json {
         screen::say(serde_json::to_string(&report).map_err(Failure::instrument)?);

@@ -67,11 +67,7 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
             (step_nm, how)
         }),
     };
-    let overwrite = if arguments.force {
-        Overwrite::Force
-    } else {
-        Overwrite::Never
-    };
+    let overwrite = Overwrite::asked(arguments.force);
     let (inspection, result) = convert::run(&arguments.source, &arguments.target, &wishes, overwrite);
     if let Some(inspection) = inspection {
         if arguments.json {

@@ -47,11 +47,7 @@ pub fn run(arguments: &Diagnose) -> Result<(), Failure> {
         held_out: arguments.held_out.clone(),
         seed: arguments.seed,
         accept: arguments.accept,
-        overwrite: if arguments.force {
-            Overwrite::Force
-        } else {
-            Overwrite::Never
-        },
+        overwrite: Overwrite::asked(arguments.force),
     };
     let answer = diagnose::run(&request, &screen::Bars::default())?;
     if arguments.json {

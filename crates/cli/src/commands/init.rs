@@ -23,11 +23,7 @@ pub struct Init {
 
 /// Runs the command.
 pub fn run(arguments: &Init) -> Result<(), Failure> {
-    let overwrite = if arguments.force {
-        Overwrite::Force
-    } else {
-        Overwrite::Never
-    };
+    let overwrite = Overwrite::asked(arguments.force);
     let written = init::run(&arguments.folder, overwrite)?;
     if arguments.json {
         screen::say(serde_json::json!({ "written": written }));

@@ -40,11 +40,7 @@ pub struct Inspect {
 
 /// Runs the command.
 pub fn run(arguments: &Inspect) -> Result<(), Failure> {
-    let overwrite = if arguments.force {
-        Overwrite::Force
-    } else {
-        Overwrite::Never
-    };
+    let overwrite = Overwrite::asked(arguments.force);
     let meter = arguments
         .meter
         .as_ref()

@@ -31,11 +31,7 @@ pub struct Predict {
 
 /// Runs the command.
 pub fn run(arguments: &Predict) -> Result<(), Failure> {
-    let overwrite = if arguments.force {
-        Overwrite::Force
-    } else {
-        Overwrite::Never
-    };
+    let overwrite = Overwrite::asked(arguments.force);
     let predicted = predict::run(&arguments.model, &arguments.observations, &arguments.out, overwrite)?;
     if arguments.json {
         screen::say(serde_json::to_string(&predicted).map_err(Failure::instrument)?);

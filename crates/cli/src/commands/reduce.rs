@@ -33,11 +33,7 @@ pub struct Reduce {
 
 /// Runs the command.
 pub fn run(arguments: &Reduce) -> Result<(), Failure> {
-    let overwrite = if arguments.force {
-        Overwrite::Force
-    } else {
-        Overwrite::Never
-    };
+    let overwrite = Overwrite::asked(arguments.force);
     let reduced = reduce::run(
         &arguments.run,
         arguments.out.as_deref(),

@@ -23,11 +23,7 @@ pub struct Report {
 
 /// Runs the command.
 pub fn run(arguments: &Report) -> Result<(), Failure> {
-    let overwrite = if arguments.force {
-        Overwrite::Force
-    } else {
-        Overwrite::Never
-    };
+    let overwrite = Overwrite::asked(arguments.force);
     day::report(&arguments.run, &arguments.out, overwrite, &screen::Bars::default())?;
     screen::say(&arguments.out);
     Ok(())

@@ -117,11 +117,7 @@ pub fn run(arguments: &Simulate) -> Result<(), Failure> {
     let request = Request {
         input: arguments.input.clone(),
         out: arguments.out.clone(),
-        overwrite: if arguments.force {
-            Overwrite::Force
-        } else {
-            Overwrite::Never
-        },
+        overwrite: Overwrite::asked(arguments.force),
         method,
         changes: Changes {
             spectrum: arguments.spectrum.clone(),

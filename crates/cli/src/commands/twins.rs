@@ -123,16 +123,16 @@ pub fn run(arguments: &Virtual) -> Result<(), Failure> {
     }
 }
 
-const fn overwrite(force: bool) -> Overwrite {
-    if force { Overwrite::Force } else { Overwrite::Never }
-}
-
 fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
     if let (true, Some(station)) = (arguments.in_memory, &arguments.station_out) {
         if twins != Twins::All {
             return Err(Failure::bad_input("--in-memory is for a whole darkroom"));
         }
-        twins::write_in_memory(arguments.darkroom.as_deref(), station, overwrite(arguments.force))?;
+        twins::write_in_memory(
+            arguments.darkroom.as_deref(),
+            station,
+            Overwrite::asked(arguments.force),
+        )?;
         screen::say(format_args!("{:18} {station}", "station"));
         return Ok(());
     }
@@ -148,7 +148,7 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
         twins,
         tcp_port: arguments.tcp,
         station_out: arguments.station_out.clone(),
-        overwrite: overwrite(arguments.force),
+        overwrite: Overwrite::asked(arguments.force),
         lasts,
     };
     twins::serve(&wishes, |reachable| {
@@ -191,7 +191,7 @@ fn capture(arguments: &Capture) -> Result<(), Failure> {
             }
         },
         exposure: arguments.exposure,
-        overwrite: overwrite(arguments.force),
+        overwrite: Overwrite::asked(arguments.force),
     };
     let bars = screen::Bars::default();
     let captured = capture::capture(&arguments.darkroom, &arguments.scene, &arguments.out, &wishes, &bars)?;
