@@ -3,10 +3,14 @@
 
 #![cfg(unix)]
 
+mod folder;
+
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::ops::Deref;
+use std::process::Command;
 use std::time::{Duration, Instant};
+
+use folder::{Folder, said};
 
 const PLAN: &str = r#"format = "isolux-plan/1"
 [[block]]
@@ -25,17 +29,20 @@ repeats = 10
 /// Rows of the plan without the visits to the reference point.
 const POINTS: usize = 12 * 37 + 10;
 
-struct Bench {
-    keep: tempfile::TempDir,
+struct Bench(Folder);
+
+impl Deref for Bench {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.0
+    }
 }
 
 impl Bench {
     fn new() -> Self {
-        let bench = Self {
-            keep: tempfile::tempdir().unwrap(),
-        };
-        let made = bench.start(&["init", "bench"]).wait_with_output().unwrap();
-        assert!(made.status.success());
+        let bench = Self(Folder::new());
+        bench.isolux(&["init", "bench"], 0);
         bench.write("bench/plan.toml", PLAN);
         let scene = bench.read("bench/scene.toml");
         bench.write("bench/scene.toml", &scene.replace("[2048, 2048]", "[32, 32]"));
@@ -54,34 +61,6 @@ impl Bench {
         );
         bench.write("bench/room.toml", &format!("format = \"isolux-darkroom/1\"\n{fault}"));
         bench
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.keep.path().join(name)
-    }
-
-    fn read(&self, name: &str) -> String {
-        std::fs::read_to_string(self.path(name)).unwrap()
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.path(name), text).unwrap();
-    }
-
-    fn start(&self, arguments: &[&str]) -> Child {
-        Command::new(env!("CARGO_BIN_EXE_isolux"))
-            .args(arguments)
-            .current_dir(self.keep.path())
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
-    }
-
-    /// Runs the command to its end, asserts its exit code and gives what it said.
-    fn isolux(&self, arguments: &[&str], exit: i32) -> String {
-        said(self.start(arguments).wait_with_output().unwrap(), Some(exit))
     }
 
     /// Starts the command and sends it a signal as soon as `is_time`; what it said, after its exit code was asserted.
@@ -126,22 +105,11 @@ impl Bench {
 
     /// The flux of the day, which is known: 337 lm.
     fn assert_flux(&self, run: &str) {
-        let budget: serde_json::Value =
-            serde_json::from_str(&self.read(&format!("{run}/results/budget.json"))).unwrap();
+        let budget = self.json(&format!("{run}/results/budget.json"));
         let [flux, u] = ["value", "u"].map(|key| budget["flux"][key].as_f64().unwrap());
         assert!((flux - 337.0).abs() < 2.0 * u && u < 0.05 * flux, "{flux} ± {u} lm");
         assert!(self.path(run).join("results/report.html").exists());
     }
-}
-
-fn said(output: Output, exit: Option<i32>) -> String {
-    let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    assert_eq!(output.status.code(), exit, "{stdout}{stderr}");
-    stdout + &stderr
-}
-
-fn exists(path: &Path) -> bool {
-    path.exists()
 }
 
 #[test]
@@ -158,7 +126,7 @@ fn a_day_is_interrupted_in_the_scan_and_in_the_evening_and_comes_to_its_end() {
 
     let again = ["run", "bench/job.toml", "--resume", "day"];
     let model = bench.path("day/results/luminaire.model.toml");
-    bench.broken_off(&again, "INT", Some(130), || exists(&model));
+    bench.broken_off(&again, "INT", Some(130), || model.exists());
     bench.assert_stopped("day", "completed");
     assert!(!bench.path("day/results/report.html").exists());
 
@@ -222,7 +190,7 @@ fn a_damaged_answer_is_asked_for_again() {
         bench.isolux(&["scan", "bench/station.toml", "bench/plan.toml", "--out", "run"], 0);
         bench.assert_whole("run");
         bench.isolux(&["reduce", "run"], 0);
-        let budget: serde_json::Value = serde_json::from_str(&bench.read("run/results/budget.json")).unwrap();
+        let budget = bench.json("run/results/budget.json");
         fluxes.push(budget["flux"]["value"].as_f64().unwrap());
     }
     assert!(

@@ -1,9 +1,9 @@
 //! The whole day from the command line, on a coarse grid: what it writes, what its numbers are, and the same
 //! numbers twice.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+mod folder;
 
+use folder::Folder;
 use serde_json::Value;
 
 const PLAN: &str = r#"format = "isolux-plan/1"
@@ -49,41 +49,22 @@ const RESULTS: [&str; 12] = [
     "result.json",
 ];
 
-/// Runs the command, asserts its exit code and gives what it printed.
-fn isolux(arguments: &[&str], exit: i32) -> String {
-    let Output { status, stdout, stderr } = Command::new(env!("CARGO_BIN_EXE_isolux"))
-        .args(arguments)
-        .stdin(Stdio::null())
-        .output()
-        .unwrap();
-    let [stdout, stderr] = [stdout, stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    assert_eq!(status.code(), Some(exit), "{arguments:?}\n{stdout}{stderr}");
-    stdout
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
-}
-
-/// A job with the coarse plan and a small sensor.
-fn job(folder: &Path) -> PathBuf {
-    isolux(&["init", text(folder)], 0);
-    std::fs::write(folder.join("plan.toml"), PLAN).unwrap();
-    let scene = std::fs::read_to_string(folder.join("scene.toml")).unwrap();
-    std::fs::write(folder.join("scene.toml"), scene.replace("[2048, 2048]", "[64, 64]")).unwrap();
-    folder.join("job.toml")
+/// A job with the coarse plan and a small sensor, `bench/job.toml`.
+fn job() -> Folder {
+    let folder = Folder::new();
+    folder.isolux(&["init", "bench"], 0);
+    folder.write("bench/plan.toml", PLAN);
+    let scene = folder.read("bench/scene.toml");
+    folder.write("bench/scene.toml", &scene.replace("[2048, 2048]", "[64, 64]"));
+    folder
 }
 
 #[test]
 fn the_day_ends_with_files_that_agree_with_what_was_read() {
-    let keep = tempfile::tempdir().unwrap();
-    let job = job(&keep.path().join("bench"));
-    let day = keep.path().join("day");
-    let last = isolux(&["run", text(&job), "--out", text(&day)], 0);
+    let folder = job();
+    let day = folder.path("day");
+    let run = ["run", "bench/job.toml", "--out", "day"];
+    let last = folder.isolux(&run, 0);
     for word in ["luminous flux", "CCT", "mean on the sensor", "gap", "σ", "report.html"] {
         assert!(last.contains(word), "{word} is not in\n{last}");
     }
@@ -93,19 +74,19 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     }
 
     // The lamp of this room has 337 lm.
-    let budget = json(&day.join("results/budget.json"));
+    let budget = folder.json("day/results/budget.json");
     let (flux, u) = (
         budget["flux"]["value"].as_f64().unwrap(),
         budget["flux"]["u"].as_f64().unwrap(),
     );
     assert!((flux - 337.0).abs() < 2.0 * u && u < 0.03 * flux, "{flux} ± {u} lm");
-    let said = isolux(&["inspect", "--json", text(&day.join("results/luminaire.ldt"))], 0);
-    let said: Value = serde_json::from_str(&said).unwrap();
+    let inspect = ["inspect", "--json", "day/results/luminaire.ldt"];
+    let said: Value = serde_json::from_slice(&folder.command(&inspect).output().unwrap().stdout).unwrap();
     let in_file = said["quantities"]["flux_lm"].as_f64().unwrap();
     assert!((in_file - flux).abs() < u, "{in_file} lm in the file, {flux} ± {u} lm");
 
     // LED rings in place of a disc of 1 mm: 1.3 % on the axis.
-    let comparison = json(&day.join("results/comparison.json"));
+    let comparison = folder.json("day/results/comparison.json");
     let gap = |key: &str| {
         comparison[key]
             .as_f64()
@@ -114,10 +95,9 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     assert!((gap("gap_rel") - 0.013).abs() < 0.006, "{comparison}");
 
     // What the model predicts is what was read, kind by kind.
-    let predicted = keep.path().join("predicted.csv");
-    let model = day.join("results/luminaire.model.toml");
-    isolux(&["predict", text(&model), text(&day), "--out", text(&predicted)], 0);
-    let table = std::fs::read_to_string(&predicted).unwrap();
+    let model = "day/results/luminaire.model.toml";
+    folder.isolux(&["predict", model, "day", "--out", "predicted.csv"], 0);
+    let table = folder.read("predicted.csv");
     let mut lines = table.lines();
     let head: Vec<&str> = lines.next().unwrap().split(',').collect();
     let column = |name: &str| head.iter().position(|it| *it == name).unwrap();
@@ -147,17 +127,16 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
 
     // The same folder again is refused, and nothing in it is touched.
     let before = std::fs::read(day.join("readings.csv")).unwrap();
-    isolux(&["run", text(&job), "--out", text(&day)], 2);
+    folder.isolux(&run, 2);
     assert_eq!(std::fs::read(day.join("readings.csv")).unwrap(), before);
 }
 
 #[test]
 fn one_seed_gives_one_day() {
-    let keep = tempfile::tempdir().unwrap();
-    let job = job(&keep.path().join("bench"));
-    let days = ["first", "second"].map(|name| keep.path().join(name));
-    for day in &days {
-        isolux(&["run", text(&job), "--out", text(day)], 0);
+    let folder = job();
+    let days = ["first", "second"];
+    for day in days {
+        folder.isolux(&["run", "bench/job.toml", "--out", day], 0);
     }
     // The record and every number of the results; run.toml, events and provenance hold the time of day.
     for file in RESULTS
@@ -169,7 +148,7 @@ fn one_seed_gives_one_day() {
         if ["results/provenance.json", "results/report.html"].contains(&file) {
             continue;
         }
-        let [a, b] = days.each_ref().map(|day| std::fs::read(day.join(file)).unwrap());
+        let [a, b] = days.map(|day| std::fs::read(folder.path(day).join(file)).unwrap());
         assert!(a == b, "{file} differs");
     }
 }

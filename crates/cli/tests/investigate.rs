@@ -1,9 +1,12 @@
 //! Diagnose, measure what would settle the answer, diagnose again: by three commands and by one, in a virtual darkroom whose
 //! axes have a flaw that a scan in one direction cannot name.
 
-use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+mod folder;
 
+use std::ops::Deref;
+use std::process::Stdio;
+
+use folder::{Folder, said};
 use serde_json::Value;
 
 /// At 3.6 m the axis has four digits of the lux meter.
@@ -50,15 +53,19 @@ repeats = 2
 "#;
 
 /// A folder with the operator's model and a bench that has `flaw`.
-struct Bench {
-    keep: tempfile::TempDir,
+struct Bench(Folder);
+
+impl Deref for Bench {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.0
+    }
 }
 
 impl Bench {
     fn with(flaw: &str) -> Self {
-        let bench = Self {
-            keep: tempfile::tempdir().unwrap(),
-        };
+        let bench = Self(Folder::new());
         bench.room("healthy", &ROOM.replace("SEED", "7"));
         bench.write("reference.plan.toml", REFERENCE);
         bench.isolux(
@@ -89,33 +96,8 @@ impl Bench {
         );
     }
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.keep.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.path(name), text).unwrap();
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_isolux"));
-        command
-            .args(arguments)
-            .current_dir(self.keep.path())
-            .stdin(Stdio::null());
-        command
-    }
-
-    /// Runs the command, asserts its exit code and gives what it said to the person and what to the pipe.
-    fn isolux(&self, arguments: &[&str], exit: i32) -> String {
-        let Output { status, stdout, stderr } = self.command(arguments).output().unwrap();
-        let [stdout, stderr] = [stdout, stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-        assert_eq!(status.code(), Some(exit), "{arguments:?}\n{stdout}{stderr}");
-        stdout + &stderr
-    }
-
     fn diagnosis(&self, folder: &str) -> Value {
-        serde_json::from_slice(&std::fs::read(self.path(folder).join("diagnosis.json")).unwrap()).unwrap()
+        self.json(&format!("{folder}/diagnosis.json"))
     }
 
     const INVESTIGATE: [&'static str; 6] = [
@@ -215,7 +197,7 @@ fn investigate_settles_it_by_one_command_and_moves_nothing_unasked() {
 #[test]
 fn a_plan_that_the_bench_cannot_carry_out_is_not_tried() {
     let bench = Bench::with("[flaws.gamma_zero]\noffset_deg = 0.12\n");
-    let text = std::fs::read_to_string(bench.path("flawed/station.toml")).unwrap();
+    let text = bench.read("flawed/station.toml");
     let narrow = text.replace("limit_deg = [-185.0, 365.0]", "limit_deg = [-60.0, 60.0]");
     assert_ne!(text, narrow);
     bench.write("flawed/station.toml", &narrow);
@@ -246,9 +228,7 @@ fn at_a_terminal(bench: &Bench, out: &str, answer: &str) -> (String, bool) {
         .spawn()
         .unwrap();
     person.write_all(answer.as_bytes()).unwrap();
-    let output = child.wait_with_output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{said}");
+    let said = said(child.wait_with_output().unwrap(), Some(0));
     assert!(said.contains("May the axes move? [y/N]"), "{said}");
     (said, bench.path(out).join("run-2").exists())
 }
