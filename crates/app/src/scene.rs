@@ -2,7 +2,7 @@
 //! command line.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_model::Scene;
+use isolux_model::{Precision, Scene};
 use toml::{Table, Value};
 
 use crate::{Failure, files};
@@ -18,6 +18,8 @@ pub struct Changes {
     pub sensor_mm: Option<[f64; 2]>,
     /// `sensor.pixels`.
     pub pixels: Option<[u64; 2]>,
+    /// `simulation.precision`.
+    pub precision: Option<Precision>,
     /// `key=value` pairs: dotted keys of the scene file, values as TOML.
     pub set: Vec<String>,
     /// Takes the emitter from the luminous dimensions of the photometric file.
@@ -184,6 +186,9 @@ fn changed(at: &Utf8Path, mut table: Table, changes: &Changes) -> Result<Table, 
     if let Some(pixels) = changes.pixels {
         let whole = |n: u64| Value::Integer(i64::try_from(n).unwrap_or(i64::MAX));
         set(&mut table, "sensor.pixels", Value::Array(pixels.map(whole).to_vec()))?;
+    }
+    if let Some(precision) = changes.precision {
+        set(&mut table, "simulation.precision", precision.word().into())?;
     }
     for pair in &changes.set {
         let Some((key, value)) = pair.split_once('=') else {

@@ -12,6 +12,7 @@ use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
 use crate::{Failure, against, array_files, rays};
 
+pub use isolux_model::Precision;
 pub use isolux_sim::direct::Sampling;
 pub use isolux_sim::simulation::{Facts, Method};
 

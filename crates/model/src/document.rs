@@ -120,6 +120,37 @@ pub(crate) struct SceneDocument {
     pub lens: Option<Lens>,
     #[serde(default)]
     pub colour: Vec<ColourDocument>,
+    #[serde(default)]
+    pub simulation: SimulationDocument,
+}
+
+/// `[simulation]`: how a scene is computed, where that is not left to the command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SimulationDocument {
+    #[serde(default)]
+    pub precision: Precision,
+}
+
+/// Number format in which the inverse method fills its map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Precision {
+    /// Quicker, with a bound of a few 1e-7 more.
+    F32,
+    /// The reference.
+    #[default]
+    F64,
+}
+
+impl Precision {
+    /// As scene files and results spell it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]

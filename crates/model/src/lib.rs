@@ -25,7 +25,7 @@ mod shine;
 mod spectrum;
 
 pub use bench::{CorrectedReading, NoInverse};
-pub use document::{ShapeTrust, Trust, Uncertainty, UncertaintyScale};
+pub use document::{Precision, ShapeTrust, Trust, Uncertainty, UncertaintyScale};
 pub use effects::{BelongsTo, Effect, EffectError, EffectSpec, ParameterSpec, Role, Stage, catalogue};
 pub use emitter::{Emitter, EmitterError, Node, gauss_legendre};
 pub use lobe::Lobe;

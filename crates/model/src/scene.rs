@@ -4,7 +4,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use glam::DVec2;
 use isolux_record::document::{Fault, Source, read_text};
 
-use crate::document::{SCENE_FORMAT, SceneDocument, effect_from_table};
+use crate::document::{Precision, SCENE_FORMAT, SceneDocument, effect_from_table};
 use crate::model::{Model, ModelError};
 use crate::optics::{self, Optics, Tables};
 use crate::pose::SensorPose;
@@ -46,6 +46,8 @@ pub struct Scene {
     pub sensor: Sensor,
     /// What stands beside the direct path.
     pub optics: Optics,
+    /// How the inverse method computes it.
+    pub precision: Precision,
 }
 
 impl Scene {
@@ -157,6 +159,7 @@ impl Scene {
                 background_w_m2,
             },
             optics,
+            precision: document.simulation.precision,
         })
     }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::cubature::{self, Patience};
 use crate::local::{self, Local, Rule};
-use crate::number::Number;
+use crate::number::Care;
 use crate::patch::{self, Light, Patch, Scratch};
 use crate::polar::Polar;
 use crate::rules::Estimate;
@@ -16,6 +16,7 @@ use crate::source::{Shape, Source};
 use crate::spans::Rows;
 use crate::{strips, tiles};
 
+pub use crate::number::Number;
 pub use crate::spans::Bound;
 
 /// Relative error that the reference path aims at in every pixel.
@@ -40,23 +41,20 @@ pub struct Map {
 /// the light is smooth. Independent of the number of threads.
 pub fn solve(source: &Source, sensor: &Sensor) -> Map {
     let mut illuminance_lx = vec![0.0; sensor.pixels()];
-    let bound = fill(source, sensor, &mut illuminance_lx);
+    let bound = solve_into(source, sensor, &mut illuminance_lx);
     Map {
         illuminance_lx,
         error_lx: bound.mean_lx,
     }
 }
 
-/// The map in single precision, into the caller's memory (`[iy * nx + ix]`, as many as the sensor has pixels).
+/// The map in the caller's memory (`[iy * nx + ix]`, as many as the sensor has pixels), in f64 or, for half the memory
+/// and time, in f32.
 ///
 /// # Panics
 /// If `map` has another length.
-pub fn solve_single(source: &Source, sensor: &Sensor, map: &mut [f32]) -> Bound {
+pub fn solve_into<N: Number>(source: &Source, sensor: &Sensor, map: &mut [N]) -> Bound {
     assert_eq!(map.len(), sensor.pixels(), "one number a pixel");
-    fill(source, sensor, map)
-}
-
-fn fill<N: Number>(source: &Source, sensor: &Sensor, map: &mut [N]) -> Bound {
     if let Some(bound) = rows(source, sensor, map) {
         return bound;
     }
@@ -106,17 +104,6 @@ pub fn solve_each(source: &Source, sensor: &Sensor) -> Map {
         illuminance_lx: rows.into_iter().flat_map(|row| row.0).collect(),
         error_lx,
     }
-}
-
-/// What a pixel's value is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Care {
-    /// For itself.
-    Itself,
-    /// For a polynomial through it, which would show the rules' own errors as structure.
-    Node,
-    /// For a polynomial in single precision.
-    Single,
 }
 
 impl Care {

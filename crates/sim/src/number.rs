@@ -1,17 +1,34 @@
 //! The two number formats in which maps are written, and the polynomial that fills a run of pixels in each.
 
-use crate::inverse::Care;
-
 /// Coefficients of a polynomial in s on [−1, 1], lowest power first.
 pub(crate) const TERMS: usize = 8;
 
 /// Pixels that a vector of f32 holds; runs are filled in whole vectors, a few pixels too far.
 pub(crate) const RUN: usize = 16;
 
-/// `f64` is the reference, `f32` the form in which maps are stored.
-pub(crate) trait Number: Copy + Default + Send + Sync + 'static {
+/// What a pixel's value is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Care {
+    /// For itself.
+    Itself,
+    /// For a polynomial through it, which would show the rules' own errors as structure.
+    Node,
+    /// For a polynomial in single precision.
+    Single,
+}
+
+/// A format in which maps are filled: `f64` is the reference, `f32` the form in which maps are stored.
+pub trait Number: Format {}
+
+impl Number for f64 {}
+impl Number for f32 {}
+
+/// What the solvers need of a format; nobody else's business.
+pub trait Format: Copy + Default + Send + Sync + 'static {
     /// Rounds.
     fn of(value: f64) -> Self;
+    /// The same value.
+    fn wide(self) -> f64;
     /// Relative error of what is not proven smaller: a few roundings of the format.
     const ROUNDING: f64;
     /// Relative error that a map in this format aims at, roundings and kinks within a pixel not counted.
@@ -19,16 +36,17 @@ pub(crate) trait Number: Copy + Default + Send + Sync + 'static {
     /// Relative error that a kink within a pixel may make.
     const KINK: f64;
     /// Care that a polynomial's values need.
-    #[doc(hidden)]
     const NODE: Care;
     /// Fills `out` with Σ c_k·s^k at s = first + step·(0, 1, 2 …).
-    #[doc(hidden)]
     fn fill(coefficients: &[f64; TERMS], first: f64, step: f64, out: &mut [Self]);
 }
 
-impl Number for f64 {
+impl Format for f64 {
     fn of(value: f64) -> Self {
         value
+    }
+    fn wide(self) -> f64 {
+        self
     }
     const ROUNDING: f64 = 1e-14;
     const AIM: f64 = 1e-7;
@@ -39,9 +57,12 @@ impl Number for f64 {
     }
 }
 
-impl Number for f32 {
+impl Format for f32 {
     fn of(value: f64) -> Self {
         value as Self
+    }
+    fn wide(self) -> f64 {
+        self.into()
     }
     const ROUNDING: f64 = 3e-7;
     const AIM: f64 = 3e-7;

@@ -1,11 +1,13 @@
 //! One simulation of one scene: solver, effects, unit, and what the result is worth.
 
 use isolux_model::optics::CameraSheet;
-use isolux_model::{Scene, Spectral};
+use isolux_model::{Precision, Scene, Spectral};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::camera::Camera;
 use crate::direct::{self, Counts, DirectError, Sampling};
+use crate::inverse::{Bound, Number};
 use crate::noise::{self, Interval};
 use crate::setup::{Setup, SetupError};
 use crate::{blur, camera, inverse, station};
@@ -75,6 +77,10 @@ pub struct Facts {
     pub mean: f64,
     /// Inverse: bound on the error of the quadrature; direct: standard error by ray counting.
     pub u_mean_numeric: f64,
+    /// Number format of the inverse method, `f64` or `f32`; null for direct.
+    pub precision: Option<&'static str>,
+    /// What the error of no pixel exceeds; null for direct.
+    pub pixel_error_bound: Option<PixelBound>,
     /// Standard uncertainty with what the model knows of its measurement; null if it knows nothing.
     pub u_mean: Option<f64>,
     /// Smallest pixel.
@@ -133,6 +139,15 @@ pub struct Facts {
     pub against: Option<Against>,
     /// What the operator should know.
     pub findings: Vec<String>,
+}
+
+/// Bounds on the error of the inverse method that hold in every pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PixelBound {
+    /// In the map's unit.
+    pub absolute: f64,
+    /// Relative to the pixel itself.
+    pub relative: f64,
 }
 
 /// Whether a simulation differs from an earlier one by more than their noise.
@@ -217,17 +232,17 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
     let started = now();
     let per_unit = setup.ler_lm_per_w.unwrap_or(1.0).recip();
     let mut findings = setup.findings.clone();
-    let noise_free = |setup: &Setup| {
-        let mut map = inverse::solve(&setup.source, &setup.sensor);
-        finish(setup, &mut map.illuminance_lx, per_unit);
-        map
-    };
-    let (map, error, counts) = match method {
-        Method::Inverse => {
-            let map = noise_free(&setup);
-            (map.illuminance_lx, map.error_lx * setup.lamp * per_unit, None)
+    let noise_free = |setup: &Setup| filled::<f64>(setup, per_unit);
+    let (map, bound, counts) = match (method, scene.precision) {
+        (Method::Inverse, Precision::F64) => {
+            let (map, bound) = noise_free(&setup);
+            (Computed::Wide(map), bound, None)
         }
-        Method::Direct { sampling, rays, seed } => {
+        (Method::Inverse, Precision::F32) => {
+            let (map, bound) = filled::<f32>(&setup, per_unit);
+            (Computed::Single(map), bound, None)
+        }
+        (Method::Direct { sampling, rays, seed }, _) => {
             let (source, sensor) = (&setup.source, &setup.sensor);
             let counts = match sampling {
                 Sampling::Traced => direct::traced(source, sensor, rays, seed)?,
@@ -239,10 +254,14 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
             };
             let mut map = counts.illuminance_lx();
             finish(&setup, &mut map, per_unit);
-            (map, 0.0, Some(counts))
+            (Computed::Wide(map), Bound::default(), Some(counts))
         }
     };
     let elapsed_s = now() - started;
+    let map = match map {
+        Computed::Wide(map) => map,
+        Computed::Single(map) => map.into_iter().map(f64::from).collect(),
+    };
     // A map has at least one pixel.
     let moments = noise::moments(&map).unwrap_or(noise::Moments {
         mean: 0.0,
@@ -261,8 +280,8 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
     }
     let ray = counts
         .as_ref()
-        .map(|counts| Rays::of(counts, &setup, &noise_free(&setup).illuminance_lx, per_unit));
-    let u_mean_numeric = ray.as_ref().map_or(error, |ray| {
+        .map(|counts| Rays::of(counts, &setup, &noise_free(&setup).0, per_unit));
+    let u_mean_numeric = ray.as_ref().map_or(bound.mean_lx, |ray| {
         moments.mean.abs().max(ray.value / setup.sensor.pixels() as f64) * ray.relative_of_mean
     });
     let known = scene.model.uncertainty().map(|u| {
@@ -275,6 +294,9 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         };
         (u_mean_numeric.powi(2) + of(level).powi(2) + efficacy.powi(2)).sqrt()
     });
+    if counts.is_some() && scene.precision == Precision::F32 {
+        findings.push("precision = \"f32\" is the inverse method's; rays are counted whole".to_owned());
+    }
     let effects = scene.model.in_simulation();
     let (sampling, rays, seed) = match method {
         Method::Inverse => (None, None, None),
@@ -344,6 +366,11 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         unit: if setup.ler_lm_per_w.is_some() { "W/m2" } else { "lx" },
         mean: moments.mean,
         u_mean_numeric,
+        precision: rays.is_none().then(|| scene.precision.word()),
+        pixel_error_bound: rays.is_none().then_some(PixelBound {
+            absolute: bound.largest_lx,
+            relative: bound.largest,
+        }),
         u_mean: known,
         min: moments.min,
         max: moments.max,
@@ -479,21 +506,40 @@ fn colour(scene: &Scene, setup: &Setup) -> Option<ColourFacts> {
     })
 }
 
+/// A map as its solver left it.
+enum Computed {
+    Wide(Vec<f64>),
+    Single(Vec<f32>),
+}
+
+/// The finished map of the inverse method, and its bound in the map's unit.
+fn filled<N: Number>(setup: &Setup, per_unit: f64) -> (Vec<N>, Bound) {
+    let mut map = vec![N::default(); setup.sensor.pixels()];
+    let bound = inverse::solve_into(&setup.source, &setup.sensor, &mut map);
+    finish(setup, &mut map, per_unit);
+    let factors = setup.pixel_factor.iter().flatten();
+    let strongest = if setup.pixel_factor.is_some() {
+        factors.fold(0.0_f64, |most, factor| most.max(factor.abs()))
+    } else {
+        1.0
+    };
+    (map, bound.scaled((setup.lamp * per_unit * strongest).abs()))
+}
+
 /// Lamp, sensor effects, blur, background and unit: everything after the solver, the same for both methods.
-fn finish(setup: &Setup, map: &mut Vec<f64>, per_unit: f64) {
-    for value in map.iter_mut() {
-        *value *= setup.lamp;
-    }
-    if let Some(factor) = &setup.pixel_factor {
-        for (value, factor) in map.iter_mut().zip(factor) {
-            *value *= factor;
+fn finish<N: Number>(setup: &Setup, map: &mut Vec<N>, per_unit: f64) {
+    const RUN: usize = 1 << 14;
+    map.par_chunks_mut(RUN).enumerate().for_each(|(run, values)| {
+        let factors = setup.pixel_factor.as_ref().map(|factors| &factors[run * RUN..]);
+        for (index, value) in values.iter_mut().enumerate() {
+            let lit = value.wide() * setup.lamp * factors.map_or(1.0, |factors| factors[index]);
+            *value = N::of((lit + setup.background_lx) * per_unit);
         }
-    }
-    for value in map.iter_mut() {
-        *value = (*value + setup.background_lx) * per_unit;
-    }
+    });
     if setup.blur_px > 0.0 {
-        *map = blur::gaussian(map, setup.sensor.nx, setup.sensor.ny, setup.blur_px);
+        let wide: Vec<f64> = map.iter().map(|value| value.wide()).collect();
+        let spread = blur::gaussian(&wide, setup.sensor.nx, setup.sensor.ny, setup.blur_px);
+        *map = spread.into_iter().map(N::of).collect();
     }
 }
 

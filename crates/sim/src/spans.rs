@@ -41,6 +41,48 @@ pub struct Bound {
     pub mean_lx: f64,
     /// Of any pixel, relative to itself.
     pub largest: f64,
+    /// Of any pixel, lx.
+    pub largest_lx: f64,
+}
+
+impl Bound {
+    /// The bound of a map that was multiplied by `factor`.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self {
+            mean_lx: factor * self.mean_lx,
+            largest: self.largest,
+            largest_lx: factor * self.largest_lx,
+        }
+    }
+}
+
+/// Bounds of pixels as they are filled: `mean_lx` holds their sum.
+impl Bound {
+    /// `pixels` that are off by `error` lx on the mean, by no more than `most` lx, and by no more than `relative` of themselves.
+    pub(crate) fn add(&mut self, pixels: f64, error: f64, most: f64, relative: f64) {
+        self.mean_lx += pixels * error;
+        self.largest_lx = self.largest_lx.max(most);
+        self.largest = self.largest.max(relative);
+    }
+
+    /// One pixel.
+    pub(crate) fn add_one(&mut self, one: Estimate) {
+        let relative = if one.value == 0.0 {
+            0.0
+        } else {
+            one.error / one.value.abs()
+        };
+        self.add(1.0, one.error, one.error, relative);
+    }
+
+    pub(crate) fn joined(self, other: Self) -> Self {
+        Self {
+            mean_lx: self.mean_lx + other.mean_lx,
+            largest: self.largest.max(other.largest),
+            largest_lx: self.largest_lx.max(other.largest_lx),
+        }
+    }
 }
 
 /// A source of points before a sensor whose pixels are small.
@@ -62,12 +104,38 @@ struct Lamp<'a> {
     corner: DVec3,
     step_x: DVec3,
     step_y: DVec3,
-    /// Sine and cosine of each azimuth with a kink, and whether the kink matters within a pixel.
-    planes: Vec<([f64; 2], bool)>,
-    /// Cosine of each polar angle with a kink, and whether it matters within a pixel.
-    cones: Vec<(f64, bool)>,
+    planes: Vec<Plane>,
+    cones: Vec<Cone>,
     /// Distance from the pole axis in mm below which a pixel's centre does not stand for it.
     axis: f64,
+}
+
+/// A half-plane of a grid line.
+#[derive(Debug, Clone, Copy)]
+struct Plane {
+    line: usize,
+    /// Sine and cosine of its azimuth.
+    turn: [f64; 2],
+    within: Within,
+}
+
+/// A cone of a grid line.
+#[derive(Debug, Clone, Copy)]
+struct Cone {
+    line: usize,
+    cosine: f64,
+    within: Within,
+}
+
+/// What a kink asks of the pixels that it crosses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Within {
+    /// Nothing: it bends too little.
+    Soft,
+    /// What a straight ramp over the pixel adds to the value at its centre.
+    Ramp,
+    /// Their own integral.
+    Own,
 }
 
 /// Working memory of one thread.
@@ -143,18 +211,18 @@ impl<'a> Rows<'a> {
 
     /// Fills `map`, `[iy * nx + ix]`, in lx; `exact(ix, iy)` is the mean over a pixel for which its centre does not stand.
     pub fn fill<N: Number>(&self, map: &mut [N], exact: impl Fn(usize, usize) -> Estimate + Sync) -> Bound {
-        let (sum, largest) = map
+        let bound = map
             .par_chunks_mut(BLOCK * self.nx)
             .enumerate()
             .map_init(Work::default, |work, (index, rows)| {
-                let mut bound = (0.0, 0.0);
+                let mut bound = Bound::default();
                 self.rows(index * BLOCK, rows, work, &exact, &mut bound);
                 bound
             })
-            .reduce(|| (0.0, 0.0), |a, b| (a.0 + b.0, f64::max(a.1, b.1)));
+            .reduce(Bound::default, Bound::joined);
         Bound {
-            mean_lx: sum / (self.nx * self.ny) as f64,
-            largest: largest + self.neglected + N::ROUNDING,
+            mean_lx: bound.mean_lx / (self.nx * self.ny) as f64,
+            ..bound
         }
     }
 
@@ -165,7 +233,7 @@ impl<'a> Rows<'a> {
         rows: &mut [N],
         work: &mut Work,
         exact: &impl Fn(usize, usize) -> Estimate,
-        bound: &mut (f64, f64),
+        bound: &mut Bound,
     ) {
         let count = rows.len() / self.nx;
         let block = self.block(first, count, work);
@@ -191,11 +259,11 @@ impl<'a> Rows<'a> {
         };
         for lamp in &self.lamps {
             let a = lamp.corner + y * lamp.step_y;
-            for (plane, _) in &lamp.planes {
-                add(lamp.plane_crossing(a, *plane));
+            for plane in &lamp.planes {
+                add(lamp.plane_crossing(a, plane.turn));
             }
-            for (cosine, _) in &lamp.cones {
-                for u in lamp.cone_crossings(a, *cosine) {
+            for cone in &lamp.cones {
+                for u in lamp.cone_crossings(a, cone.cosine) {
                     add(u);
                 }
             }
@@ -263,7 +331,7 @@ impl<'a> Rows<'a> {
         (tail <= self.tail * least).then_some(Piece { powers, tail, least })
     }
 
-    /// Fills one row; adds the bounds of its pixels and the largest relative one, without what is the same everywhere.
+    /// Fills one row; adds the bounds of its pixels.
     fn row<N: Number>(
         &self,
         iy: usize,
@@ -271,7 +339,7 @@ impl<'a> Rows<'a> {
         block: Option<&Block>,
         work: &mut Work,
         exact: &impl Fn(usize, usize) -> Estimate,
-        bound: &mut (f64, f64),
+        bound: &mut Bound,
     ) {
         let y = iy as f64 + 0.5;
         self.cut(y, &mut work.cuts);
@@ -287,8 +355,12 @@ impl<'a> Rows<'a> {
                     let first = (from as f64 + 0.5 - low) * per - 1.0;
                     let end = (from + (to - from).next_multiple_of(RUN)).min(self.nx);
                     N::fill(&coefficients, first, per, &mut line[from..end]);
-                    bound.0 += (to - from) as f64 * (piece.tail + always * coefficients[0].abs());
-                    bound.1 = bound.1.max(piece.tail / piece.least);
+                    bound.add(
+                        (to - from) as f64,
+                        piece.tail + always * coefficients[0].abs(),
+                        piece.tail + always * most(&coefficients),
+                        piece.tail / piece.least + always,
+                    );
                 } else {
                     self.span(y, from, to, line, bound);
                 }
@@ -296,21 +368,22 @@ impl<'a> Rows<'a> {
             }
             low = high;
         }
+        self.bend(iy, line);
         self.own_pixels(iy, work);
         for range in &work.own {
             for ix in range[0]..range[1] {
                 let found = exact(ix, iy);
                 line[ix] = N::of(found.value);
-                bound.0 += found.error;
-                if found.value != 0.0 {
-                    bound.1 = f64::max(bound.1, found.error / found.value.abs());
-                }
+                bound.add_one(Estimate {
+                    error: found.error + N::ROUNDING * found.value.abs(),
+                    ..found
+                });
             }
         }
     }
 
     /// Fills the pixels from..to, between which no kink passes.
-    fn span<N: Number>(&self, y: f64, from: usize, to: usize, line: &mut [N], bound: &mut (f64, f64)) {
+    fn span<N: Number>(&self, y: f64, from: usize, to: usize, line: &mut [N], bound: &mut Bound) {
         let count = to - from;
         let middle = 0.5 * (from + to) as f64;
         let always = self.neglected + N::ROUNDING;
@@ -330,7 +403,8 @@ impl<'a> Rows<'a> {
                 let values = self.values(y, &u, inner);
                 for (value, found) in line[start..to].iter_mut().zip(values) {
                     *value = N::of(found);
-                    bound.0 += always * found.abs();
+                    let error = always * found.abs();
+                    bound.add(1.0, error, error, always);
                 }
             }
             return;
@@ -349,10 +423,12 @@ impl<'a> Rows<'a> {
         if tail <= self.tail * least {
             let end = (from + count.next_multiple_of(RUN)).min(self.nx);
             N::fill(&coefficients, -1.0, half.recip(), &mut line[from..end]);
-            bound.0 += count as f64 * (tail + always * coefficients[0].abs());
-            if tail > 0.0 {
-                bound.1 = bound.1.max(tail / least);
-            }
+            bound.add(
+                count as f64,
+                tail + always * coefficients[0].abs(),
+                tail + always * most(&coefficients),
+                if least > 0.0 { tail / least } else { 0.0 } + always,
+            );
             return;
         }
         // What resists is the neighbourhood of the axis.
@@ -381,54 +457,19 @@ impl<'a> Rows<'a> {
         sum
     }
 
-    /// Pixels of a row that centres do not stand for: near the pole axis, and across kinks that matter.
+    /// Pixels of a row that centres do not stand for: near the pole axis, and across kinks that no ramp describes.
     fn own_pixels(&self, iy: usize, work: &mut Work) {
         work.own.clear();
-        let end = self.nx as f64;
         let edges = [iy as f64, iy as f64 + 0.5, iy as f64 + 1.0];
-        let mut add = |low: f64, high: f64, more: f64| {
-            let (low, high) = ((low - more).max(0.0), (high + more).min(end));
-            if low < high {
-                work.own
-                    .push([low.floor() as usize, (high.ceil() as usize).min(self.nx)]);
-            }
-        };
         for lamp in &self.lamps {
             if let Some([low, high]) = lamp.near_axis(edges[1]) {
-                add(low, high, 0.0);
+                work.own.extend(self.whole(low, high));
             }
-            for (kink, _) in lamp.planes.iter().filter(|plane| plane.1) {
-                let found = edges.map(|y| lamp.plane_crossing(lamp.corner + y * lamp.step_y, *kink));
-                let mut hull = [f64::INFINITY, f64::NEG_INFINITY];
-                for u in found.into_iter().flatten() {
-                    hull = [hull[0].min(u), hull[1].max(u)];
-                }
-                // A half-plane that begins within the row, or runs along it.
-                let some = found.iter().flatten().count();
-                if some == 1 || some == 2 || some == 0 && lamp.side_changes(edges, *kink) {
-                    hull = if some == 0 {
-                        [0.0, end]
-                    } else {
-                        lamp.widened(hull, edges[1])
-                    };
-                }
-                add(hull[0], hull[1], 1.0);
+            for plane in lamp.planes.iter().filter(|plane| plane.within == Within::Own) {
+                work.own.extend(self.by_plane(lamp, plane, edges));
             }
-            for (cosine, _) in lamp.cones.iter().filter(|cone| cone.1) {
-                let found = edges.map(|y| lamp.cone_crossings(lamp.corner + y * lamp.step_y, *cosine));
-                let whole = found.iter().all(|pair| pair[0].is_some() && pair[1].is_some());
-                if whole {
-                    for k in 0..2 {
-                        let at = found.map(|pair| pair[k].unwrap_or(0.0));
-                        add(at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]), 1.0);
-                    }
-                } else {
-                    let all = found.iter().flatten().flatten();
-                    let hull = all.fold([f64::INFINITY, f64::NEG_INFINITY], |hull, &u| {
-                        [hull[0].min(u), hull[1].max(u)]
-                    });
-                    add(hull[0], hull[1], 1.0);
-                }
+            for cone in lamp.cones.iter().filter(|cone| cone.within == Within::Own) {
+                work.own.extend(self.by_cone(lamp, cone, edges).into_iter().flatten());
             }
         }
         // Each pixel once.
@@ -444,6 +485,114 @@ impl<'a> Rows<'a> {
             }
         }
         work.own.truncate(kept);
+    }
+
+    /// Adds to pixels of a row what a kink across them adds to the values at their centres.
+    fn bend<N: Number>(&self, iy: usize, line: &mut [N]) {
+        let y = iy as f64 + 0.5;
+        let edges = [iy as f64, y, iy as f64 + 1.0];
+        for lamp in &self.lamps {
+            let table = lamp.light.table;
+            let origin = lamp.corner + y * lamp.step_y + 0.5 * lamp.step_x;
+            for cone in lamp.cones.iter().filter(|cone| cone.within == Within::Ramp) {
+                let kink = table.gamma_rad[cone.line];
+                for [from, to] in self.by_cone(lamp, cone, edges).into_iter().flatten() {
+                    for (ix, value) in line.iter_mut().enumerate().take(to).skip(from) {
+                        let v = origin + ix as f64 * lamp.step_x;
+                        let (axis, square) = (v.x.hypot(v.y), v.length_squared());
+                        let slope = |step: DVec3| (v.z * (v.x * step.x + v.y * step.y) / axis - axis * step.z) / square;
+                        let added = ramp(angles::atan2(axis, v.z) - kink, slope(lamp.step_x), slope(lamp.step_y));
+                        if added > 0.0 {
+                            let c = angles::atan2(v.y, v.x);
+                            *value = N::of(value.wide() + lamp.per_cd(v) * table.gamma_jump(cone.line, c) * added);
+                        }
+                    }
+                }
+            }
+            for plane in lamp.planes.iter().filter(|plane| plane.within == Within::Ramp) {
+                let [sin, cos] = plane.turn;
+                let Some([from, to]) = self.by_plane(lamp, plane, edges) else {
+                    continue;
+                };
+                for (ix, value) in line.iter_mut().enumerate().take(to).skip(from) {
+                    let v = origin + ix as f64 * lamp.step_x;
+                    let square = v.x * v.x + v.y * v.y;
+                    let ahead = v.x * cos + v.y * sin;
+                    if ahead <= 0.0 {
+                        continue;
+                    }
+                    let slope = |step: DVec3| (v.x * step.y - v.y * step.x) / square;
+                    let away = angles::atan2(v.y * cos - v.x * sin, ahead);
+                    let added = ramp(away, slope(lamp.step_x), slope(lamp.step_y));
+                    if added > 0.0 {
+                        let gamma = angles::atan2(square.sqrt(), v.z);
+                        *value = N::of(value.wide() + lamp.per_cd(v) * table.c_jump(plane.line, gamma) * added);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Pixels between two places.
+    fn whole(&self, low: f64, high: f64) -> Option<[usize; 2]> {
+        let (low, high) = (low.max(0.0), high.min(self.nx as f64));
+        (low < high).then(|| [low.floor() as usize, (high.ceil() as usize).min(self.nx)])
+    }
+
+    /// Pixels of a row that a half-plane may cross, from the places where it crosses the row's edges and middle.
+    fn by_plane(&self, lamp: &Lamp<'_>, plane: &Plane, edges: [f64; 3]) -> Option<[usize; 2]> {
+        let found = edges.map(|y| lamp.plane_crossing(lamp.corner + y * lamp.step_y, plane.turn));
+        let mut hull = [f64::INFINITY, f64::NEG_INFINITY];
+        for u in found.into_iter().flatten() {
+            hull = [hull[0].min(u), hull[1].max(u)];
+        }
+        // A half-plane that begins within the row, or runs along it.
+        let some = found.iter().flatten().count();
+        if some == 1 || some == 2 || some == 0 && lamp.side_changes(edges, plane.turn) {
+            hull = if some == 0 {
+                [0.0, self.nx as f64]
+            } else {
+                lamp.widened(hull, edges[1])
+            };
+        }
+        self.whole(hull[0] - 1.0, hull[1] + 1.0)
+    }
+
+    /// Pixels of a row that a cone may cross, in one run or two.
+    fn by_cone(&self, lamp: &Lamp<'_>, cone: &Cone, edges: [f64; 3]) -> [Option<[usize; 2]>; 2] {
+        let found = edges.map(|y| lamp.cone_crossings(lamp.corner + y * lamp.step_y, cone.cosine));
+        let hull = |of: &mut dyn Iterator<Item = f64>| {
+            let [low, high] = of.fold([f64::INFINITY, f64::NEG_INFINITY], |hull, u| {
+                [hull[0].min(u), hull[1].max(u)]
+            });
+            self.whole(low - 1.0, high + 1.0)
+        };
+        if found.iter().all(|pair| pair[0].is_some() && pair[1].is_some()) {
+            let runs = [0, 1].map(|k: usize| hull(&mut found.iter().filter_map(|pair| pair[k])));
+            let apart = runs[0].zip(runs[1]).is_none_or(|(a, b)| a[1] <= b[0] || b[1] <= a[0]);
+            if apart {
+                return runs;
+            }
+        }
+        [hull(&mut found.iter().flatten().copied().flatten()), None]
+    }
+}
+
+/// What a polynomial does not exceed on [−1, 1].
+fn most(coefficients: &[f64; TERMS]) -> f64 {
+    coefficients.iter().map(|c| c.abs()).sum()
+}
+
+/// Mean of the ramp (s + gx·x + gy·y)₊ over the unit square round 0, less s₊.
+fn ramp(s: f64, gx: f64, gy: f64) -> f64 {
+    let (a, b) = (gx.abs().max(gy.abs()), gx.abs().min(gy.abs()));
+    let s = s.abs();
+    if s >= 0.5 * (a + b) {
+        0.0
+    } else if s >= 0.5 * (a - b) {
+        (0.5 * (a + b) - s).powi(3) / (6.0 * a * b)
+    } else {
+        (s * s + 0.25 * a * a + b * b / 12.0) / (2.0 * a) - 0.5 * s
     }
 }
 
@@ -511,25 +660,52 @@ impl Lamp<'_> {
             .max((self.step_x - self.step_y).length());
         self.axis = most + 0.75 * diagonal;
         let mut neglected = curvature(most);
-        // A kink through the middle of a rectangle bends its mean by at most an eighth of the longer side.
+        // A kink through the middle of a rectangle bends its mean by at most an eighth of the longer side; a straight ramp of an even
+        // slope describes it but for how the angle and all else turn over the pixel.
         let side = self.step_x.length().max(self.step_y.length());
         // A pixel may hold a cone and a plane.
         let mut soft = [0.0_f64; 2];
-        let mut matters = |kind: usize, jump: f64| {
+        let mut within = |kind: usize, jump: f64, axis: f64| {
             let error = 0.125 * side * near * jump;
-            if error <= kink {
-                soft[kind] = soft[kind].max(error);
-            }
-            error > kink
+            let bent = 2.0 * square * near * (jump * (axis.recip() + near + face) + 2.0 * slopes.both / axis);
+            let (within, left) = match () {
+                () if error <= kink => (Within::Soft, error),
+                () if bent <= kink => (Within::Ramp, bent),
+                () => (Within::Own, 0.0),
+            };
+            soft[kind] = soft[kind].max(left);
+            within
         };
-        for (gamma, jump) in slopes.cones {
-            self.cones.push((gamma.cos(), matters(0, jump)));
+        for &(line, jump) in &slopes.cones {
+            let gamma = table.gamma_rad[line];
+            let axis = most.max(distance * gamma.sin());
+            self.cones.push(Cone {
+                line,
+                cosine: gamma.cos(),
+                within: within(0, jump, axis),
+            });
         }
-        for (c, jump) in slopes.planes {
-            self.planes.push((c.sin_cos().into(), matters(1, jump)));
+        for &(line, jump) in &slopes.planes {
+            self.planes.push(Plane {
+                line,
+                turn: table.c_rad[line].sin_cos().into(),
+                within: within(1, jump, most),
+            });
         }
         neglected += soft[0] + soft[1];
         Some(neglected)
+    }
+
+    /// Light of this part per candela along `v`, lx.
+    fn per_cd(&self, v: DVec3) -> f64 {
+        let square = v.length_squared();
+        let length = square.sqrt();
+        let light = 1e6 * self.share * self.light.toward.dot(v) / (square * length);
+        if self.light.extinction_per_mm > 0.0 {
+            light * (-self.light.extinction_per_mm * length).exp()
+        } else {
+            light
+        }
     }
 
     /// The place along the row at `a` of a half-plane of azimuth.
@@ -613,10 +789,10 @@ struct Slopes {
     c_per_sine: f64,
     /// 1/rad².
     both: f64,
-    /// Angle of each kink and its change of slope, 1/rad; infinite at an end of the range.
-    cones: Vec<(f64, f64)>,
-    /// Azimuth of each kink and its change of slope over sin γ.
-    planes: Vec<(f64, f64)>,
+    /// Line of each kink and its change of slope, 1/rad.
+    cones: Vec<(usize, f64)>,
+    /// Line of each kink and its change of slope over sin γ.
+    planes: Vec<(usize, f64)>,
 }
 
 impl Slopes {
@@ -671,7 +847,7 @@ impl Slopes {
                 .map(|ic| (slope(ic, ig) - slope(ic, ig - 1)).abs())
                 .fold(0.0, f64::max);
             if table.gamma_kinks().contains(&grid[ig]) {
-                out.cones.push((grid[ig], jump / dim(ig)));
+                out.cones.push((ig, jump / dim(ig)));
             }
         }
         if planes > 1 {
@@ -708,7 +884,6 @@ impl Slopes {
                 .into_iter()
                 .enumerate()
                 .filter(|(_, jump)| *jump > 1e-13)
-                .map(|(ic, jump)| (table.c_rad[ic], jump))
                 .collect();
         }
         Some(out)
@@ -758,5 +933,29 @@ fn cell_light(cell: &Bilinear, sights: &Sights, share: f64, out: &mut Lanes) {
         let low = ll + t * (lh - ll);
         let high = hl + t * (hh - hl);
         out[lane] = share * sights.per_cd[lane] * (low + s * (high - low));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_over_a_pixel_is_its_mean_less_its_middle() {
+        let parts = 400;
+        for (gx, gy) in [(1.0, 0.0), (0.3, -0.8), (-0.5, 0.5), (0.0, 2.0)] {
+            for s in [-2.0, -0.6, -0.3, -0.1, 0.0, 0.05, 0.25, 0.5, 0.9] {
+                let place = |k: i32| (f64::from(k) + 0.5) / f64::from(parts) - 0.5;
+                let mut sum = 0.0;
+                for i in 0..parts {
+                    for j in 0..parts {
+                        sum += f64::max(s + gx * place(i) + gy * place(j), 0.0);
+                    }
+                }
+                let brute = sum / f64::from(parts * parts) - s.max(0.0);
+                let found = ramp(s, gx, gy);
+                assert!((found - brute).abs() < 3e-6, "{s} {gx} {gy}: {found} {brute}");
+            }
+        }
     }
 }

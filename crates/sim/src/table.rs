@@ -254,6 +254,28 @@ impl Table {
         (low + slope * (gamma - self.gamma_rad[ig]), slope)
     }
 
+    /// Change of slope in γ at line `ig` (neither the first nor the last), towards azimuth `c` (−π to π), cd/rad.
+    pub(crate) fn gamma_jump(&self, ig: usize, c: f64) -> f64 {
+        let (n, grid) = (self.gamma_rad.len(), &self.gamma_rad);
+        let at = |row: usize| {
+            let cd = &self.intensity_cd[row * n + ig - 1..=row * n + ig + 1];
+            (cd[2] - cd[1]) / (grid[ig + 1] - grid[ig]) - (cd[1] - cd[0]) / (grid[ig] - grid[ig - 1])
+        };
+        if self.is_rotational() {
+            return at(0);
+        }
+        let (row, share) = self.between(c);
+        (1.0 - share) * at(row) + share * at(row + 1)
+    }
+
+    /// Change of slope in C at half-plane `ic` of a table that depends on C, at polar angle `gamma`, cd/rad.
+    pub(crate) fn c_jump(&self, ic: usize, gamma: f64) -> f64 {
+        let before = if ic == 0 { self.c_rad.len() - 2 } else { ic - 1 };
+        let slope =
+            |ic: usize| (self.along(ic + 1, gamma).0 - self.along(ic, gamma).0) / (self.c_rad[ic + 1] - self.c_rad[ic]);
+        slope(ic) - slope(before)
+    }
+
     /// The half-plane below azimuth `c` (−π to π), and the share of the way to the next one.
     #[inline]
     pub(crate) fn between(&self, c: f64) -> (usize, f64) {

@@ -7,8 +7,8 @@
 
 use rayon::prelude::*;
 
-use crate::inverse::{Bound, Care};
-use crate::number::{self, Fit, Number, TERMS};
+use crate::inverse::Bound;
+use crate::number::{self, Care, Fit, Number, TERMS};
 use crate::patch::Scratch;
 use crate::rules::Estimate;
 use crate::sensor::Sensor;
@@ -52,12 +52,12 @@ where
         nx: sensor.nx,
     };
     // Bands of tiles: each thread writes into rows of its own.
-    let (sum, largest) = map
+    let bound = map
         .par_chunks_mut(side * sensor.nx)
         .enumerate()
         .map_init(Scratch::default, |scratch, (band, rows)| {
             let height = rows.len() / sensor.nx;
-            let mut found = (0.0, 0.0);
+            let mut found = Bound::default();
             for x in (0..sensor.nx).step_by(side) {
                 let tile = Tile {
                     x,
@@ -69,10 +69,10 @@ where
             }
             found
         })
-        .reduce(|| (0.0, 0.0), |a, b| (a.0 + b.0, f64::max(a.1, b.1)));
+        .reduce(Bound::default, Bound::joined);
     Bound {
-        mean_lx: sum / sensor.pixels() as f64,
-        largest: largest + N::ROUNDING,
+        mean_lx: bound.mean_lx / sensor.pixels() as f64,
+        ..bound
     }
 }
 
@@ -82,16 +82,16 @@ where
     S: Fn(f64, f64, f64) -> bool,
 {
     /// Fills a tile of the band that begins at row `top`; adds to the sum of bounds and the largest relative one.
-    fn solve<N: Number>(&self, tile: Tile, top: f64, rows: &mut [N], scratch: &mut Scratch, found: &mut (f64, f64)) {
+    fn solve<N: Number>(&self, tile: Tile, top: f64, rows: &mut [N], scratch: &mut Scratch, found: &mut Bound) {
         if tile.width <= SMALL || tile.height <= SMALL {
             for iy in tile.y..tile.y + tile.height {
                 for ix in tile.x..tile.x + tile.width {
                     let one = (self.at)(ix as f64 + 0.5, top + iy as f64 + 0.5, Care::Itself, scratch);
                     rows[iy * self.nx + ix] = N::of(one.value);
-                    found.0 += one.error;
-                    if one.value != 0.0 {
-                        found.1 = f64::max(found.1, one.error / one.value.abs());
-                    }
+                    found.add_one(Estimate {
+                        error: one.error + N::ROUNDING * one.value.abs(),
+                        ..one
+                    });
                 }
             }
             return;
@@ -125,7 +125,7 @@ where
         top: f64,
         rows: &mut [N],
         scratch: &mut Scratch,
-        found: &mut (f64, f64),
+        found: &mut Bound,
     ) -> bool {
         let nodes = number::nodes();
         let mut at = |s: f64, t: f64| {
@@ -197,10 +197,13 @@ where
                 &mut rows[start..start + tile.width],
             );
         }
-        found.0 += (error + worst) * width * height;
-        if least > 0.0 {
-            found.1 = f64::max(found.1, (error + worst) / least);
-        }
+        let error = error + worst;
+        found.add(
+            width * height,
+            error + N::ROUNDING * powers[0][0].abs(),
+            error + N::ROUNDING * scale,
+            if least > 0.0 { error / least } else { 0.0 } + N::ROUNDING,
+        );
         true
     }
 }

@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
 use isolux_app::scene::Changes;
-use isolux_app::simulate::{self, Facts, Method, Request};
+use isolux_app::simulate::{self, Facts, Method, Precision, Request};
 
 use super::count;
 use crate::screen::{self, Bars};
@@ -24,6 +24,10 @@ pub struct Simulate {
     /// Quadrature without noise, or rays.
     #[arg(long, value_enum, default_value = "inverse")]
     method: MethodWord,
+    /// Number format of the inverse map: f32 is quicker on large maps and states its wider bound [default: the
+    /// scene's simulation.precision, else f64].
+    #[arg(long, value_enum)]
+    precision: Option<PrecisionWord>,
     /// How rays are drawn; all three have the same law.
     #[arg(long, value_enum, default_value = "thinned")]
     sampling: SamplingWord,
@@ -81,6 +85,12 @@ enum MethodWord {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
+enum PrecisionWord {
+    F32,
+    F64,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum SamplingWord {
     Traced,
     Thinned,
@@ -124,6 +134,10 @@ pub fn run(arguments: &Simulate) -> Result<(), Failure> {
             distance_mm: arguments.distance_mm,
             sensor_mm: arguments.sensor_mm,
             pixels: arguments.pixels,
+            precision: arguments.precision.map(|word| match word {
+                PrecisionWord::F32 => Precision::F32,
+                PrecisionWord::F64 => Precision::F64,
+            }),
             set: arguments.set.clone(),
             luminous_area: arguments.luminous_area,
         },
@@ -146,6 +160,12 @@ fn print(facts: &Facts, arguments: &Simulate) {
     let unit = if facts.unit == "lx" { "lx" } else { "W/m²" };
     let u = facts.u_mean.unwrap_or(facts.u_mean_numeric);
     screen::say(format_args!("mean        {:.6} ± {u:.2e} {unit}", facts.mean));
+    if let (Some(precision), Some(bound)) = (facts.precision, facts.pixel_error_bound) {
+        screen::say(format_args!(
+            "error       {precision}: no pixel is off by more than {:.1e} {unit} or {:.1e} of itself",
+            bound.absolute, bound.relative
+        ));
+    }
     screen::say(format_args!("min, max    {:.6}, {:.6} {unit}", facts.min, facts.max));
     if let (Some(on_sensor), Some(law)) = (facts.rays_on_sensor, facts.max_ray_noise) {
         screen::say(format_args!(

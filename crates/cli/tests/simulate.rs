@@ -1,0 +1,147 @@
+//! `simulate` through the program: precisions, their bounds, and what is refused.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const LAMP: &str = "IESNA:LM-63-2002\n[TEST] 1\n[TESTLAB] a\n[ISSUEDATE] b\n[MANUFAC] c\nTILT=NONE\n1 1000 1 7 5 1 2 0 0 0\n1 1 10\n\
+0 10 20 30 45 60 90\n0 22.5 45 67.5 90\n\
+1000 960 850 690 430 200 0\n1000 955 845 680 420 190 0\n1000 950 840 670 410 185 0\n1000 945 830 660 405 180 0\n1000 940 820 650 400 175 0\n";
+
+const SCENE: &str = r#"format = "isolux-scene/1"
+[luminaire]
+distribution = "lamp.ies"
+ler_lm_per_w = 320.0
+[sensor]
+size_mm = [60.0, 60.0]
+pixels = [96, 64]
+distance_mm = 150.0
+tilt_x_deg = 12.0
+offset_mm = [15.0, -4.0]
+"#;
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        std::fs::write(folder.path("lamp.ies"), LAMP).unwrap();
+        folder.scene("scene.toml", SCENE);
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn scene(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    fn isolux(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_isolux"))
+            .args(arguments)
+            .current_dir(self.0.path())
+            .output()
+            .unwrap()
+    }
+
+    fn simulate(&self, scene: &str, out: &str, more: &[&str]) -> Lit {
+        let mut arguments = vec!["simulate", scene, "--out", out];
+        arguments.extend(more);
+        let done = self.isolux(&arguments);
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        Lit::read(&self.path(out))
+    }
+}
+
+/// What a simulation wrote.
+struct Lit {
+    map: Vec<f32>,
+    result: serde_json::Value,
+    files: Vec<String>,
+}
+
+impl Lit {
+    fn read(folder: &Path) -> Self {
+        let bytes = std::fs::read(folder.join("irradiance.npy")).unwrap();
+        let header = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+        let mut files: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        files.sort();
+        Self {
+            map: bytes[header..]
+                .chunks_exact(4)
+                .map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]))
+                .collect(),
+            result: serde_json::from_slice(&std::fs::read(folder.join("result.json")).unwrap()).unwrap(),
+            files,
+        }
+    }
+
+    fn relative_bound(&self) -> f64 {
+        self.result["pixel_error_bound"]["relative"].as_f64().unwrap()
+    }
+}
+
+#[test]
+fn both_precisions_agree_within_their_stated_bounds() {
+    let folder = Folder::new();
+    folder.scene("single.toml", &format!("{SCENE}[simulation]\nprecision = \"f32\"\n"));
+    let extended = SCENE.replace(
+        "[sensor]",
+        "[luminaire.emitter]\nshape = \"disc\"\ndiameter_mm = 4.0\n[sensor]",
+    );
+    folder.scene("disc.toml", &extended);
+    for scene in ["scene.toml", "disc.toml"] {
+        let wide = folder.simulate(scene, &format!("{scene}-f64"), &[]);
+        let single = folder.simulate(scene, &format!("{scene}-f32"), &["--precision", "f32"]);
+        assert_eq!(wide.result["precision"], "f64");
+        assert_eq!(single.result["precision"], "f32");
+        assert_eq!(wide.files, single.files);
+        assert_eq!(wide.result["findings"], single.result["findings"]);
+        // The file of the f64 map holds f32 too: half its last digit.
+        let stated = wide.relative_bound() + single.relative_bound() + 6e-8;
+        assert!(stated < 1e-5, "{scene}: {stated:e}");
+        assert!(single.relative_bound() > wide.relative_bound(), "{scene}");
+        assert_eq!(wide.map.len(), 96 * 64);
+        for (a, b) in single.map.iter().zip(&wide.map) {
+            let off = f64::from((a / b - 1.0).abs());
+            assert!(
+                *b > 0.0 && off <= stated,
+                "{scene}: {a} {b} differ by {off:e}, stated {stated:e}"
+            );
+        }
+        let bound = single.result["pixel_error_bound"]["absolute"].as_f64().unwrap();
+        let mean = single.result["u_mean_numeric"].as_f64().unwrap();
+        assert!(mean <= bound && mean > 0.0, "{mean} {bound}");
+    }
+    // The key of the scene does what the option does, and the option has the last word.
+    let by_key = folder.simulate("single.toml", "by-key", &[]);
+    let by_option = Lit::read(&folder.path("scene.toml-f32"));
+    assert_eq!(by_key.result["precision"], "f32");
+    assert_eq!(by_key.map, by_option.map);
+    let back = folder.simulate("single.toml", "back", &["--precision", "f64"]);
+    assert_eq!(back.result["precision"], "f64");
+}
+
+#[test]
+fn a_precision_is_the_inverse_methods_and_one_of_two() {
+    let folder = Folder::new();
+    let rays = folder.simulate(
+        "scene.toml",
+        "rays",
+        &["--method", "direct", "--rays", "1e5", "--precision", "f32"],
+    );
+    assert!(rays.result["precision"].is_null() && rays.result["pixel_error_bound"].is_null());
+    let findings = rays.result["findings"].to_string();
+    assert!(findings.contains("inverse method"), "{findings}");
+
+    folder.scene("bad.toml", &format!("{SCENE}[simulation]\nprecision = \"f16\"\n"));
+    let refused = folder.isolux(&["simulate", "bad.toml", "--out", "bad"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    assert!(said.contains("bad.toml:12") && said.contains("f16"), "{said}");
+    assert!(!folder.path("bad").exists());
+}
