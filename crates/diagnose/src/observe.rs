@@ -24,6 +24,8 @@ pub struct Observed {
 const MOST_BINS: usize = 32;
 /// Most bins along a side after averaging, where the sides divide no better.
 const AVERAGED: usize = 48;
+/// And fewest: sooner blocks of unequal size.
+const FEWEST: usize = 24;
 
 /// The rows of a file that are to be fitted, and those that the file itself holds out (maps with `held_out = true`).
 ///
@@ -128,11 +130,7 @@ fn digits(set: &Readings) -> Vec<f64> {
 }
 
 fn maps(set: &MapSet, file: usize) -> (Observed, Option<Observed>) {
-    let mut notes = Vec::new();
-    let (set, dropped) = binned(set);
-    if let Some(note) = dropped {
-        notes.push(note);
-    }
+    let (set, notes) = binned(set);
     let held = |cell: &Cell| set.maps()[cell.map as usize].held_out;
     let fitted = chosen(&set, file, |cell| !held(cell), notes);
     let any_held = set.cells().iter().any(held) && set.values().is_some();
@@ -160,7 +158,10 @@ fn chosen(set: &MapSet, file: usize, wanted: impl Fn(&Cell) -> bool, notes: Vec<
         .map(|&i| row(set, file, &set.cells()[i], signal[i], u[i]))
         .collect();
     // The parts come from a valid set, so the subset is one too.
-    let subset = MapSet::new(set, set.bins(), cells, Some(values)).unwrap_or_else(|_| set.clone());
+    let subset = MapSet::new(set, set.bins(), cells, Some(values))
+        .ok()
+        .and_then(|subset| subset.centred_at(pick.iter().map(|&i| set.place_mm(i)).collect()))
+        .unwrap_or_else(|| set.clone());
     Observed {
         part: Part::Maps(subset),
         rows,
@@ -205,52 +206,117 @@ fn incidence_deg(pose: &MapPose, x_mm: f64, y_mm: f64) -> f64 {
     cosine.clamp(-1.0, 1.0).acos().to_degrees()
 }
 
-/// The set with at most [`MOST_BINS`] bins a side: means over blocks of bins, uncertainties propagated as independent.
-fn binned(set: &MapSet) -> (MapSet, Option<String>) {
-    let [nx, ny] = set.bins();
-    let divisor = |n: usize| {
-        if n <= MOST_BINS {
-            return 1;
-        }
-        let nearest = |f: &usize| (n / f).abs_diff(MOST_BINS);
-        let fits = |f: &usize| n.is_multiple_of(*f) && n / f <= AVERAGED;
-        (1..=n).filter(fits).min_by_key(nearest).unwrap_or(n)
-    };
-    let (fx, fy) = (divisor(nx), divisor(ny));
+/// The set without bins at or above the sensor's full scale, and with at most [`AVERAGED`] bins a side: means over blocks of bins, which
+/// may differ by one in size, at the mean of their places; uncertainties propagated as independent. What was done, in words.
+fn binned(set: &MapSet) -> (MapSet, Vec<String>) {
     let Some((signal, u)) = set.values() else {
-        return (set.clone(), None);
+        return (set.clone(), Vec::new());
     };
-    if fx * fy == 1 {
-        return (set.clone(), None);
+    let full = set.full_scale().unwrap_or(f64::INFINITY);
+    let mut notes = Vec::new();
+    let usable: Vec<usize> = (0..signal.len()).filter(|&i| signal[i] < full).collect();
+    let over = signal.len() - usable.len();
+    if over > 0 {
+        notes.push(format!("{over} bins at full scale or above it were left out"));
     }
-    let mut sums: BTreeMap<(u32, u32, u32), (f64, f64, usize)> = BTreeMap::new();
-    for (cell, (signal, u)) in set.cells().iter().zip(signal.iter().zip(u)) {
-        let entry = sums
-            .entry((cell.map, cell.iy / fy as u32, cell.ix / fx as u32))
-            .or_default();
-        entry.0 += signal;
-        entry.1 += u * u;
-        entry.2 += 1;
+    let bins = set.bins();
+    let blocks = bins.map(blocks);
+    if blocks == bins {
+        if over == 0 {
+            return (set.clone(), notes);
+        }
+        let cells = usable.iter().map(|&i| set.cells()[i]).collect();
+        let values = (
+            usable.iter().map(|&i| signal[i]).collect(),
+            usable.iter().map(|&i| u[i]).collect(),
+        );
+        // The parts come from a valid set, so the subset is one too.
+        return (
+            MapSet::new(set, bins, cells, Some(values)).unwrap_or_else(|_| set.clone()),
+            notes,
+        );
     }
-    let whole = fx * fy;
-    let partial = sums.values().filter(|(.., count)| *count < whole).count();
-    sums.retain(|_, (.., count)| *count == whole);
-    let cells = sums.keys().map(|&(map, iy, ix)| Cell { map, iy, ix }).collect();
-    let scale = 1.0 / whole as f64;
-    let values = (
-        sums.values().map(|(sum, ..)| sum * scale).collect(),
-        sums.values().map(|(_, squares, _)| squares.sqrt() * scale).collect(),
+    let block = |i: u32, side: usize| (i as usize * blocks[side] / bins[side]) as u32;
+    let mut sums: BTreeMap<Cell, Block> = BTreeMap::new();
+    for &i in &usable {
+        let cell = &set.cells()[i];
+        let key = Cell {
+            map: cell.map,
+            iy: block(cell.iy, 1),
+            ix: block(cell.ix, 0),
+        };
+        sums.entry(key).or_default().add(signal[i], u[i], set.place_mm(i));
+    }
+    // How many bins a block of this number has along one side: those i with ⌊i·blocks/bins⌋ = k.
+    let size = |k: u32, side: usize| {
+        let first = |k: usize| (k * bins[side]).div_ceil(blocks[side]);
+        first(k as usize + 1) - first(k as usize)
+    };
+    let whole = |key: &Cell| size(key.ix, 0) * size(key.iy, 1);
+    let before = sums.len();
+    sums.retain(|key, block| 2 * block.count >= whole(key));
+    let (dropped, partial) = (
+        before - sums.len(),
+        sums.iter().filter(|(key, block)| block.count < whole(key)).count(),
     );
     let mut note = format!(
-        "maps of {nx} × {ny} bins were averaged over {fx} × {fy}, their uncertainties as of independent bins: what is finer is not searched"
+        "maps of {} × {} bins were averaged to {} × {}, their uncertainties as of independent bins: what is finer is not searched",
+        bins[0], bins[1], blocks[0], blocks[1]
     );
     if partial > 0 {
-        note += &format!("; {partial} such blocks with missing bins were left out");
+        note += &format!("; {partial} averages lack bins that were missing or left out");
     }
-    match MapSet::new(set, [nx / fx, ny / fy], cells, Some(values)) {
-        Ok(coarse) => (coarse, Some(note)),
-        Err(_) => (set.clone(), None),
+    if dropped > 0 {
+        note += &format!("; {dropped} blocks with fewer than half of their bins were left out");
     }
+    let cells = sums.keys().copied().collect();
+    let mean = |of: fn(&Block) -> f64| sums.values().map(|block| of(block) / block.count as f64).collect();
+    let values = (mean(|block| block.sum), mean(|block| block.squares.sqrt()));
+    let places = sums
+        .values()
+        .map(|block| block.place_mm.map(|mm| mm / block.count as f64))
+        .collect();
+    let coarse = MapSet::new(set, blocks, cells, Some(values))
+        .ok()
+        .and_then(|coarse| coarse.centred_at(places));
+    match coarse {
+        Some(coarse) => {
+            notes.push(note);
+            (coarse, notes)
+        }
+        None => (set.clone(), notes),
+    }
+}
+
+/// Sums over the bins of one block.
+#[derive(Default)]
+struct Block {
+    sum: f64,
+    squares: f64,
+    place_mm: [f64; 2],
+    count: usize,
+}
+
+impl Block {
+    fn add(&mut self, signal: f64, u: f64, place_mm: [f64; 2]) {
+        self.sum += signal;
+        self.squares += u * u;
+        self.place_mm[0] += place_mm[0];
+        self.place_mm[1] += place_mm[1];
+        self.count += 1;
+    }
+}
+
+/// Number of blocks along a side of `bins`: all of equal size where a divisor gives about [`MOST_BINS`], else that many, which differ
+/// by one bin in size.
+fn blocks(bins: usize) -> usize {
+    if bins <= MOST_BINS {
+        return bins;
+    }
+    (FEWEST..=AVERAGED)
+        .filter(|count| bins.is_multiple_of(*count))
+        .min_by_key(|count| count.abs_diff(MOST_BINS))
+        .unwrap_or(MOST_BINS)
 }
 
 fn spectra(set: &SpectraSet, file: usize) -> Observed {
@@ -282,31 +348,77 @@ mod tests {
     use isolux_record::observation::{Need, open};
     use std::fmt::Write as _;
 
-    #[test]
-    fn maps_are_averaged_to_a_size_that_divides_them() {
-        for (bins, expected) in [(24, 24), (40, 40), (64, 32), (90, 30), (111, 37)] {
-            let folder = tempfile::tempdir().unwrap();
-            let path = |name: &str| camino::Utf8PathBuf::try_from(folder.path().join(name)).unwrap();
-            let toml =
-                format!("sensor_mm = 24.0\nbins = {bins}\nunit = \"lx\"\n[[map]]\nname = \"a\"\ndistance_mm = 500.0\n");
-            std::fs::write(path("maps.toml"), toml).unwrap();
-            let mut csv = String::from("map,iy,ix,signal,u\n");
-            for iy in 0..bins {
-                for ix in 0..bins {
-                    let _ = writeln!(csv, "a,{iy},{ix},{},0.5", ix + iy);
-                }
+    /// One map of `bins` whose signal is x + 2·y in bins, without those that `missing` chooses.
+    fn set(bins: [usize; 2], extra: &str, missing: impl Fn(usize, usize) -> bool) -> MapSet {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| camino::Utf8PathBuf::try_from(folder.path().join(name)).unwrap();
+        let toml = format!(
+            "sensor_mm = [24.0, 12.0]\nbins = {bins:?}\nunit = \"lx\"\n{extra}[[map]]\nname = \"a\"\ndistance_mm = 500.0\n"
+        );
+        std::fs::write(path("maps.toml"), toml).unwrap();
+        let mut csv = String::from("map,iy,ix,signal,u\n");
+        for iy in 0..bins[1] {
+            for ix in (0..bins[0]).filter(|&ix| !missing(ix, iy)) {
+                let _ = writeln!(csv, "a,{iy},{ix},{},0.5", ix + 2 * iy);
             }
-            std::fs::write(path("maps.csv"), csv).unwrap();
-            let Observations::Maps(set) = open(&path("maps.toml"), Need::Values).unwrap() else {
-                panic!("maps");
-            };
-            let (coarse, note) = binned(&set);
-            assert_eq!(coarse.bins(), [expected, expected], "{bins}");
-            assert_eq!(note.is_some(), bins != expected);
-            let (signal, u) = coarse.values().unwrap();
-            let factor = (bins / expected) as f64;
-            assert!((signal[0] - (factor - 1.0)).abs() < 1e-12);
-            assert!((u[0] - 0.5 / factor).abs() < 1e-12);
         }
+        std::fs::write(path("maps.csv"), csv).unwrap();
+        let Observations::Maps(set) = open(&path("maps.toml"), Need::Values).unwrap() else {
+            panic!("maps");
+        };
+        set
+    }
+
+    /// Every mean is the signal at its place, and the mean of all bins' squares is kept.
+    fn assert_is_averaged(set: &MapSet, coarse: &MapSet) {
+        let ([width, height], [nx, ny]) = (set.sensor_mm(), set.bins());
+        let (signal, u) = coarse.values().unwrap();
+        let mut information = 0.0;
+        for (i, (signal, u)) in signal.iter().zip(u).enumerate() {
+            let [x, y] = coarse.place_mm(i);
+            let (ix, iy) = (
+                (x / width + 0.5) * nx as f64 - 0.5,
+                (y / height + 0.5) * ny as f64 - 0.5,
+            );
+            assert!((signal - (ix + 2.0 * iy)).abs() < 1e-9, "{i}: {signal} at {ix}, {iy}");
+            information += (0.5 / u).powi(2);
+        }
+        assert!(
+            (information - set.cells().len() as f64).abs() < 1e-6,
+            "no bin lost: {information}"
+        );
+    }
+
+    #[test]
+    fn maps_of_any_size_are_averaged_to_about_32() {
+        for (bins, expected) in [
+            ([24, 24], [24, 24]),
+            ([40, 40], [40, 40]),
+            ([64, 90], [32, 30]),
+            ([111, 111], [37, 37]),
+            ([257, 257], [32, 32]),
+            ([67, 31], [32, 31]),
+            ([49, 131], [32, 32]),
+        ] {
+            let set = set(bins, "", |_, _| false);
+            let (coarse, notes) = binned(&set);
+            assert_eq!(coarse.bins(), expected, "{bins:?}");
+            assert_eq!(notes.len(), usize::from(bins != expected));
+            assert_is_averaged(&set, &coarse);
+        }
+    }
+
+    #[test]
+    fn missing_and_overexposed_bins_are_left_out_and_counted() {
+        // A dead row, and a corner over full scale.
+        let set = set([257, 64], "full_scale = 370.0\n", |_, iy| iy == 40);
+        let (coarse, notes) = binned(&set);
+        assert_eq!(coarse.bins(), [32, 32]);
+        assert!(notes[0].starts_with("49 bins at full scale"), "{notes:?}");
+        assert!(notes[1].contains("averages lack bins"), "{notes:?}");
+        assert!(coarse.values().unwrap().0.iter().all(|signal| *signal < 370.0));
+        let most = set.cells().len();
+        let few: usize = set.values().unwrap().0.iter().filter(|signal| **signal < 370.0).count();
+        assert_eq!(most - few, 49);
     }
 }

@@ -98,14 +98,15 @@ impl Model {
                 exposure = law(values, exposure);
             }
             let lamp: f64 = chain.lamp.iter().map(|(law, values)| law(values, map.time_s)).product();
-            let light_lx = |cell: &Cell| {
+            let light_lx = |&index: &usize| {
                 if map.capped {
                     return 0.0;
                 }
-                let from_lamp = if map.lamp { bench.lamp_lx(cell) * lamp } else { 0.0 };
+                let place = DVec2::from_array(maps.place_mm(index));
+                let from_lamp = if map.lamp { bench.lamp_lx(place) * lamp } else { 0.0 };
                 from_lamp + background_lx
             };
-            let mut lights: Vec<f64> = indices.iter().map(|&index| light_lx(&maps.cells()[index])).collect();
+            let mut lights: Vec<f64> = indices.iter().map(light_lx).collect();
             for (law, values) in &chain.blur {
                 lights = blur(
                     &lights,
@@ -221,9 +222,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Mean over a bin of the lamp's illuminance times the sensor's factors, the lamp being stable.
-    fn lamp_lx(&self, cell: &Cell) -> f64 {
-        let middle = (DVec2::new(cell.ix as f64, cell.iy as f64) + 0.5) * self.bin_mm - 0.5 * self.size_mm;
+    /// Mean over a bin about `middle` of the lamp's illuminance times the sensor's factors, the lamp being stable.
+    fn lamp_lx(&self, middle: DVec2) -> f64 {
         let sum: f64 = self
             .nodes
             .iter()

@@ -73,7 +73,7 @@ fn yes() -> bool {
 }
 
 /// One bin of one map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Cell {
     /// Number of the map in [`MapSet::maps`].
     pub map: u32,
@@ -94,6 +94,8 @@ pub struct MapSet {
     maps: Vec<MapPose>,
     cells: Vec<Cell>,
     values: Option<(Vec<f64>, Vec<f64>)>,
+    /// Where on the sensor the mean of each cell lies, where that is not the middle of an even grid's bin.
+    places_mm: Option<Vec<[f64; 2]>>,
 }
 
 #[derive(Deserialize)]
@@ -168,8 +170,34 @@ impl MapSet {
             bins,
             cells,
             values,
+            places_mm: None,
             ..template.clone()
         })
+    }
+
+    /// The same cells as means about these places (mm, in the sensor's own frame), one each a cell: what was averaged over blocks of
+    /// unequal size, or over blocks with bins missing.
+    ///
+    /// None where there is not one place for every cell, or one is not finite.
+    pub fn centred_at(self, places_mm: Vec<[f64; 2]>) -> Option<Self> {
+        let possible = places_mm.len() == self.cells.len() && places_mm.iter().flatten().all(|mm| mm.is_finite());
+        possible.then_some(Self {
+            places_mm: Some(places_mm),
+            ..self
+        })
+    }
+
+    /// Where on the sensor the mean of cell number `index` lies, in mm from its middle.
+    pub fn place_mm(&self, index: usize) -> [f64; 2] {
+        if let Some(places_mm) = &self.places_mm {
+            return places_mm[index];
+        }
+        let cell = &self.cells[index];
+        let middle = |i: u32, bins: usize, side_mm: f64| ((f64::from(i) + 0.5) / bins as f64 - 0.5) * side_mm;
+        [
+            middle(cell.ix, self.bins[0], self.sensor_mm[0]),
+            middle(cell.iy, self.bins[1], self.sensor_mm[1]),
+        ]
     }
 
     /// The same sensor at other poses: every bin of every map, without values.
@@ -184,6 +212,7 @@ impl MapSet {
             maps,
             cells,
             values: None,
+            places_mm: None,
             ..self.clone()
         })
     }
@@ -204,6 +233,7 @@ impl MapSet {
             maps: Vec::new(),
             cells: Vec::new(),
             values: None,
+            places_mm: None,
         };
         let positive = |column, found: f64, line| {
             let expected = "finite and above zero";
