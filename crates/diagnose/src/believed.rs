@@ -1,12 +1,15 @@
 //! A model file and the coordinates of observations, as the statistics see them.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use isolux_model::{BelongsTo, Effect, EffectSpec, Model, Refined, Role, ShapeTrust, Stage, catalogue};
+use isolux_model::{BelongsTo, DirectionError, Effect, EffectSpec, Model, Refined, Role, ShapeTrust, Stage, catalogue};
+use isolux_record::ReadingKind;
 use isolux_record::observation::{MapSet, MapUnit, ReadingCoordinates, SpectraSet};
 use nalgebra::DVector;
 
 use crate::forward::{Forward, Hypothesis, Searchable, Spread};
+use crate::reference::Errors;
 
 /// Where the rows of one observation file come from.
 #[derive(Debug, Clone)]
@@ -60,8 +63,10 @@ struct Recipe {
 
 /// What is believed of the first of these terms after the level; of the k-th a k-th of it.
 const SHAPE_SIGMA: f64 = 0.3;
-/// Even Chebyshev terms of ln I that an analyst refits.
+/// Even Chebyshev terms of ln I that an analyst refits, where the readings have as many |γ|.
 const LN_SHAPE_TERMS: usize = 9;
+/// Angles closer than this count as one: what a term does between two of them no reading sees but through the emitter's extent.
+const APART_DEG: f64 = 0.5;
 
 impl Believed {
     /// Joins a model with coordinates. `gamma_max_deg` is the largest |γ| that any of the readings to be fitted has.
@@ -88,8 +93,9 @@ impl Believed {
             if refined.ln_shape.is_empty() {
                 refined.gamma_max_deg = reach(&parts);
             }
-            refined.ln_shape.resize(refined.ln_shape.len().max(LN_SHAPE_TERMS), 0.0);
-            nuisance.extend((0..LN_SHAPE_TERMS).map(Nuisance::LnShape));
+            let terms = LN_SHAPE_TERMS.min(distinct_gammas(&parts)).max(1);
+            refined.ln_shape.resize(refined.ln_shape.len().max(terms), 0.0);
+            nuisance.extend((0..terms).map(Nuisance::LnShape));
         } else if smooth && absolute {
             refined.ln_shape.resize(refined.ln_shape.len().max(1), 0.0);
             nuisance.push(Nuisance::LnShape(0));
@@ -530,6 +536,20 @@ impl Forward for Believed {
         self.nuisance.iter().map(weight).collect()
     }
 
+    fn common_errors(&self) -> Errors {
+        let model = self.model.with_refined(self.refined.clone());
+        let mut all = BTreeMap::new();
+        let mut start = 0;
+        for (part, rows) in self.parts.iter().zip(row_ranges(&self.parts)) {
+            for error in direction_errors(&model, part) {
+                let rows = error.errors.into_iter().map(|(row, value)| (start + row, value));
+                all.entry(error.direction).or_insert_with(Vec::new).extend(rows);
+            }
+            start = rows.end;
+        }
+        all.into_values().collect()
+    }
+
     fn effects(&self) -> &[Searchable] {
         &self.searchable
     }
@@ -565,6 +585,28 @@ fn reach(parts: &[Part]) -> f64 {
     largest.min(180.0)
 }
 
+/// How many |γ| of lit readings are apart from each other: a shape of more terms than that would wiggle between them as it likes, and through the
+/// parallax of an extended emitter such a wiggle looks like a distance.
+fn distinct_gammas(parts: &[Part]) -> usize {
+    let mut gammas: Vec<f64> = parts
+        .iter()
+        .flat_map(|part| match part {
+            Part::Readings(readings) => readings.as_slice(),
+            _ => &[],
+        })
+        .filter(|at| at.kind == ReadingKind::Lit)
+        .map(|at| at.gamma_deg.abs())
+        .collect();
+    gammas.sort_by(f64::total_cmp);
+    let (mut count, mut last) = (0, f64::NEG_INFINITY);
+    for gamma in gammas {
+        if gamma > last + APART_DEG {
+            (count, last) = (count + 1, gamma);
+        }
+    }
+    count
+}
+
 /// Every combination of one value from each grid; one empty combination for no grids.
 fn product(grids: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
@@ -583,6 +625,15 @@ fn product(grids: &[Vec<f64>]) -> Vec<Vec<f64>> {
     all
 }
 
+/// What the noise of each direction of the model's distribution does to the rows of a part.
+pub fn direction_errors(model: &Model, part: &Part) -> Vec<DirectionError> {
+    match part {
+        Part::Readings(readings) => model.direction_errors_of_readings(readings),
+        Part::Maps(maps) => model.direction_errors_of_maps(maps),
+        Part::Spectra(..) => Vec::new(),
+    }
+}
+
 /// The range of rows of each part.
 pub fn row_ranges(parts: &[Part]) -> Vec<Range<usize>> {
     let mut start = 0;
@@ -598,4 +649,31 @@ pub fn row_ranges(parts: &[Part]) -> Vec<Range<usize>> {
             start - length..start
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shape_has_no_more_terms_than_angles_that_hold_it() {
+        let at = |gamma_deg: f64, kind: ReadingKind| ReadingCoordinates {
+            kind,
+            time_s: None,
+            c_deg: 0.0,
+            gamma_deg,
+            distance_mm: 2000.0,
+            travel: 0,
+            range: None,
+            ambient_c: None,
+        };
+        // Four angles, both signs, read back with an encoder's dust; darks hold no shape.
+        let mut readings: Vec<ReadingCoordinates> = (-3..=3)
+            .map(|k| at(8.0 * f64::from(k) + 0.01 * f64::from(k % 2), ReadingKind::Lit))
+            .collect();
+        readings.extend((0..9).map(|k| at(10.0 * f64::from(k), ReadingKind::Baffled)));
+        assert_eq!(distinct_gammas(&[Part::Readings(readings)]), 4);
+        let fine = (0..400).map(|k| at(0.2 * f64::from(k), ReadingKind::Lit)).collect();
+        assert!(distinct_gammas(&[Part::Readings(fine)]) > 100);
+    }
 }

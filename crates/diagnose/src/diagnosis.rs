@@ -6,7 +6,7 @@ use isolux_model::{Effect, Model, Role, UncertaintyScale};
 use isolux_record::observation::Observations;
 use nalgebra::{DMatrix, DVector};
 
-use crate::believed::{Believed, Part};
+use crate::believed::{Believed, Part, direction_errors};
 use crate::document::{
     BlindSpot, Document, EffectEntry, EvidenceEntry, GapEntry, HeldOutEntry, Independence, NoiseEntry, ParameterEntry,
     PlaceEntry, RankedEntry, UnexplainedEntry, Verdict,
@@ -16,6 +16,7 @@ use crate::forward::{Forward, Hypothesis};
 use crate::held_out;
 use crate::next::{self, Next};
 use crate::observe::{Observed, observed};
+use crate::reference::{self, Errors};
 use crate::rounding::Rounding;
 use crate::search::{Label, Outcome, Settings, search};
 use crate::table::Row;
@@ -349,7 +350,10 @@ fn gap(
     let n = rows.len() as f64;
     let parameters = outcome.after.jacobian.ncols() as f64;
     let all = |values: &DVector<f64>| rms(values.iter().copied());
-    let (first, after, floor) = (all(before), all(left), ((n - parameters).max(1.0) / n).sqrt());
+    let variance = reference::variance(&outcome.errors, rows.len());
+    let sigma = rows.iter().map(|row| outcome.noise.scale * row.u);
+    let floor = floor(variance.iter().copied().zip(sigma)) * ((n - parameters).max(1.0) / n).sqrt();
+    let (first, after) = (all(before), all(left));
     let named = !outcome.after.hypotheses.is_empty();
     let (held_out, held_out_note) = match (named, kept_back.is_empty()) {
         (false, _) => (
@@ -369,6 +373,16 @@ fn gap(
         held_out,
         held_out_note,
     }
+}
+
+/// The rms that noise alone leaves, in σ of the readings: theirs, and what the noise of the model's own distribution adds (variance, σ of each).
+fn floor(rows: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (variance, sigma) in rows {
+        sum += 1.0 + variance / (sigma * sigma);
+        count += 1.0;
+    }
+    if count > 0.0 { f64::sqrt(sum / count) } else { 1.0 }
 }
 
 /// The held-out gap is only worth saying where the added effects should show there: their change, in σ, as a whole.
@@ -407,7 +421,16 @@ fn given_back(believed: &Believed, outcome: &Outcome, kept_back: &[Observed]) ->
         return (None, "the held-out readings could not be predicted".to_owned());
     };
     let mut sums = (0.0, 0.0, 0.0, 0_usize);
+    let mut squares = 0.0;
     for held in kept_back {
+        for error in direction_errors(&after, &held.part) {
+            let sigma = |row: usize| outcome.noise.scale * held.rows[row].u;
+            squares += error
+                .errors
+                .iter()
+                .map(|&(row, value)| (value / sigma(row)).powi(2))
+                .sum::<f64>();
+        }
         let (Some(first), Some(second)) = (predicted(&baseline, &held.part), predicted(&after, &held.part)) else {
             return (None, "the held-out readings could not be predicted".to_owned());
         };
@@ -424,7 +447,7 @@ fn given_back(believed: &Believed, outcome: &Outcome, kept_back: &[Observed]) ->
     held_out_entry(
         (sums.0 / n).sqrt(),
         (sums.1 / n).sqrt(),
-        1.0,
+        (1.0 + squares / n).sqrt(),
         sums.3,
         sums.2.sqrt(),
         note,
@@ -476,12 +499,8 @@ fn without(
             },
         ),
     );
-    let whitener = Whitener {
-        sequence: &outcome.sequence,
-        rounding: &outcome.rounding,
-        row_scale: scale,
-        rho: outcome.noise.rho,
-    };
+    let (sequence, rounding) = (&outcome.sequence, &outcome.rounding);
+    let whitener = Whitener::new(sequence, rounding, scale, outcome.noise.rho, &outcome.errors);
     let measured = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.measured));
     let start = &outcome.baseline.nuisance;
     let fits = nuisance_tangents(believed, start).and_then(|tangents| {
@@ -494,12 +513,8 @@ fn without(
     let pick: Vec<usize> = (0..rows.len()).filter(|&i| held.rows[i]).collect();
     let sigma = |i: usize| outcome.noise.scale * rows[i].u;
     let alone = Rounding::default();
-    let plain = Whitener {
-        sequence: &outcome.sequence,
-        rounding: &alone,
-        row_scale: DVector::from_fn(rows.len(), |i, _| 1.0 / sigma(i)),
-        rho: 0.0,
-    };
+    let each = DVector::from_fn(rows.len(), |i, _| 1.0 / sigma(i));
+    let plain = Whitener::new(sequence, &alone, each, 0.0, &Errors::new());
     let u_predicted = derivatives(believed, &plain, &after).map_or(0.0, |slopes| {
         let slopes = slopes.select_rows(&pick);
         let covariance = after.covariance(outcome.noise.scale);
@@ -521,10 +536,12 @@ fn without(
         .map(|&i| ((after.prediction[i] - baseline.prediction[i]) / sigma(i)).powi(2))
         .sum::<f64>()
         .sqrt();
+    let variance = reference::variance(&outcome.errors, rows.len());
+    let floor = floor(pick.iter().map(|&i| (variance[i], sigma(i))));
     Ok(held_out_entry(
         of(&baseline),
         of(&after),
-        1.0,
+        floor,
         pick.len(),
         visible,
         held.note,

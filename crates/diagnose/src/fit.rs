@@ -1,9 +1,12 @@
 //! Weighted Gauss–Newton: nuisance and effects together, with the full non-linear model.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::inverse_of_normal;
 use crate::forward::{Forward, Hypothesis, Searchable};
+use crate::reference::{Errors, Reference};
 use crate::rounding::Rounding;
 use crate::whitening::Sequence;
 
@@ -18,9 +21,32 @@ pub struct Whitener<'a> {
     pub rounding: &'a Rounding,
     /// Serial correlation.
     pub rho: f64,
+    /// What rows share because the model's distribution was measured, prepared for all of the above.
+    pub reference: Arc<Reference>,
 }
 
-impl Whitener<'_> {
+impl<'a> Whitener<'a> {
+    /// For rows of this order, scale and rounding, with serial correlation `rho` and common `errors`.
+    pub fn new(
+        sequence: &'a Sequence,
+        rounding: &'a Rounding,
+        row_scale: DVector<f64>,
+        rho: f64,
+        errors: &Errors,
+    ) -> Self {
+        let reference = Reference::new(errors, row_scale.len(), &row_scale, |matrix| {
+            rounding.whiten(&row_scale, matrix);
+            sequence.whiten(rho, matrix);
+        });
+        Self {
+            sequence,
+            row_scale,
+            rounding,
+            rho,
+            reference: Arc::new(reference),
+        }
+    }
+
     /// Whitens columns in place.
     pub fn apply(&self, matrix: &mut DMatrix<f64>) {
         for mut column in matrix.column_iter_mut() {
@@ -28,6 +54,7 @@ impl Whitener<'_> {
         }
         self.rounding.whiten(&self.row_scale, matrix);
         self.sequence.whiten(self.rho, matrix);
+        self.reference.whiten(matrix);
     }
 
     /// A whitened copy of one vector.

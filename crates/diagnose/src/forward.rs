@@ -2,6 +2,8 @@
 
 use nalgebra::DVector;
 
+use crate::reference::Errors;
+
 /// One effect with values: its linear amplitudes and its shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hypothesis {
@@ -101,6 +103,10 @@ pub trait Forward: Sync {
     /// 1/σ² of what is believed of each nuisance parameter before any data; 0 where nothing is.
     fn nuisance_weights(&self) -> Vec<f64> {
         vec![0.0; self.nuisances()]
+    }
+    /// Errors that rows share because the model was made from a measurement itself, one list of rows and standard deviations each.
+    fn common_errors(&self) -> Errors {
+        Errors::new()
     }
     /// The effects that could be missing, those already in the model left out.
     fn effects(&self) -> &[Searchable];

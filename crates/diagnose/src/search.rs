@@ -129,6 +129,7 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         after: current,
         noise,
         rounding: bench.rounding,
+        errors: bench.errors,
         p_global,
         rivalries,
         unexplained,

@@ -1,6 +1,7 @@
 //! Mistakes that a diagnosis can make, one test each, on a bench of a few lines with a known law.
 
 use isolux_diagnose::forward::{Forward, Hypothesis, Searchable, Spread};
+use isolux_diagnose::reference::Errors;
 use isolux_diagnose::rivals::rivals;
 use isolux_diagnose::search::{Label, Outcome, Settings, search};
 use isolux_diagnose::table::{Light, Row, Source};
@@ -15,6 +16,8 @@ struct Toy {
     effects: Vec<Searchable>,
     /// The warm-up of the truth is not the formula of the effect: a share of it is slower.
     true_second: f64,
+    /// What the noise of the model's own distribution does to the rows, where it is stated.
+    errors: Errors,
 }
 
 const DRIFT: usize = 0;
@@ -89,6 +92,7 @@ impl Toy {
             rows,
             effects,
             true_second: 0.0,
+            errors: Errors::new(),
         };
         let clean = toy.signal(&[], 0.0);
         for (row, lx) in toy.rows.iter_mut().zip(clean) {
@@ -155,6 +159,10 @@ impl Toy {
 impl Forward for Toy {
     fn nuisances(&self) -> usize {
         3
+    }
+
+    fn common_errors(&self) -> Errors {
+        self.errors.clone()
     }
 
     fn effects(&self) -> &[Searchable] {
@@ -224,6 +232,38 @@ fn correlated_noise_is_no_effect() {
         .filter(|&seed| toy.diagnose(&toy.measured(&[], 0.5, 100 + seed)).p_global <= 0.01)
         .count();
     assert!(alarms <= 2, "{alarms} of 24 clean scans with ρ = 0.5 raised an alarm");
+}
+
+/// A reference of one reading a direction is wrong there by its noise, however often the bench looks again: that is no effect of the bench.
+#[test]
+fn noise_of_the_reference_is_no_effect() {
+    let mut toy = Toy::new(8, true, true);
+    let plain = toy.signal(&[], 0.0);
+    let directions: Vec<Vec<usize>> = (0..29)
+        .map(|k| {
+            let at = |row: &Row| row.light == Light::Lit && (row.gamma_deg - (5.0 * f64::from(k) - 70.0)).abs() < 1.0;
+            (0..toy.rows.len()).filter(|&i| at(&toy.rows[i])).collect()
+        })
+        .collect();
+    let errors: Errors = directions
+        .iter()
+        .map(|rows| rows.iter().map(|&i| (i, 0.005 * plain[i])).collect())
+        .collect();
+    let mut alarms = [0, 0];
+    for seed in 0..8 {
+        let mut rng = ChaCha8Rng::seed_from_u64(900 + seed);
+        let mut rows = toy.measured(&[], 0.0, 700 + seed);
+        for error in &errors {
+            let off: f64 = rng.sample(StandardNormal);
+            error.iter().for_each(|&(i, u)| rows[i].measured += u * off);
+        }
+        for (stated, alarms) in alarms.iter_mut().enumerate() {
+            toy.errors = if stated == 1 { errors.clone() } else { Errors::new() };
+            *alarms += usize::from(toy.diagnose(&rows).p_global <= 0.01);
+        }
+    }
+    assert!(alarms[0] >= 6, "{} of 8 unstated", alarms[0]);
+    assert!(alarms[1] <= 1, "{} of 8 stated", alarms[1]);
 }
 
 /// Thresholds on single tests raise alarms by the dozen; the whole scan's own noise does not.

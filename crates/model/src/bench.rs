@@ -255,6 +255,16 @@ impl Model {
             .collect()
     }
 
+    /// Where the detector truly is in the luminaire's frame (mm), and the direction that meets it at right angles.
+    pub(crate) fn detector_places(&self, readings: &[ReadingCoordinates]) -> Vec<(DVec3, DVec3)> {
+        let chain = Chain::new(self);
+        let place = |at: &ReadingCoordinates| {
+            let mounting = chain.mounting(&chain.axes(at));
+            (mounting.detector_mm, mounting.facing)
+        };
+        readings.iter().map(place).collect()
+    }
+
     /// The illuminance in lx that the meter would show at one coordinate. For many, [`Model::predict_readings`] is quicker.
     pub fn predict_reading(&self, at: &ReadingCoordinates) -> f64 {
         self.predict_readings(std::slice::from_ref(at))[0]

@@ -82,6 +82,35 @@ pub struct Uncertainty {
     /// Relative, of the luminous efficacy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ler_rel: Option<f64>,
+    /// Of each direction of the distribution on its own (the noise of its reading), relative to its intensity; adds in squares to
+    /// `direction_cd`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction_rel: Option<f64>,
+    /// The same in candela, however little light there is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction_cd: Option<f64>,
+}
+
+impl Uncertainty {
+    /// Standard uncertainty of one direction of intensity `intensity_cd` on its own, independent of every other direction; 0 where nothing is
+    /// stated.
+    pub fn of_direction_cd(&self, intensity_cd: f64) -> f64 {
+        (self.direction_rel.unwrap_or(0.0) * intensity_cd).hypot(self.direction_cd.unwrap_or(0.0))
+    }
+
+    /// The first key whose value no uncertainty can have.
+    pub(crate) fn impossible(&self) -> Option<&'static str> {
+        [
+            ("intensity_rel", self.intensity_rel),
+            ("flux_rel", self.flux_rel),
+            ("ler_rel", self.ler_rel),
+            ("direction_rel", self.direction_rel),
+            ("direction_cd", self.direction_cd),
+        ]
+        .into_iter()
+        .find(|(_, value)| value.is_some_and(|value| !(value.is_finite() && value >= 0.0)))
+        .map(|(key, _)| key)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

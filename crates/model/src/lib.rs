@@ -7,6 +7,7 @@
 //! Frames: luminaire with the light centre at the origin, d(C, γ) = (sin γ cos C, sin γ sin C, cos γ); lengths in mm.
 
 mod bench;
+mod direction_noise;
 mod document;
 pub mod effects;
 mod emitter;
@@ -25,6 +26,7 @@ mod shine;
 mod spectrum;
 
 pub use bench::{CorrectedReading, NoInverse};
+pub use direction_noise::DirectionError;
 pub use document::{Precision, ShapeTrust, Trust, Uncertainty, UncertaintyScale};
 pub use effects::{BelongsTo, Effect, EffectError, EffectSpec, ParameterSpec, Role, Stage, catalogue};
 pub use emitter::{Emitter, EmitterError, Node, gauss_legendre};

@@ -71,6 +71,37 @@ impl Luminaire {
     pub(crate) fn intensity_cd(&self, c_deg: f64, gamma_deg: f64) -> f64 {
         self.lookup.at(&self.distribution, c_deg, gamma_deg)
     }
+
+    /// The directions of the file between which (C, γ) lies, by their number `[ic * ng + ig]`, with their bilinear weights; all half-planes of a
+    /// pole are its first one. Weights are 0 outside the file's γ.
+    pub(crate) fn corners(&self, c_deg: f64, gamma_deg: f64) -> [(usize, f64); 4] {
+        let (cs, gammas) = (self.distribution.c_deg(), self.distribution.gamma_deg());
+        let (planes, last) = (cs.len(), gammas.len() - 1);
+        if gamma_deg < gammas[0] || gamma_deg > gammas[last] {
+            return [(0, 0.0); 4];
+        }
+        let low = (gammas.partition_point(|at| *at <= gamma_deg).max(1) - 1).min(last - 1);
+        let v = (gamma_deg - gammas[low]) / (gammas[low + 1] - gammas[low]);
+        let turned = c_deg.rem_euclid(360.0);
+        let next = cs.partition_point(|at| *at <= turned) % planes;
+        let before = (next + planes - 1) % planes;
+        let gap = (cs[next] - cs[before]).rem_euclid(360.0);
+        let u = if gap == 0.0 {
+            0.0
+        } else {
+            (turned - cs[before]).rem_euclid(360.0) / gap
+        };
+        let number = |plane: usize, row: usize| {
+            let pole = gammas[row] == 0.0 || gammas[row] == 180.0;
+            if pole { row } else { plane * gammas.len() + row }
+        };
+        [
+            (number(before, low), (1.0 - u) * (1.0 - v)),
+            (number(before, low + 1), (1.0 - u) * v),
+            (number(next, low), u * (1.0 - v)),
+            (number(next, low + 1), u * v),
+        ]
+    }
 }
 
 /// C and γ of a direction of any length; γ in [0, 180].

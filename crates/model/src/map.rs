@@ -130,6 +130,37 @@ impl Model {
         signal
     }
 
+    /// Where each cell truly is in the luminaire's frame (mm), the direction that meets it at right angles, and the signal of one lux there in the unit
+    /// of the maps, the sensor's own factors apart; none where no light of the lamp comes.
+    pub(crate) fn cell_places(&self, maps: &MapSet) -> Vec<Option<(DVec3, DVec3, f64)>> {
+        let chain = Chain::default();
+        let shine = Shine::new(self);
+        let scale = match maps.unit() {
+            MapUnit::Relative => self.refined().map_gain,
+            MapUnit::Lux => 1.0,
+            MapUnit::WattPerSquareMetre => self.ler_lm_per_w().map_or(f64::NAN, f64::recip),
+        };
+        let benches: Vec<Bench<'_>> = maps
+            .maps()
+            .iter()
+            .map(|map| Bench::new(&chain, &shine, map, maps))
+            .collect();
+        let place = |index: usize| {
+            let number = maps.cells()[index].map as usize;
+            let (map, bench) = (&maps.maps()[number], &benches[number]);
+            let place = DVec2::from_array(maps.place_mm(index)).extend(0.0);
+            (map.lamp && !map.capped).then(|| {
+                let point_mm = bench.rotation * place + bench.centre_mm;
+                (
+                    point_mm,
+                    bench.facing,
+                    scale * map.exposure * self.lamp_factor(map.time_s),
+                )
+            })
+        };
+        (0..maps.cells().len()).map(place).collect()
+    }
+
     /// The placement of a sensor with the effects on it: where it truly stands, and the source before it.
     pub fn placement(&self, pose: SensorPose) -> Placement {
         let mut placement = Placement {

@@ -164,6 +164,12 @@ impl Model {
                 "its numbers must be finite, its angles above zero".into(),
             ));
         }
+        if let Some(key) = document.u.and_then(|u| u.impossible()) {
+            return Err(fault(
+                &format!("luminaire.u.{key}"),
+                "must be finite and not negative".into(),
+            ));
+        }
         let trust = document.trust.clone().unwrap_or_default();
         if trust.c_harmonics.contains(&0) {
             return Err(fault(

@@ -120,6 +120,31 @@ impl<'m> Shine<'m> {
             .sum()
     }
 
+    /// What each direction of the distribution has to do with [`illuminance_lx`](Self::illuminance_lx): its number (`[ic * ng + ig]`) and the
+    /// derivative in lx/cd, added up by `sink`.
+    pub fn shares(&self, point_mm: DVec3, facing: DVec3, mut sink: impl FnMut(usize, f64)) {
+        let reach = self.extent_mm / point_mm.length();
+        let nodes = if self.lobe.is_none() && reach * reach < POINT_LIKE {
+            std::slice::from_ref(&self.centre)
+        } else {
+            &self.nodes
+        };
+        let left = self.sectors.as_ref().map_or(1.0, |sectors| sectors.left_at(point_mm));
+        for node in nodes {
+            let path = point_mm - node.position_mm;
+            let (c_deg, gamma_deg) = angles_deg(path);
+            let bare_cd = self.luminaire.intensity_cd(c_deg, gamma_deg);
+            if bare_cd > 0.0 {
+                let lx_per_cd = left * node.weight * self.of_node(node, point_mm, facing) / bare_cd;
+                for (direction, weight) in self.luminaire.corners(c_deg, gamma_deg) {
+                    if weight > 0.0 {
+                        sink(direction, weight * lx_per_cd);
+                    }
+                }
+            }
+        }
+    }
+
     fn of_node(&self, node: &Node, point_mm: DVec3, facing: DVec3) -> f64 {
         let path = point_mm - node.position_mm;
         let square = path.length_squared();

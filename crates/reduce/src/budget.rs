@@ -96,3 +96,68 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
         ],
     )
 }
+
+/// What the intensity of each direction is uncertain by on its own (scatter and rounding of its readings): relative, and in candela, adding in squares.
+///
+/// The law that fits the directions' own uncertainties best, in relative terms: Σ ((a² + b²·I²)/u² − 1)² least, a² and b² not negative.
+pub fn noise_of_directions(grid: &Grid) -> (f64, f64) {
+    let (mut aa, mut ab, mut bb, mut a1, mut b1) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for sample in &grid.nodes {
+        let variance = sample.u_noise_cd.powi(2) + sample.u_digit_cd.powi(2);
+        if variance > 0.0 {
+            let (a, b) = (1.0 / variance, sample.intensity_cd.powi(2) / variance);
+            aa += a * a;
+            ab += a * b;
+            bb += b * b;
+            a1 += a;
+            b1 += b;
+        }
+    }
+    let alone = |square: f64, sum: f64| if square > 0.0 { sum / square } else { 0.0 };
+    let determinant = aa * bb - ab * ab;
+    let (mut floor, mut slope) = (0.0, 0.0);
+    if determinant > 1e-12 * aa * bb {
+        (floor, slope) = ((bb * a1 - ab * b1) / determinant, (aa * b1 - ab * a1) / determinant);
+    }
+    if slope <= 0.0 {
+        (floor, slope) = (alone(aa, a1), 0.0);
+    } else if floor < 0.0 {
+        (floor, slope) = (0.0, alone(bb, b1));
+    }
+    (slope.sqrt(), floor.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::Sample;
+
+    #[test]
+    fn the_noise_of_directions_has_a_floor_and_a_share() {
+        let law = |floor_cd: f64, share: f64| {
+            let nodes: Vec<Sample> = (0..=35)
+                .map(|i| {
+                    let gamma_deg = 2.0 * f64::from(i);
+                    let intensity_cd = 300.0 * gamma_deg.to_radians().cos().powi(5);
+                    Sample {
+                        c_deg: 0.0,
+                        gamma_deg,
+                        closing: false,
+                        true_c_deg: 0.0,
+                        true_gamma_deg: gamma_deg,
+                        intensity_cd,
+                        u_noise_cd: (share * intensity_cd).hypot(0.8 * floor_cd),
+                        u_digit_cd: 0.6 * floor_cd,
+                        display: None,
+                    }
+                })
+                .collect();
+            noise_of_directions(&Grid::new(&nodes).unwrap())
+        };
+        for (floor_cd, share) in [(0.02, 0.001), (0.02, 0.0), (0.0, 0.001)] {
+            let (found_share, found_floor) = law(floor_cd, share);
+            assert!((found_share - share).abs() < 1e-6, "{found_share}");
+            assert!((found_floor - floor_cd).abs() < 2e-4 * 0.02, "{found_floor}");
+        }
+    }
+}

@@ -7,6 +7,7 @@ use isolux_record::run::Run;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
+use crate::budget::noise_of_directions;
 use crate::error::ReduceError;
 use crate::{Drift, Reduction, SENSOR_MM};
 
@@ -180,7 +181,7 @@ fn model_toml(reduction: &Reduction, run_files: &[(String, Vec<u8>)]) -> String 
     }
     text.push_str("emitter = { shape = \"disc\", diameter_mm = 1.0 }\n\n");
     text.push_str("[luminaire.trust]\nshape = \"smooth\"\nc_harmonics = [2]\n\n");
-    // Relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy.
+    // Relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy; what each direction has on its own.
     text.push_str(&format!(
         "[luminaire.u]\nintensity_rel = {:.6}\nflux_rel = {:.6}\n",
         reduction.sensor_illuminance.u_rel(),
@@ -189,6 +190,10 @@ fn model_toml(reduction: &Reduction, run_files: &[(String, Vec<u8>)]) -> String 
     if let Some(spectral) = &reduction.spectral {
         text.push_str(&format!("ler_rel = {:.6}\n", spectral.ler.u_rel()));
     }
+    let (direction_rel, direction_cd) = noise_of_directions(&reduction.grid);
+    text.push_str(&format!(
+        "direction_rel = {direction_rel:.8}\ndirection_cd = {direction_cd:.6}\n"
+    ));
     text.push_str("\n[luminaire.provenance]\n");
     for (file, hash) in hashes(run_files) {
         if file == "readings.csv" {

@@ -1,5 +1,7 @@
 //! The rows under test, their noise, and every candidate whitened with it.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::{Basis, inverse_of_normal};
@@ -7,6 +9,7 @@ use crate::dictionary::Dictionary;
 use crate::evidence::ln_sum_exp;
 use crate::fit::{Fit, Whitener, fit, nuisance_tangents};
 use crate::forward::{Forward, Hypothesis};
+use crate::reference::{Errors, Reference};
 use crate::rivals::{Rival, rivals};
 use crate::rounding::Rounding;
 use crate::scan::{Found, Scan, Who, p_value};
@@ -23,6 +26,10 @@ pub(super) struct Bench<'a, F: Forward + ?Sized> {
     pub(super) u: DVector<f64>,
     pub(super) sequence: &'a Sequence,
     pub(super) rounding: Rounding,
+    /// What the noise of the model's own distribution does to the rows.
+    pub(super) errors: Errors,
+    /// The same, prepared for the present noise.
+    reference: Arc<Reference>,
     pub(super) least_scale: f64,
     pub(super) settings: &'a Settings,
     pub(super) rivals: Vec<Rival>,
@@ -49,12 +56,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             weights: vec![1.0; n],
         };
         let alone = Rounding::default();
-        let plain = Whitener {
-            sequence,
-            rounding: &alone,
-            row_scale: u.map(|u| 1.0 / u),
-            rho: 0.0,
-        };
+        let plain = Whitener::new(sequence, &alone, u.map(|u| 1.0 / u), 0.0, &Errors::new());
         let start = vec![0.0; forward.nuisances()];
         let first = fit(
             forward,
@@ -86,6 +88,8 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             u,
             sequence,
             rounding,
+            errors: forward.common_errors(),
+            reference: Arc::default(),
             least_scale,
             settings,
             rivals,
@@ -105,22 +109,19 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
     }
 
     pub(super) fn whitener(&self) -> Whitener<'_> {
-        self.whitener_with(&self.rounding)
-    }
-
-    pub(super) fn whitener_with<'r>(&self, rounding: &'r Rounding) -> Whitener<'r>
-    where
-        'a: 'r,
-    {
-        let scale = self
-            .u
-            .zip_map(&DVector::from_column_slice(&self.noise.weights), |u, w| w.sqrt() / u);
         Whitener {
             sequence: self.sequence,
-            rounding,
-            row_scale: scale,
+            rounding: &self.rounding,
+            row_scale: self.row_scale(),
             rho: self.noise.rho,
+            reference: Arc::clone(&self.reference),
         }
+    }
+
+    /// √weight / u of each row.
+    fn row_scale(&self) -> DVector<f64> {
+        let weights = DVector::from_column_slice(&self.noise.weights);
+        self.u.zip_map(&weights, |u, weight| weight.sqrt() / u)
     }
 
     pub(super) fn fit(&self, members: &[Hypothesis]) -> Option<Fit> {
@@ -140,12 +141,8 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let raw = &self.measured - &fitted.prediction;
         let limit = if n > 2000 { 120 } else { n / 3 };
         let columns = self.dictionary.columns.select_columns(&self.smooth);
-        let unweighted = Whitener {
-            sequence: self.sequence,
-            rounding: &self.rounding,
-            row_scale: self.u.map(|u| 1.0 / u),
-            rho: 0.0,
-        };
+        let rounding = self.rounding.clone();
+        let unweighted = Whitener::new(self.sequence, &rounding, self.u.map(|u| 1.0 / u), 0.0, &self.errors);
         let parameters = self.parameter_columns(fitted);
         let basis_of = |whitener: &Whitener<'_>| {
             let mut known = parameters.clone();
@@ -172,8 +169,8 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let rho = self.sequence.autocorrelation(&residual, basis.directions());
         // White noise has a correlation of this size by chance.
         self.noise.rho = if rho > 1.5 / freedom.sqrt() { rho } else { 0.0 };
-        let rounding = self.rounding.clone();
-        let whitener = self.whitener_with(&rounding);
+        let whitener = Whitener::new(self.sequence, &rounding, self.row_scale(), self.noise.rho, &self.errors);
+        self.reference = Arc::clone(&whitener.reference);
         let basis = basis_of(&whitener);
         let mut residual = whitener.vector(&raw);
         basis.project_out_vector(&mut residual);

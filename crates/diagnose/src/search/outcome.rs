@@ -4,6 +4,7 @@ use nalgebra::DVector;
 
 use crate::fit::Fit;
 use crate::forward::Hypothesis;
+use crate::reference::Errors;
 use crate::rivals::Rival;
 use crate::rounding::Rounding;
 use crate::table::Coordinate;
@@ -88,6 +89,8 @@ pub struct Outcome {
     pub noise: Noise,
     /// Rows that were rounded alike.
     pub rounding: Rounding,
+    /// What the noise of the model's own distribution does to the rows.
+    pub errors: Errors,
     /// Order of the rows.
     pub sequence: Sequence,
     /// Probability of the first scan under noise alone.

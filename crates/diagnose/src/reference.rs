@@ -1,0 +1,155 @@
+//! Noise of the distribution that the model was made from: all readings of one direction share it, however often they are repeated.
+//!
+//! The covariance of whitened rows is I + Σ b·bᵀ, one b a direction of the distribution. Each term in turn is whitened in closed form, what comes
+//! after it being whitened with it; the vectors stay short, because a direction touches the readings near it alone.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{DMatrix, DVector};
+
+/// A direction that changes everything by less than this many σ in all does not matter.
+const NEGLIGIBLE: f64 = 0.05;
+/// Entries below this share of a vector's largest are left out of it.
+const SMALL: f64 = 1e-3;
+
+/// Rows and what one standard uncertainty of a direction changes of them, in the unit of the rows, one list a direction.
+pub type Errors = Vec<Vec<(usize, f64)>>;
+
+/// The terms, each whitened with those before it.
+#[derive(Debug, Clone, Default)]
+pub struct Reference {
+    terms: Vec<Vec<(usize, f64)>>,
+}
+
+impl Reference {
+    /// Prepares errors for rows that `whiten` makes independent of everything else.
+    pub fn new(errors: &Errors, rows: usize, row_scale: &DVector<f64>, whiten: impl Fn(&mut DMatrix<f64>)) -> Self {
+        /// Columns that are whitened together, so that many directions and many rows do not meet in memory.
+        const BLOCK: usize = 64;
+        let weighs = |error: &&Vec<(usize, f64)>| {
+            let square: f64 = error.iter().map(|&(i, value)| (value * row_scale[i]).powi(2)).sum();
+            square > NEGLIGIBLE * NEGLIGIBLE
+        };
+        let errors: Vec<&Vec<(usize, f64)>> = errors.iter().filter(weighs).collect();
+        let mut prepared = Self::default();
+        let mut at_row: Vec<Vec<usize>> = vec![Vec::new(); if errors.is_empty() { 0 } else { rows }];
+        for block in errors.chunks(BLOCK) {
+            let mut dense = DMatrix::zeros(rows, block.len());
+            for (mut column, error) in dense.column_iter_mut().zip(block) {
+                for &(i, value) in *error {
+                    column[i] = value * row_scale[i];
+                }
+            }
+            whiten(&mut dense);
+            for mut column in dense.column_iter_mut() {
+                let values = column.as_mut_slice();
+                let mut touched: BTreeSet<usize> = BTreeSet::new();
+                for (i, value) in values.iter().enumerate() {
+                    if *value != 0.0 {
+                        touched.extend(&at_row[i]);
+                    }
+                }
+                let mut next = touched.first().copied();
+                while let Some(term) = next {
+                    without(&prepared.terms[term], values);
+                    for &(i, _) in &prepared.terms[term] {
+                        touched.extend(at_row[i].iter().filter(|later| **later > term));
+                    }
+                    next = touched.range(term + 1..).next().copied();
+                }
+                let limit = SMALL * values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+                let term: Vec<(usize, f64)> = values
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, value)| value.abs() > limit)
+                    .map(|(i, value)| (i, *value))
+                    .collect();
+                for &(i, _) in &term {
+                    at_row[i].push(prepared.terms.len());
+                }
+                prepared.terms.push(term);
+            }
+        }
+        prepared
+    }
+
+    /// Makes rows that are independent but for the reference independent of each other, column by column.
+    pub fn whiten(&self, matrix: &mut DMatrix<f64>) {
+        use rayon::prelude::*;
+        let rows = matrix.nrows();
+        if self.terms.is_empty() || rows == 0 {
+            return;
+        }
+        matrix.as_mut_slice().par_chunks_mut(rows).for_each(|column| {
+            for term in &self.terms {
+                without(term, column);
+            }
+        });
+    }
+}
+
+/// The variance that the reference adds to each row.
+pub fn variance(errors: &Errors, rows: usize) -> DVector<f64> {
+    let mut variance = DVector::zeros(rows);
+    for &(i, value) in errors.iter().flatten() {
+        variance[i] += value * value;
+    }
+    variance
+}
+
+/// Whitens rows of covariance I + v·vᵀ: W = I − (1 − 1/√(1+|v|²))·v·vᵀ/|v|².
+fn without(v: &[(usize, f64)], column: &mut [f64]) {
+    let length: f64 = v.iter().map(|(_, v)| v * v).sum();
+    if length == 0.0 {
+        return;
+    }
+    let share = (1.0 - 1.0 / (1.0 + length).sqrt()) / length;
+    let along: f64 = v.iter().map(|&(i, v)| v * column[i]).sum();
+    if along != 0.0 {
+        for &(i, v) in v {
+            column[i] -= share * along * v;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whitening_is_the_inverse_root_of_the_covariance() {
+        // Rows between directions share two of them, as readings between the directions of a grid do.
+        let (rows, directions) = (40, 12);
+        let mut errors: Errors = vec![Vec::new(); directions];
+        for i in 0..rows {
+            let place = i as f64 * (directions - 1) as f64 / rows as f64;
+            let (k, v) = (place as usize, place.fract());
+            errors[k].push((i, 0.8 * (1.0 - v)));
+            errors[k + 1].push((i, 0.8 * v));
+        }
+        let u = DVector::from_fn(rows, |i, _| 0.5 + 0.02 * i as f64);
+        let mut covariance = DMatrix::from_diagonal(&u.map(|u| u * u));
+        for error in &errors {
+            let mut b = DVector::zeros(rows);
+            error.iter().for_each(|&(i, value)| b[i] = value);
+            covariance += &b * b.transpose();
+        }
+        let row_scale = u.map(|u| 1.0 / u);
+        let reference = Reference::new(&errors, rows, &row_scale, |_| {});
+        let mut whitener = DMatrix::from_diagonal(&row_scale);
+        reference.whiten(&mut whitener);
+        let unit = &whitener * covariance * whitener.transpose();
+        assert!((unit - DMatrix::identity(rows, rows)).amax() < 5e-3);
+    }
+
+    #[test]
+    fn a_hundred_looks_at_one_direction_know_it_no_better_than_the_reference() {
+        let errors = vec![(0..100).map(|i| (i, 0.3)).collect::<Vec<_>>()];
+        let row_scale = DVector::from_element(100, 1.0 / 0.1);
+        let reference = Reference::new(&errors, 100, &row_scale, |_| {});
+        let mut column = DMatrix::from_element(100, 1, 1.0 / 0.1);
+        reference.whiten(&mut column);
+        let u_level = 1.0 / column.norm();
+        assert!((u_level - 0.3_f64.hypot(0.01)).abs() < 1e-9, "{u_level}");
+    }
+}
