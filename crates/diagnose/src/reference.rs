@@ -131,7 +131,9 @@ mod tests {
         let mut covariance = DMatrix::from_diagonal(&u.map(|u| u * u));
         for error in &errors {
             let mut b = DVector::zeros(rows);
-            error.iter().for_each(|&(i, value)| b[i] = value);
+            for &(i, value) in error {
+                b[i] = value;
+            }
             covariance += &b * b.transpose();
         }
         let row_scale = u.map(|u| 1.0 / u);

@@ -255,7 +255,9 @@ fn noise_of_the_reference_is_no_effect() {
         let mut rows = toy.measured(&[], 0.0, 700 + seed);
         for error in &errors {
             let off: f64 = rng.sample(StandardNormal);
-            error.iter().for_each(|&(i, u)| rows[i].measured += u * off);
+            for &(i, u) in error {
+                rows[i].measured += u * off;
+            }
         }
         for (stated, alarms) in alarms.iter_mut().enumerate() {
             toy.errors = if stated == 1 { errors.clone() } else { Errors::new() };
