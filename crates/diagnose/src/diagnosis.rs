@@ -575,11 +575,12 @@ fn ranked(believed: &Believed, outcome: &Outcome) -> Vec<Vec<RankedEntry>> {
                 .ranked
                 .iter()
                 .enumerate()
-                .filter(|(rank, ranked)| *rank < 5 || ranked.posterior >= 0.01)
+                .filter(|(rank, ranked)| *rank < 8 || ranked.posterior >= 0.01)
                 .map(|(_, ranked)| RankedEntry {
                     name: label(believed, ranked.label),
                     posterior: ranked.posterior,
                     significance_sigma: ranked.sigma,
+                    ln_evidence: ranked.ln_evidence,
                 })
                 .collect();
             // The row without a name is always there.
@@ -593,6 +594,7 @@ fn ranked(believed: &Believed, outcome: &Outcome) -> Vec<Vec<RankedEntry>> {
                     name: label(believed, unnamed.label),
                     posterior: unnamed.posterior,
                     significance_sigma: unnamed.sigma,
+                    ln_evidence: unnamed.ln_evidence,
                 });
             }
             rows

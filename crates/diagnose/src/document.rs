@@ -121,6 +121,9 @@ pub struct RankedEntry {
     pub posterior: f64,
     /// Its significance in σ.
     pub significance_sigma: f64,
+    /// ln(prior · Bayes factor) behind the probability.
+    #[serde(skip)]
+    pub ln_evidence: f64,
 }
 
 /// What no effect makes.

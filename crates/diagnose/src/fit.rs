@@ -156,6 +156,12 @@ pub fn fit<F: Forward + ?Sized>(
                 let weight = 1.0 / (high - low).powi(2);
                 normal[(k, k)] += weight;
                 gradient[k] -= weight * (state.1[i].shape[j] - 0.5 * (low + high));
+                let spread = forward.effects()[state.1[i].effect].believed[j];
+                let beyond = spread.beyond(state.1[i].shape[j]);
+                if beyond != 0.0 {
+                    normal[(k, k)] += spread.sigma().powi(-2);
+                    gradient[k] -= beyond / spread.sigma();
+                }
             }
         }
         for (k, weight) in weights.iter().enumerate() {
@@ -265,16 +271,21 @@ fn slots<F: Forward + ?Sized>(forward: &F, nuisances: usize, hypotheses: &[Hypot
     slots
 }
 
-/// A weak pull of every shape towards the middle of its bounds, one σ at each end, and of every amplitude back to what is
-/// plausible: what the data do not say stays sane.
+/// A weak pull of every shape towards the middle of its bounds, one σ at each end, and of every shape and amplitude back to what
+/// is plausible: what the data do not say stays sane.
 fn penalty<F: Forward + ?Sized>(forward: &F, hypotheses: &[Hypothesis]) -> f64 {
     let mut sum = 0.0;
     for hypothesis in hypotheses {
         let searchable = &forward.effects()[hypothesis.effect];
-        for ((value, (low, high)), fixed) in hypothesis.shape.iter().zip(&searchable.bounds).zip(&searchable.fixed) {
-            if !fixed {
-                sum += ((value - 0.5 * (low + high)) / (high - low)).powi(2);
-            }
+        for (j, value) in hypothesis
+            .shape
+            .iter()
+            .enumerate()
+            .filter(|(j, _)| !searchable.fixed[*j])
+        {
+            let (low, high) = searchable.bounds[j];
+            sum += ((value - 0.5 * (low + high)) / (high - low)).powi(2);
+            sum += searchable.believed[j].beyond(*value).powi(2);
         }
         sum += searchable.implausibility(&hypothesis.linear);
     }

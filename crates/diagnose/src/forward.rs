@@ -15,7 +15,7 @@ pub struct Hypothesis {
     pub shape: Vec<f64>,
 }
 
-/// A prior of one shape parameter, normal with the spread of a uniform one.
+/// What is believed of one shape parameter: any value of a range alike.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// The middle; none where every value is as likely (an azimuth).
@@ -31,6 +31,19 @@ impl Spread {
             middle: Some(0.5 * (low + high)),
             width: high - low,
         }
+    }
+
+    /// Standard deviation of the normal law that has the density of the uniform one.
+    pub fn sigma(&self) -> f64 {
+        self.width / std::f64::consts::TAU.sqrt()
+    }
+
+    /// How far a value lies outside of the range, signed, in [`sigma`](Self::sigma): belief falls like a normal law there.
+    pub fn beyond(&self, value: f64) -> f64 {
+        self.middle.map_or(0.0, |middle| {
+            let outside = ((value - middle).abs() - 0.5 * self.width).max(0.0);
+            outside.copysign(value - middle) / self.sigma()
+        })
     }
 }
 

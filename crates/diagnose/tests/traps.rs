@@ -326,6 +326,29 @@ fn twins_make_a_set() {
     );
 }
 
+/// A shape that the data leave open wanders to the edge of what is plausible, and beyond: that must not count against its name.
+#[test]
+fn an_open_shape_is_no_mark_against_a_name() {
+    let toy = Toy::new(6, true, true);
+    for seed in 20..24 {
+        let outcome = toy.diagnose(&toy.measured(&[hidden(WARMUP, 0.06, &[1700.0])], 0.0, seed));
+        let posterior = |effect: usize| {
+            let of = |ranked: &&isolux_diagnose::search::Ranked| ranked.label == Label::Named(effect);
+            outcome.rivalries[0]
+                .ranked
+                .iter()
+                .find(of)
+                .map_or(0.0, |ranked| ranked.posterior)
+        };
+        assert!(
+            posterior(WARMUP) > 0.05,
+            "warm-up {}, drift {}",
+            posterior(WARMUP),
+            posterior(DRIFT)
+        );
+    }
+}
+
 /// What the data cannot show is listed, not silently absent.
 #[test]
 fn blind_spots_show() {

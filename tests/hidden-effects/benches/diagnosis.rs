@@ -9,10 +9,11 @@ use std::io::Write as _;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::diagnosis::{Diagnosis, diagnose};
-use isolux_diagnose::document::Verdict;
+use isolux_diagnose::document::{RankedEntry, Verdict};
 use isolux_diagnose::search::Settings;
 use isolux_hidden_effects::case::{self, Case, Order};
-use isolux_hidden_effects::suite::{self, Answer, Class};
+use isolux_hidden_effects::follow_up::follow_up;
+use isolux_hidden_effects::suite::{self, Answer, Class, Next};
 use isolux_hidden_effects::tables::{Calibration, Confusion};
 use isolux_model::Model;
 use isolux_record::observation::{Need, Observations, open};
@@ -145,7 +146,7 @@ fn tell(class: Class, order: &Order, answer: &Answer, case: &Case) {
         .iter()
         .any(|(goal, met)| match *goal {
             "false alarm" | "claimed > 95 % sure, but wrong" => *met,
-            "detected" | "only that name" => false,
+            "detected" | "only that name" | "suggestion settles it" | "ambiguity has a suggestion of 3 σ" => false,
             _ => !met,
         });
     let mark = if bad {
@@ -156,7 +157,7 @@ fn tell(class: Class, order: &Order, answer: &Answer, case: &Case) {
         "·"
     };
     say(&format!(
-        "{mark} {class:?} seed {} ρ {} {:?} → {} {:?} {:?} {:?} {:.1} s strength {:.2?}",
+        "{mark} {class:?} seed {} ρ {} {:?} → {} {:?} {:?} {:?} {:.1} s strength {:.2?} next {:?} ranked {:.3?}",
         order.seed,
         order.rho,
         order.hidden,
@@ -165,7 +166,9 @@ fn tell(class: Class, order: &Order, answer: &Answer, case: &Case) {
         answer.place,
         answer.removed,
         answer.seconds,
-        case.strength
+        case.strength,
+        answer.next,
+        answer.ranked
     ));
 }
 
@@ -186,6 +189,9 @@ fn answer(case: &Case) -> Answer {
     let found = diagnose(&model, &[observations], None, "", &Settings::default()).expect("a diagnosis");
     let seconds = started.elapsed().as_secs_f64();
     let document = &found.document;
+    let gap = (!document.effects.is_empty())
+        .then(|| gap(case, &path, &found))
+        .flatten();
     Answer {
         verdict: match document.verdict {
             Verdict::Consistent => "consistent",
@@ -209,16 +215,32 @@ fn answer(case: &Case) -> Answer {
             .unexplained
             .as_ref()
             .map(|place| format!("{}: {}", place.coordinate, place.note)),
-        removed: (!document.effects.is_empty())
-            .then(|| gap(case, &path, &found))
-            .flatten(),
+        removed: gap.map(|gap| gap.0),
+        removed_of_all: gap.map(|gap| gap.1),
+        next: next(case, &path, &found),
         seconds,
+        ranked: document
+            .ranked
+            .iter()
+            .map(|of_one| {
+                let line = |entry: &RankedEntry| {
+                    (
+                        entry.name.clone(),
+                        entry.posterior,
+                        entry.significance_sigma,
+                        entry.ln_evidence,
+                    )
+                };
+                of_one.iter().take(10).map(line).collect()
+            })
+            .collect(),
     }
 }
 
-/// Held-out gap removed, against noise-free truth: 1 − after²/before², both in true σ.
-fn gap(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<f64> {
-    let residual = |model: &Model, name: &str| -> f64 {
+/// Held-out gap removed, against noise-free truth: (before² − after²)/(before² − floor²), all in true σ, where `floor` is what
+/// a refitted baseline leaves in the same noise with nothing hidden; and the same with a floor of nought.
+fn gap(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<(f64, f64)> {
+    let residual = |model: &Model, name: &str, truth: &dyn Fn(usize) -> f64| -> f64 {
         let file = path.join(name);
         std::fs::write(&file, model.beside_its_files().to_toml()).expect("a model on disk");
         let model = Model::load(&file).expect("the model again");
@@ -234,14 +256,64 @@ fn gap(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<f64> {
             case.truth.len(),
             "one prediction for each held-out row"
         );
-        case.truth
-            .iter()
-            .zip(predicted)
-            .map(|((truth, sigma), value)| ((truth - value) / sigma).powi(2))
-            .sum()
+        let deviation = |(i, value): (usize, f64)| ((truth(i) - value) / case.truth[i].1).powi(2);
+        predicted.into_iter().enumerate().map(deviation).sum()
     };
-    let before = residual(&found.baseline, "baseline.toml");
-    let after = residual(&found.after, "after.toml");
+    let before = residual(&found.baseline, "baseline.toml", &|i| case.truth[i].0);
+    let after = residual(&found.after, "after.toml", &|i| case.truth[i].0);
+    let twin = path.join("without");
+    case.write(twin.as_std_path()).expect("the twin on disk");
+    let values = if case.order.sensor { "maps.csv" } else { "readings.csv" };
+    std::fs::write(twin.join(values), &case.without.values).expect("the twin on disk");
+    let (model, observations) = read(&twin, case);
+    let settings = Settings {
+        nulls: 20,
+        ..Settings::default()
+    };
+    let healthy = diagnose(&model, &[observations], None, "", &settings).ok()?;
+    let floor = residual(&healthy.baseline, "healthy.toml", &|i| case.without.truth[i]);
     // Only where the held-out rows show the effect at all.
-    (before > 16.0).then(|| 1.0 - after / before)
+    (before > floor + 16.0).then(|| ((before - after) / (before - floor), 1.0 - after / before))
+}
+
+/// Suggestions below this separation (σ) are not worth a measurement.
+const WORTH_SIGMA: f64 = 3.0;
+
+/// Carries out the first suggestion of an ambiguous answer and diagnoses old and new data together.
+fn next(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<Next> {
+    let [(hidden, _)] = case.order.hidden.as_slice() else {
+        return None;
+    };
+    if found.document.verdict != Verdict::Ambiguous {
+        return None;
+    }
+    let suggestion = found
+        .document
+        .next_measurement
+        .first()
+        .filter(|entry| entry.expected_sigma >= WORTH_SIGMA);
+    let Some(entry) = suggestion else {
+        return Some(Next {
+            suggested: None,
+            verdict: String::new(),
+            settled: false,
+        });
+    };
+    let plan = found.plans.iter().find(|(file, _)| Some(file) == entry.plan.as_ref())?;
+    let files = follow_up(&case.order, &plan.1)?;
+    let folder = path.join("next");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    for (name, content) in &files {
+        std::fs::write(folder.join(name), content).expect("new data on disk");
+    }
+    let (model, old) = read(path, case);
+    let new = open(&folder.join(files[0].0), Need::Values).expect("new observations");
+    let together = diagnose(&model, &[old, new], None, "", &Settings::default()).expect("a diagnosis");
+    let effects = &together.document.effects;
+    let settled = together.document.verdict == Verdict::Named && effects.len() == 1 && effects[0].name == *hidden;
+    Some(Next {
+        suggested: Some((entry.what, entry.expected_sigma)),
+        verdict: together.document.sentence,
+        settled,
+    })
 }

@@ -39,8 +39,19 @@ pub struct Case {
     pub held_out: (&'static str, String),
     /// Noise-free truth of the held-out rows and their true standard deviation.
     pub truth: Vec<(f64, f64)>,
+    /// The same readings in the same noise with nothing hidden: what the refitted terms alone leave on held-out rows.
+    pub without: Without,
     /// Strength of each hidden effect over its plausible maximum (0 outside the catalogue).
     pub strength: Vec<f64>,
+}
+
+/// A case's readings with nothing hidden.
+#[derive(Debug)]
+pub struct Without {
+    /// In place of the last of the case's files.
+    pub values: String,
+    /// Noise-free truth of the held-out rows.
+    pub truth: Vec<f64>,
 }
 
 /// Makes a case; none where an effect cannot reach the ordered significance within four times its plausible range.
@@ -152,24 +163,45 @@ fn hide(
     Some(hidden)
 }
 
-fn gonio(order: &Order) -> Option<Case> {
-    let mut draws = Draws::new(order.seed, 1);
-    let mut steps = plan::gonio(order.plan, &mut draws);
-    let room = truth::clean_room(draws.between(0.01, 0.03));
-    climate(&mut steps, &mut draws);
-    // The meter changes its range by the light that is there.
-    let plain = truth::readings(room.clone(), &[], &steps);
-    for (step, lx) in steps.iter_mut().zip(&plain) {
-        step.at.range = if *lx < 3.0 {
-            1
-        } else if *lx < 20.0 {
-            2
-        } else {
-            3
-        };
+/// A day at the goniometer before anything is read: the room with what is hidden in it, and its noise.
+pub(crate) struct Day {
+    pub(crate) steps: Vec<Step>,
+    pub(crate) climate: Climate,
+    pub(crate) room: Darkroom,
+    pub(crate) settings: Vec<Setting>,
+    strengths: Vec<f64>,
+    /// Readings with nothing hidden, and with it.
+    plain: Vec<f64>,
+    clean: Vec<f64>,
+    pub(crate) noise: Noise,
+}
+
+/// The noise of one day: relative, floor, and what is stated over what is true.
+#[derive(Clone, Copy)]
+pub(crate) struct Noise {
+    rel: f64,
+    floor: f64,
+    pub(crate) ratio: f64,
+}
+
+impl Noise {
+    pub(crate) fn sigma(self, signal: f64) -> f64 {
+        (self.rel * signal).hypot(self.floor)
     }
+}
+
+pub(crate) fn day(order: &Order, draws: &mut Draws) -> Option<Day> {
+    let mut steps = plan::gonio(order.plan, draws);
+    let room = truth::clean_room(draws.between(0.01, 0.03));
+    let climate = Climate::draw(draws);
+    for step in &mut steps {
+        step.at.ambient_c = climate.at(step.at.time_s);
+    }
+    let plain = truth::readings(room.clone(), &[], &steps);
+    set_ranges(&mut steps, &plain);
     let (rel, floor) = (draws.between(0.002, 0.006), draws.between(0.004, 0.014));
-    let sigma: Vec<f64> = plain.iter().map(|lx| (rel * lx).hypot(floor)).collect();
+    let mut noise = Noise { rel, floor, ratio: 1.0 };
+    let sigma: Vec<f64> = plain.iter().map(|lx| noise.sigma(*lx)).collect();
     // Only what the operator sees makes the significance.
     let seen: Vec<usize> = (0..steps.len()).filter(|&i| !steps[i].held_out).collect();
     let part = |values: &[f64]| seen.iter().map(|&i| values[i]).collect::<Vec<_>>();
@@ -178,7 +210,7 @@ fn gonio(order: &Order) -> Option<Case> {
     let hidden = hide(
         order,
         recipe::GONIO,
-        &mut draws,
+        draws,
         steps.len(),
         |change| truth::significance(&part(change), &sigma_seen, &nuisance),
         |setting| {
@@ -188,53 +220,88 @@ fn gonio(order: &Order) -> Option<Case> {
         },
         |name, draws| outside::gonio(name, &steps, &plain, draws),
     )?;
-    let mut clean = truth::readings(
-        truth::with_effects(room.clone(), &hidden.settings),
-        &hidden.settings,
-        &steps,
-    );
+    let flawed = truth::with_effects(room.clone(), &hidden.settings);
+    let mut clean = truth::readings(flawed, &hidden.settings, &steps);
     clean.iter_mut().zip(&hidden.added).for_each(|(lx, more)| *lx += more);
+    noise.ratio = draws.between(0.85, 1.2);
+    Some(Day {
+        steps,
+        climate,
+        room,
+        settings: hidden.settings,
+        strengths: hidden.strengths,
+        plain,
+        clean,
+        noise,
+    })
+}
 
-    let ratio = draws.between(0.85, 1.2);
-    let noise = noise(steps.len(), order, &mut draws);
-    let header = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c";
-    let (mut seen_csv, mut held_csv) = (format!("{header},illuminance_lx,u_lx\n"), format!("{header}\n"));
-    let mut held_truth = Vec::new();
-    for (i, step) in steps.iter().enumerate() {
-        let at = &step.at;
-        let kind = match at.kind {
-            Kind::Lit => "lit",
-            Kind::Baffled => "baffled",
-            Kind::LampOff => "lamp_off",
-            Kind::Capped => "capped",
+/// The meter changes its range by the light that is there.
+pub(crate) fn set_ranges(steps: &mut [Step], plain: &[f64]) {
+    for (step, lx) in steps.iter_mut().zip(plain) {
+        step.at.range = if *lx < 3.0 {
+            1
+        } else if *lx < 20.0 {
+            2
+        } else {
+            3
         };
-        let ambient = at.ambient_c + 0.02 * draws.normal();
-        let place = format!(
-            "{i},{},{kind},{:.1},{:.1},{:.1},{:.1},{},{},{ambient:.2}",
-            step.block, at.time_s, at.c_deg, at.gamma_deg, at.distance_mm, at.travel, at.range
-        );
+    }
+}
+
+pub(crate) const COLUMNS: &str = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c";
+
+/// The coordinates of one reading, as its row begins.
+pub(crate) fn place(index: usize, step: &Step, draws: &mut Draws) -> String {
+    let at = &step.at;
+    let kind = match at.kind {
+        Kind::Lit => "lit",
+        Kind::Baffled => "baffled",
+        Kind::LampOff => "lamp_off",
+        Kind::Capped => "capped",
+    };
+    let ambient = at.ambient_c + 0.02 * draws.normal();
+    format!(
+        "{index},{},{kind},{:.1},{:.1},{:.1},{:.1},{},{},{ambient:.2}",
+        step.block, at.time_s, at.c_deg, at.gamma_deg, at.distance_mm, at.travel, at.range
+    )
+}
+
+fn gonio(order: &Order) -> Option<Case> {
+    let mut draws = Draws::new(order.seed, 1);
+    let day = day(order, &mut draws)?;
+    let noise = unit_noise(day.steps.len(), order, &mut draws);
+    let header = format!("{COLUMNS},illuminance_lx,u_lx\n");
+    let (mut seen_csv, mut without_csv, mut held_csv) = (header.clone(), header, format!("{COLUMNS}\n"));
+    let mut held_truth = Vec::new();
+    let mut held_plain = Vec::new();
+    for (i, step) in day.steps.iter().enumerate() {
+        let place = place(i, step, &mut draws);
+        let sigma = day.noise.sigma(day.plain[i]);
         if step.held_out {
             let _ = writeln!(held_csv, "{place}");
-            held_truth.push((clean[i], sigma[i]));
+            held_truth.push((day.clean[i], sigma));
+            held_plain.push(day.plain[i]);
         } else {
-            let _ = writeln!(
-                seen_csv,
-                "{place},{:.6},{:.6}",
-                clean[i] + sigma[i] * noise[i],
-                ratio * sigma[i]
-            );
+            let (noise, u) = (sigma * noise[i], day.noise.ratio * sigma);
+            let _ = writeln!(seen_csv, "{place},{:.6},{u:.6}", day.clean[i] + noise);
+            let _ = writeln!(without_csv, "{place},{:.6},{u:.6}", day.plain[i] + noise);
         }
     }
     Some(Case {
         order: order.clone(),
         files: vec![
             ("model.toml", MODEL.to_owned()),
-            ("distribution.csv", believed(&room, &mut draws)),
+            ("distribution.csv", believed(&day.room, &mut draws)),
             ("readings.csv", seen_csv),
         ],
         held_out: ("held-out.csv", held_csv),
         truth: held_truth,
-        strength: hidden.strengths,
+        without: Without {
+            values: without_csv,
+            truth: held_plain,
+        },
+        strength: day.strengths,
     })
 }
 
@@ -262,21 +329,34 @@ fn believed(room: &Darkroom, draws: &mut Draws) -> String {
     csv
 }
 
-fn climate(steps: &mut [Step], draws: &mut Draws) {
-    let (mean, swing) = (draws.between(24.2, 25.4), draws.between(0.3, 0.7));
-    let (period, phase, slope) = (
-        draws.between(1800.0, 3600.0),
-        draws.between(0.0, std::f64::consts::TAU),
-        draws.between(-0.4, 0.4),
-    );
-    for step in steps {
-        let t = step.at.time_s;
-        step.at.ambient_c = mean + swing * (std::f64::consts::TAU * t / period + phase).sin() + slope * t / 3600.0;
+/// The temperature of the room over a day.
+pub(crate) struct Climate {
+    mean_c: f64,
+    swing_c: f64,
+    period_s: f64,
+    phase: f64,
+    slope_c_per_h: f64,
+}
+
+impl Climate {
+    fn draw(draws: &mut Draws) -> Self {
+        Self {
+            mean_c: draws.between(24.2, 25.4),
+            swing_c: draws.between(0.3, 0.7),
+            period_s: draws.between(1800.0, 3600.0),
+            phase: draws.between(0.0, std::f64::consts::TAU),
+            slope_c_per_h: draws.between(-0.4, 0.4),
+        }
+    }
+
+    pub(crate) fn at(&self, time_s: f64) -> f64 {
+        let turn = std::f64::consts::TAU * time_s / self.period_s + self.phase;
+        self.mean_c + self.swing_c * turn.sin() + self.slope_c_per_h * time_s / 3600.0
     }
 }
 
 /// Unit noise: AR(1), with a share of wide ones.
-fn noise(n: usize, order: &Order, draws: &mut Draws) -> Vec<f64> {
+pub(crate) fn unit_noise(n: usize, order: &Order, draws: &mut Draws) -> Vec<f64> {
     let mut last = draws.normal();
     (0..n)
         .map(|_| {
@@ -288,15 +368,26 @@ fn noise(n: usize, order: &Order, draws: &mut Draws) -> Vec<f64> {
         .collect()
 }
 
-const BINS: usize = 24;
+pub(crate) const BINS: usize = 24;
 
-fn sensor(order: &Order) -> Option<Case> {
-    let mut draws = Draws::new(order.seed, 2);
+/// A day of maps before anything is recorded.
+pub(crate) struct MapDay {
+    frames: Vec<Frame>,
+    pub(crate) room: Darkroom,
+    pub(crate) settings: Vec<Setting>,
+    strengths: Vec<f64>,
+    plain: Vec<f64>,
+    clean: Vec<f64>,
+    pub(crate) noise: Noise,
+}
+
+pub(crate) fn map_day(order: &Order, draws: &mut Draws) -> Option<MapDay> {
     let frames = plan::sensor(order.plan);
     let room = truth::clean_room(0.0);
     let plain = truth::maps(room.clone(), &frames, BINS);
     let (rel, floor) = (draws.between(0.0015, 0.004), draws.between(4e-5, 1.5e-4));
-    let sigma: Vec<f64> = plain.iter().map(|signal| (rel * signal).hypot(floor)).collect();
+    let mut noise = Noise { rel, floor, ratio: 1.0 };
+    let sigma: Vec<f64> = plain.iter().map(|signal| noise.sigma(*signal)).collect();
     let cells = BINS * BINS;
     let seen: Vec<usize> = (0..plain.len()).filter(|&i| !frames[i / cells].held_out).collect();
     let part = |values: &[f64]| seen.iter().map(|&i| values[i]).collect::<Vec<_>>();
@@ -305,7 +396,7 @@ fn sensor(order: &Order) -> Option<Case> {
     let hidden = hide(
         order,
         recipe::SENSOR,
-        &mut draws,
+        draws,
         plain.len(),
         |change| truth::significance(&part(change), &sigma_seen, &nuisance),
         |setting| {
@@ -323,22 +414,41 @@ fn sensor(order: &Order) -> Option<Case> {
         .iter_mut()
         .zip(&hidden.added)
         .for_each(|(signal, more)| *signal += more);
-    let ratio = draws.between(0.85, 1.2);
-    let noise = noise(plain.len(), order, &mut draws);
-    let mut toml = format!("sensor_mm = 24.576\nbins = {BINS}\nunit = \"relative\"\n");
+    noise.ratio = draws.between(0.85, 1.2);
+    Some(MapDay {
+        frames,
+        room,
+        settings: hidden.settings,
+        strengths: hidden.strengths,
+        plain,
+        clean,
+        noise,
+    })
+}
+
+fn sensor(order: &Order) -> Option<Case> {
+    let mut draws = Draws::new(order.seed, 2);
+    let day = map_day(order, &mut draws)?;
+    let noise = unit_noise(day.plain.len(), order, &mut draws);
+    let cells = BINS * BINS;
+    let mut toml = map_head();
     let mut held_toml = toml.clone();
-    let mut csv = String::from("map,iy,ix,signal,u\n");
+    let (mut csv, mut without_csv) = (MAP_COLUMNS.to_owned(), MAP_COLUMNS.to_owned());
     let mut held_truth = Vec::new();
-    for (m, frame) in frames.iter().enumerate() {
+    let mut held_plain = Vec::new();
+    for (m, frame) in day.frames.iter().enumerate() {
         pose(if frame.held_out { &mut held_toml } else { &mut toml }, frame);
         for cell in 0..cells {
             let i = m * cells + cell;
+            let sigma = day.noise.sigma(day.plain[i]);
             if frame.held_out {
-                held_truth.push((clean[i], sigma[i]));
+                held_truth.push((day.clean[i], sigma));
+                held_plain.push(day.plain[i]);
             } else {
-                let (iy, ix) = (cell / BINS, cell % BINS);
-                let (signal, u) = (clean[i] + sigma[i] * noise[i], (ratio * sigma[i]).max(1e-6));
-                let _ = writeln!(csv, "{},{iy},{ix},{signal:.6},{u:.6}", frame.name);
+                let (iy, ix, name) = (cell / BINS, cell % BINS, frame.name);
+                let (noise, u) = (sigma * noise[i], (day.noise.ratio * sigma).max(1e-6));
+                let _ = writeln!(csv, "{name},{iy},{ix},{:.6},{u:.6}", day.clean[i] + noise);
+                let _ = writeln!(without_csv, "{name},{iy},{ix},{:.6},{u:.6}", day.plain[i] + noise);
             }
         }
     }
@@ -346,17 +456,27 @@ fn sensor(order: &Order) -> Option<Case> {
         order: order.clone(),
         files: vec![
             ("model.toml", MODEL.to_owned()),
-            ("distribution.csv", believed(&room, &mut draws)),
+            ("distribution.csv", believed(&day.room, &mut draws)),
             ("maps.toml", toml),
             ("maps.csv", csv),
         ],
         held_out: ("held-out.maps.toml", held_toml),
         truth: held_truth,
-        strength: hidden.strengths,
+        without: Without {
+            values: without_csv,
+            truth: held_plain,
+        },
+        strength: day.strengths,
     })
 }
 
-fn pose(toml: &mut String, frame: &Frame) {
+pub(crate) const MAP_COLUMNS: &str = "map,iy,ix,signal,u\n";
+
+pub(crate) fn map_head() -> String {
+    format!("sensor_mm = 24.576\nbins = {BINS}\nunit = \"relative\"\n")
+}
+
+pub(crate) fn pose(toml: &mut String, frame: &Frame) {
     let pose = &frame.pose;
     let _ = writeln!(
         toml,

@@ -2,6 +2,7 @@
 //! rotation matrices. Nothing here knows the models under test; they meet in files.
 
 pub mod case;
+pub mod follow_up;
 pub mod outside;
 pub mod plan;
 pub mod random;

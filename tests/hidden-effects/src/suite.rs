@@ -35,10 +35,28 @@ pub struct Answer {
     pub effects: Vec<(String, Vec<String>, f64)>,
     /// Where something stays unexplained, in words.
     pub place: Option<String>,
-    /// Gap on held-out truth removed, where an effect was added.
+    /// Share of the gap on held-out truth that was removed, where an effect was added: 1 is what the refitted terms alone
+    /// leave in the same noise with nothing hidden.
     pub removed: Option<f64>,
+    /// The same share, 1 being no deviation at all.
+    pub removed_of_all: Option<f64>,
+    /// What came of the measurement that was suggested, where the answer was ambiguous and one effect hidden.
+    pub next: Option<Next>,
     /// Seconds.
     pub seconds: f64,
+    /// The first rows of each effect's ranked table: name, posterior, σ, ln evidence.
+    pub ranked: Vec<Vec<(String, f64, f64, f64)>>,
+}
+
+/// What came of a suggested measurement.
+#[derive(Debug, Clone)]
+pub struct Next {
+    /// What was suggested; none where nothing of 3 σ or more was.
+    pub suggested: Option<(&'static str, f64)>,
+    /// Verdict, first name and its equivalents of old and new data together.
+    pub verdict: String,
+    /// Whether they single out what was hidden.
+    pub settled: bool,
 }
 
 /// `count` orders of a class.
@@ -122,6 +140,12 @@ pub fn judge(class: Class, order: &Order, answer: &Answer) -> Vec<(&'static str,
             "set holds it, or silence",
             in_set(truth[0]) || answer.verdict == "consistent",
         )),
+    }
+    if let Some(next) = &answer.next {
+        scores.push(("ambiguity has a suggestion of 3 σ", next.suggested.is_some()));
+        if next.suggested.is_some() {
+            scores.push(("suggestion settles it", next.settled));
+        }
     }
     scores.push(("claimed > 95 % sure, but wrong", sure_and_wrong));
     scores

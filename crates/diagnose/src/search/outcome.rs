@@ -39,6 +39,8 @@ pub struct Ranked {
     pub label: Label,
     /// Posterior probability.
     pub posterior: f64,
+    /// ln(prior · Bayes factor) before the likelihood is blunted.
+    pub ln_evidence: f64,
     /// Significance in σ.
     pub sigma: f64,
     /// The refined fit with it, where one was made.
