@@ -1,6 +1,7 @@
 //! `inspect`: facts, quantities and findings of photometric and spectral files.
 
 mod mismatch;
+pub(crate) mod rays;
 
 use camino::{Utf8Component, Utf8Path, Utf8PathBuf};
 use isolux_formats::{Content, Finding, Format, Kind, Opened, Parsed, ReadOptions, Severity, read_any_beside};
@@ -20,7 +21,7 @@ pub struct Inspection {
     pub format: Option<Format>,
     /// What it describes.
     pub kind: Option<Kind>,
-    /// Whether `convert` writes it.
+    /// Whether its content can be used: `convert` writes it, or all its rays are there.
     pub readable: bool,
     /// What the reader found.
     pub findings: Vec<Finding>,
@@ -40,6 +41,9 @@ impl Inspection {
 
 /// Looks at one file; a file that cannot be read gives its reason as a finding.
 pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
+    if let Some(rays) = rays::file(path) {
+        return vec![rays];
+    }
     match read(path, options) {
         Ok(parsed) => parsed.into_iter().map(|parsed| inspection(path, parsed)).collect(),
         Err(finding) => vec![Inspection {

@@ -69,23 +69,27 @@ pub fn file(scene: &Scene, simulation: &Simulation, path: &Utf8Path, wanted: usi
     Ok(text.into_bytes())
 }
 
-/// The rays as IES TM-25: each carries Φ/N of the share that the first `rays` of the run are, in lm.
+/// The rays as IES TM-25: each carries the same share of what falls on the sensor, in W with a wavelength, else in lm.
 fn tm25_bytes(scene: &Scene, simulation: &Simulation, rows: &[RayRow], path: &Utf8Path) -> Vec<u8> {
     // All rays together carry what falls on the sensor.
     let area_m2 = simulation.setup.sensor.pixel_area_m2() * simulation.setup.sensor.pixels() as f64;
     let ler = simulation.facts.ler_lm_per_w.unwrap_or(1.0);
     let flux_lm = simulation.facts.mean * ler * area_m2;
     let each = flux_lm / rows.len().max(1) as f64;
+    // A ray with a wavelength carries watts: wavelengths are drawn by energy, so that all carry the same.
+    let each_w = scene.model.ler_lm_per_w().map(|ler| each / ler);
     let rays = rows
         .iter()
         .map(|row| {
             let origin_mm = DVec3::from_array(row.origin_mm);
             let direction = (DVec3::from_array(row.end_mm) - origin_mm).normalize_or(DVec3::Z);
-            tm25::FileRay {
+            let wavelength_nm = row.wavelength_nm.filter(|_| each_w.is_some());
+            tm25::Ray {
                 origin_mm,
                 direction,
-                flux: each,
-                wavelength_nm: row.wavelength_nm,
+                radiant_w: each_w.filter(|_| wavelength_nm.is_some()),
+                luminous_lm: if wavelength_nm.is_none() { Some(each) } else { None },
+                wavelength_nm,
             }
         })
         .collect();
@@ -93,7 +97,6 @@ fn tm25_bytes(scene: &Scene, simulation: &Simulation, rows: &[RayRow], path: &Ut
         rays,
         luminous_flux_lm: Some(flux_lm),
         radiant_flux_w: scene.model.ler_lm_per_w().map(|ler| flux_lm / ler),
-        luminous: true,
     };
     // A fixed time: the same run gives the same bytes.
     tm25::write(

@@ -145,3 +145,81 @@ fn a_precision_is_the_inverse_methods_and_one_of_two() {
     assert!(said.contains("bad.toml:12") && said.contains("f16"), "{said}");
     assert!(!folder.path("bad").exists());
 }
+
+#[test]
+fn ray_files_are_inspected_and_damage_is_named_with_its_bytes() {
+    let folder = Folder::new();
+    folder.simulate("scene.toml", "rays", &["--rays-out", "lamp.tm25ray", "500"]);
+    let bytes = std::fs::read(folder.path("lamp.tm25ray")).unwrap();
+    let inspect = |name: &str, bytes: &[u8]| {
+        std::fs::write(folder.path(name), bytes).unwrap();
+        let done = folder.isolux(&["inspect", name, "--json"]);
+        let said: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+        (said, done.status.code())
+    };
+    // By content, whatever the name.
+    let (good, code) = inspect("lamp.bin", &bytes);
+    assert_eq!(
+        (&good["format"], &good["kind"], code),
+        (&"tm25".into(), &"rays".into(), Some(0))
+    );
+    assert_eq!(good["findings"], serde_json::json!([]));
+    let of = &good["quantities"];
+    assert_eq!(
+        (of["rays"].as_u64(), of["spectral"].as_str()),
+        (Some(500), Some("none"))
+    );
+    let result = Lit::read(&folder.path("rays")).result;
+    let on_sensor_lm = result["illuminance_lx"].as_f64().unwrap() * 0.06 * 0.06;
+    assert!((of["luminous_flux_lm"].as_f64().unwrap() / on_sensor_lm - 1.0).abs() < 1e-5);
+    // A point source.
+    assert_eq!(of["centroid_mm"], serde_json::json!([0.0, 0.0, 0.0]));
+
+    let (header, ray) = (36_288, 28);
+    let cut = &bytes[..bytes.len() - 10];
+    let with = |at: usize, new: &[u8]| {
+        let mut damaged = bytes.clone();
+        damaged[at..at + new.len()].copy_from_slice(new);
+        damaged
+    };
+    let third = header + 2 * ray;
+    let end = bytes.len();
+    for (name, damaged, finding, span) in [
+        ("cut", cut.to_vec(), "tm25-length", [end - 10, end]),
+        ("head", bytes[..1000].to_vec(), "tm25-truncated", [1000, header]),
+        ("magic.tm25ray", with(0, b"TN"), "tm25-magic", [0, 4]),
+        ("flag", with(256, &[3]), "tm25-field", [256, 260]),
+        (
+            "nan",
+            with(third, &f32::NAN.to_le_bytes()),
+            "tm25-not-finite",
+            [third, third + ray],
+        ),
+        (
+            "zero",
+            with(third + 12, &[0; 12]),
+            "tm25-no-direction",
+            [third, third + ray],
+        ),
+        (
+            "negative",
+            with(third + 24, &(-1.0_f32).to_le_bytes()),
+            "tm25-negative-flux",
+            [third, third + ray],
+        ),
+    ] {
+        let (said, code) = inspect(name, &damaged);
+        let found = said["findings"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|one| one["code"] == finding);
+        let found = found.unwrap_or_else(|| panic!("{name}: {said}"));
+        assert_eq!((&found["bytes"], code), (&serde_json::json!(span), Some(1)), "{name}");
+        assert_eq!(found["severity"], "error", "{name}");
+    }
+    // Neither distribution nor spectrum: convert says what to do instead.
+    let refused = folder.isolux(&["convert", "lamp.tm25ray", "lamp.ldt"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned() + &String::from_utf8_lossy(&refused.stdout);
+    assert!(!refused.status.success() && said.contains("tm25-rays"), "{said}");
+}

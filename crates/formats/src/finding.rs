@@ -35,7 +35,10 @@ pub struct Finding {
     /// One-based line; none where the finding is about the whole file.
     pub line: Option<usize>,
     /// One-based column, in characters.
-    pub column: Option<usize>,
+    pub column: Option<u32>,
+    /// First byte and the one beyond the last, where a file has no lines.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bytes: Option<Box<[u64; 2]>>,
     /// The text that stands there.
     pub raw: Option<Box<str>>,
     /// What was assumed to go on.
@@ -54,6 +57,7 @@ impl Finding {
             severity,
             line: None,
             column: None,
+            bytes: None,
             raw: None,
             assumed: None,
             message: message.into().into_boxed_str(),
@@ -80,7 +84,14 @@ impl Finding {
     #[must_use]
     pub fn at(mut self, line: usize, column: usize) -> Self {
         self.line = Some(line);
-        self.column = Some(column);
+        self.column = Some(u32::try_from(column).unwrap_or(u32::MAX));
+        self
+    }
+
+    /// The same finding at these bytes, the last one exclusive.
+    #[must_use]
+    pub fn bytes(mut self, span: [u64; 2]) -> Self {
+        self.bytes = Some(Box::new(span));
         self
     }
 

@@ -35,6 +35,8 @@ pub enum Format {
     Csv,
     /// The JSON that `convert` writes.
     Json,
+    /// TM-25 rays; they are no photometry and are read elsewhere.
+    Tm25,
 }
 
 /// What a file describes.
@@ -45,6 +47,8 @@ pub enum Kind {
     Distribution,
     /// A spectrum.
     Spectrum,
+    /// Rays.
+    Rays,
 }
 
 /// One photometry or spectrum out of a file, or why there is none.
@@ -165,6 +169,16 @@ pub fn read_any_beside(
             Finding::error("file-empty", "the file is empty").fix("fetch the file again"),
         );
     }
+    if bytes.starts_with(b"TM25") {
+        return refused(
+            Some(Format::Tm25),
+            Finding::error(
+                "tm25-rays",
+                "a ray file holds rays, neither a distribution nor a spectrum",
+            )
+            .fix("`isolux inspect` says what it holds"),
+        );
+    }
     let distribution = |parsed: Parsed<Distribution>| vec![parsed.map(|d| Content::Distribution(Box::new(d)))];
     if gldf::looks_like(bytes) {
         return gldf::read(bytes, options);
@@ -209,6 +223,7 @@ impl Format {
             "spectrum" => Self::Spectrum,
             "csv" => Self::Csv,
             "json" => Self::Json,
+            "tm25ray" => Self::Tm25,
             _ => return None,
         })
     }

@@ -33,8 +33,14 @@ impl Reading {
 /// `file:line:column: severity[code]: message`, then what stands there, what was assumed and how to mend it.
 pub fn compiler_style(file: &str, finding: &Finding) -> String {
     let mut text = file.to_owned();
-    for place in [finding.line, finding.column].into_iter().flatten() {
+    for place in [finding.line, finding.column.map(|column| column as usize)]
+        .into_iter()
+        .flatten()
+    {
         text.push_str(&format!(":{place}"));
+    }
+    if let Some(&[from, to]) = finding.bytes.as_deref() {
+        text.push_str(&format!(":bytes {from}..{to}"));
     }
     text.push_str(&format!(
         ": {}[{}]: {}",

@@ -67,7 +67,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             Err(finding) => {
                 draft.whole = false;
                 let column = finding.column.unwrap_or(1);
-                findings.push(finding.at(index + 1, column));
+                findings.push(finding.at(index + 1, column as usize));
             }
         }
     }

@@ -19,7 +19,7 @@ pub fn write(file: &SpectrumFile, format: Format) -> Option<(Vec<u8>, Vec<Findin
         Format::Spectrum => speos(file, &mut findings),
         Format::Csv => csv(file, &mut findings),
         Format::Json => format!("{:#}\n", file.to_json()),
-        Format::Eulumdat | Format::Ies | Format::Tm33 | Format::Gldf => return None,
+        Format::Eulumdat | Format::Ies | Format::Tm33 | Format::Gldf | Format::Tm25 => return None,
     };
     Some((out.into_bytes(), findings))
 }

@@ -1,0 +1,211 @@
+//! TM-25 ray files: what `inspect` says of them. Files of any size are read in one pass.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+
+use camino::Utf8Path;
+use glam::DVec3;
+use isolux_formats::{Finding, Format, Kind};
+use isolux_sim::tm25::{Damage, Header, Reader, Spectral, Survey, Tm25Error};
+use serde_json::{Map, Value, json};
+
+use super::Inspection;
+
+/// Looks at a ray file; `None` for a file of another format, by content, and by name where the content is damaged.
+pub(super) fn file(path: &Utf8Path) -> Option<Inspection> {
+    let mut file = File::open(path).ok()?;
+    let mut first = [0_u8; 4];
+    let named = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("tm25ray"));
+    let known = file.read_exact(&mut first).is_ok() && &first == b"TM25";
+    if !known && !named {
+        return None;
+    }
+    let mut inspection = Inspection {
+        file: path.to_string(),
+        format: Some(Format::Tm25),
+        kind: Some(Kind::Rays),
+        readable: false,
+        findings: Vec::new(),
+        quantities: Map::new(),
+        content: None,
+    };
+    if let Err(error) = look(&mut file, &mut inspection) {
+        inspection.findings.push(finding(&error));
+    }
+    Some(inspection)
+}
+
+/// An error of the reader as a finding, with its bytes.
+pub(crate) fn finding(error: &Tm25Error) -> Finding {
+    let said = Finding::error(error.code(), error.to_string());
+    let said = match error.span() {
+        Some(span) => said.bytes(span),
+        None => said,
+    };
+    match error {
+        Tm25Error::Length { expected, found, .. } if found < expected => {
+            said.fix("fetch the file again: it is cut off")
+        }
+        Tm25Error::Truncated { .. } => said.fix("fetch the file again: it is cut off"),
+        _ => said,
+    }
+}
+
+fn look(file: &mut File, inspection: &mut Inspection) -> Result<(), Tm25Error> {
+    file.seek(SeekFrom::Start(0))?;
+    let length = file.metadata()?.len();
+    let mut stream = BufReader::new(file);
+    let header = Header::read(&mut stream)?;
+    inspection.findings.extend(
+        header
+            .doubts()
+            .into_iter()
+            .map(|doubt| Finding::warning("tm25-header", doubt.message).bytes(doubt.span)),
+    );
+    let expected = header.end();
+    if expected != length {
+        inspection.findings.push(finding(&Tm25Error::Length {
+            rays: header.rays,
+            columns: header.columns.count(),
+            expected,
+            found: length,
+        }));
+    }
+    // What is there is looked at even where the count is wrong.
+    let mut reader = Reader::over(header, stream);
+    let survey = Survey::of(&mut reader)?;
+    let header = reader.header();
+    damage(header, &survey, &mut inspection.findings);
+    if expected == length {
+        sums(header, &survey, &mut inspection.findings);
+    }
+    inspection.quantities = quantities(header, &survey);
+    inspection.readable = expected == length;
+    Ok(())
+}
+
+/// Rays that no light can follow.
+fn damage(header: &Header, survey: &Survey, findings: &mut Vec<Finding>) {
+    let size = 4 * header.columns.count() as u64;
+    let mut say = |damage: Damage, make: fn(&'static str, String) -> Finding, code: &'static str, what: &str| {
+        if damage.rays > 0 {
+            let start = header.data + damage.first * size;
+            let first = damage.first + 1;
+            let message = format!("{} rays {what}; the first is ray {first}", damage.rays);
+            findings.push(make(code, message).bytes([start, start + size]));
+        }
+    };
+    say(
+        survey.not_finite,
+        Finding::error,
+        "tm25-not-finite",
+        "have a place, direction or flux that is no finite number",
+    );
+    say(
+        survey.no_direction,
+        Finding::error,
+        "tm25-no-direction",
+        "have the direction (0, 0, 0)",
+    );
+    say(
+        survey.negative,
+        Finding::error,
+        "tm25-negative-flux",
+        "carry less than no flux",
+    );
+    say(
+        survey.no_wavelength,
+        Finding::error,
+        "tm25-wavelength",
+        "have a wavelength that is not above zero",
+    );
+    say(
+        survey.not_unit,
+        Finding::warning,
+        "tm25-not-unit",
+        "have a direction whose length is not 1",
+    );
+}
+
+/// Header against rays; float32 sums of other programs are allowed their roundings.
+fn sums(header: &Header, survey: &Survey, findings: &mut Vec<Finding>) {
+    for (stated, found, span, unit) in [
+        (header.luminous_flux_lm, survey.luminous_lm, [12, 16], "lm"),
+        (header.radiant_flux_w, survey.radiant_w, [16, 20], "W"),
+    ] {
+        if let (Some(stated), Some(found)) = (stated, found)
+            && (found - stated).abs() > 1e-3 * stated.abs()
+        {
+            findings.push(
+                Finding::warning(
+                    "tm25-flux",
+                    format!("the header states {stated} {unit}, the rays carry {found:.6} {unit}"),
+                )
+                .bytes(span),
+            );
+        }
+    }
+}
+
+fn quantities(header: &Header, survey: &Survey) -> Map<String, Value> {
+    let point = |at: Option<DVec3>| at.map_or(Value::Null, |at| json!(at.to_array()));
+    let bounds = |k: usize| point(survey.bounds_mm.map(|bounds| bounds[k]));
+    let angles = survey.mean_direction.filter(|mean| mean.length() > 1e-9).map(|mean| {
+        let c_deg = mean.y.atan2(mean.x).to_degrees().rem_euclid(360.0);
+        (c_deg, mean.x.hypot(mean.y).atan2(mean.z).to_degrees())
+    });
+    let columns = &header.columns;
+    let mut names = vec!["place", "direction"];
+    for (present, name) in [
+        (columns.radiant, "radiant flux"),
+        (columns.wavelength, "wavelength"),
+        (columns.luminous, "luminous flux"),
+        (columns.stokes, "polarisation"),
+        (columns.tristimulus, "tristimulus"),
+        (columns.spectrum, "spectrum index"),
+    ] {
+        names.extend(present.then_some(name));
+    }
+    let names: Vec<&str> = names
+        .into_iter()
+        .chain(header.names.iter().map(String::as_str))
+        .collect();
+    let single = match header.spectral {
+        Spectral::Single(nm) => Some([nm; 2]),
+        _ => None,
+    };
+    let range = single.or(survey.wavelength_nm).or_else(|| {
+        let points = header.tables.iter().flat_map(|table| &table.wavelength_nm).copied();
+        let [low, high] = [f64::min, f64::max].map(|pick| points.clone().reduce(pick));
+        Some([low?, high?])
+    });
+    let value = json!({
+        "rays": survey.rays,
+        "rays_stated": header.rays,
+        "luminous_flux_lm": survey.luminous_lm,
+        "radiant_flux_w": survey.radiant_w,
+        "luminous_flux_stated_lm": header.luminous_flux_lm,
+        "radiant_flux_stated_w": header.radiant_flux_w,
+        "columns": names,
+        "spectral": header.spectral.word(),
+        "wavelength_nm": range,
+        "spectra": header.tables.len(),
+        "bounds_min_mm": bounds(0),
+        "bounds_max_mm": bounds(1),
+        "centroid_mm": point(survey.centroid_mm),
+        "mean_direction": point(survey.mean_direction),
+        "mean_direction_c_deg": angles.map(|angles| angles.0),
+        "mean_direction_gamma_deg": angles.map(|angles| angles.1),
+        "half_flux_gamma_deg": survey.half_flux_gamma_deg,
+        "zonal_flux_share": survey.zones,
+        "created": header.created,
+        "measured": header.method == 1,
+        "light_source": header.texts[0],
+        "manufacturer": header.texts[1],
+        "file_by": header.texts[3],
+    });
+    match value {
+        Value::Object(map) => map,
+        _ => Map::new(),
+    }
+}
