@@ -370,7 +370,9 @@ impl Believed {
                         } else {
                             (low, high)
                         });
-                        steps.push(1e-3 * (high - low));
+                        // Tables are bent at every degree: a shorter step sees the bend, not the slope.
+                        let tilts = parameter.unit == "°";
+                        steps.push(if tilts { 1.0 } else { 1e-3 * (high - low) });
                     }
                     _ => {}
                 }

@@ -45,21 +45,31 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
         .filter(|(i, _)| *i != number)
         .map(|(_, member)| member.clone())
         .collect();
-    let mut entries: Vec<(NextEntry, String)> = blocks(believed, outcome, rows)
-        .into_iter()
-        .filter_map(|block| {
-            let expected_sigma = separation(believed, outcome, rows, &block, &others, &pair)?;
-            let entry = NextEntry {
-                what: block.what,
-                splits: splits.clone(),
-                plan: None,
-                expected_sigma,
-                minutes: block.minutes,
-            };
-            Some((entry, block.plan))
-        })
-        .collect();
-    entries.sort_by(|a, b| b.0.expected_sigma.total_cmp(&a.0.expected_sigma));
+    let with_repeats = |repeats: usize| {
+        let mut entries: Vec<(NextEntry, String)> = blocks(believed, outcome, rows, repeats)
+            .into_iter()
+            .filter_map(|block| {
+                let expected_sigma = separation(believed, outcome, rows, &block, &others, &pair)?;
+                let entry = NextEntry {
+                    what: block.what,
+                    splits: splits.clone(),
+                    plan: None,
+                    expected_sigma,
+                    minutes: block.minutes,
+                };
+                Some((entry, block.plan))
+            })
+            .collect();
+        entries.sort_by(|a, b| b.0.expected_sigma.total_cmp(&a.0.expected_sigma));
+        entries
+    };
+    let mut entries = with_repeats(1);
+    // Names that one scan hardly parts want as many readings of it as will, while that is an hour's work.
+    let best = entries.first().map_or(0.0, |(entry, _)| entry.expected_sigma);
+    if best > 0.0 && best < DECISIVE_SIGMA {
+        let wanted = (DECISIVE_SIGMA / best).powi(2).ceil() as usize;
+        entries = with_repeats(wanted.min(MOST_REPEATS));
+    }
     for (place, (mut entry, plan)) in entries.into_iter().take(3).enumerate() {
         let kind = if plan.contains("isolux-plan/1") { "plan" } else { "maps" };
         let file = if place == 0 {
@@ -73,6 +83,11 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
     }
     next
 }
+
+/// Two names this far apart are told apart by most noises.
+const DECISIVE_SIGMA: f64 = 5.0;
+/// More readings of one direction than this show what common errors allow no better.
+const MOST_REPEATS: usize = 12;
 
 /// The first member with a named rival in its set, and the refitted values of both.
 fn rivals_of(outcome: &Outcome) -> Option<(usize, [Hypothesis; 2])> {
@@ -164,10 +179,10 @@ fn separation(
 }
 
 /// The blocks that a bench or a camera could measure and these data lack.
-fn blocks(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Vec<Block> {
+fn blocks(believed: &Believed, outcome: &Outcome, rows: &[Row], repeats: usize) -> Vec<Block> {
     let mut blocks = Vec::new();
     if rows.iter().any(|row| row.source == Source::Reading) {
-        reading_blocks(outcome, rows, &mut blocks);
+        reading_blocks(outcome, rows, repeats, &mut blocks);
     }
     for part in believed.parts() {
         if let Part::Maps(maps) = part {
@@ -203,7 +218,7 @@ fn grid(angles_deg: impl Iterator<Item = f64>) -> Option<(f64, f64, f64)> {
     Some((low, nominal(low + count * step), step))
 }
 
-fn reading_blocks(outcome: &Outcome, rows: &[Row], blocks: &mut Vec<Block>) {
+fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, blocks: &mut Vec<Block>) {
     let readings: Vec<&Row> = rows.iter().filter(|row| row.source == Source::Reading).collect();
     let lit: Vec<&Row> = readings.iter().copied().filter(|row| row.light == Light::Lit).collect();
     let Some(distance) = median(lit.iter().map(|row| row.distance_mm).collect()) else {
@@ -246,8 +261,9 @@ fn reading_blocks(outcome: &Outcome, rows: &[Row], blocks: &mut Vec<Block>) {
             .map(|row| row.range as i32),
         ambient_c: temperature,
     };
-    let mut scan = |what: &'static str, c: &[f64], distance_mm: f64, travel: i8, repeats: usize| {
+    let mut scan = |what: &'static str, c: &[f64], distance_mm: f64, travel: i8| {
         let count = ((high - low) / step).round() as usize;
+        let repeats = repeats.min(HOUR_OF_READINGS / ((count + 1) * c.len())).max(1);
         let mut coordinates = Vec::new();
         for &plane in c {
             for k in 0..=count {
@@ -294,19 +310,26 @@ fn reading_blocks(outcome: &Outcome, rows: &[Row], blocks: &mut Vec<Block>) {
     };
     let has_way = |way: f64| lit.iter().any(|row| row.travel == way);
     let reverse = if has_way(-1.0) && !has_way(1.0) { 1 } else { -1 };
-    scan("reverse_travel", &two, distance, reverse, 1);
+    scan("reverse_travel", &two, distance, reverse);
     let shortest = lit.iter().map(|row| row.distance_mm).fold(f64::INFINITY, f64::min);
     let short = if shortest < 0.6 * distance {
         0.5 * shortest
     } else {
         0.5 * distance
     };
-    scan("second_distance", &two, short, 1, 1);
+    scan("second_distance", &two, short, 1);
     let turned: Vec<f64> = two.iter().map(|c| (c + 180.0).rem_euclid(360.0)).collect();
-    scan("rotate_c_180", &turned, distance, 1, 1);
+    scan("rotate_c_180", &turned, distance, 1);
+    if repeats > 1 {
+        // As many directions as there are, where it is the number of readings that is wanting.
+        let every = planes.len().div_ceil(MOST_PLANES);
+        let spread: Vec<f64> = planes.iter().copied().step_by(every.max(1)).collect();
+        scan("repeat_scan", &spread, distance, 1);
+    }
+    let darks = DARKS * repeats;
     let dark: Vec<ReadingCoordinates> = [ReadingKind::LampOff, ReadingKind::Capped]
         .into_iter()
-        .flat_map(|kind| (0..12).map(move |k| (kind, k)))
+        .flat_map(|kind| (0..darks).map(move |k| (kind, k)))
         .map(|(kind, k)| at(kind, two[0], 0.0, distance, 0, k))
         .collect();
     blocks.push(Block {
@@ -316,8 +339,8 @@ fn reading_blocks(outcome: &Outcome, rows: &[Row], blocks: &mut Vec<Block>) {
         part: Part::Readings(dark),
         plan: format!(
             "format = \"isolux-plan/1\"\nname = \"dark\"\n\n[[block]]\nname = \"lamp_off\"\nkind = \"lamp_off\"\nc_deg = [{c:?}]\n\
-             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = 12\n\n[[block]]\nname = \"capped\"\nkind = \"capped\"\nc_deg = [{c:?}]\n\
-             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = 12\n",
+             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {darks}\n\n[[block]]\nname = \"capped\"\nkind = \"capped\"\nc_deg = [{c:?}]\n\
+             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {darks}\n",
             c = two[0]
         ),
     });
@@ -341,6 +364,13 @@ fn reading_blocks(outcome: &Outcome, rows: &[Row], blocks: &mut Vec<Block>) {
         ),
     });
 }
+
+/// Dark readings of each kind.
+const DARKS: usize = 12;
+/// Readings of an hour.
+const HOUR_OF_READINGS: usize = 900;
+/// Half-planes of a scan that is made again.
+const MOST_PLANES: usize = 12;
 
 /// Readings from switch-on, and seconds from one to the next.
 const REFERENCES: usize = 400;

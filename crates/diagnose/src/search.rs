@@ -119,9 +119,24 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         members = strength.into_iter().map(|(_, member)| member).collect();
         current = bench.fit(&members)?;
     }
-    let rivalries = (0..members.len())
-        .map(|i| bench.rivalry(&members, i, unexplained))
-        .collect::<Option<Vec<_>>>()?;
+    let all = |members: &[Hypothesis]| {
+        let of = |i: usize| bench.rivalry(members, i, unexplained);
+        (0..members.len()).map(of).collect::<Option<Vec<_>>>()
+    };
+    let mut rivalries = all(&members)?;
+    // Of two names that are hardly apart the last refit may have put the other first.
+    let mut swapped = false;
+    for (i, rivalry) in rivalries.iter().enumerate() {
+        if let Some(better) = better_name(&members, i, rivalry) {
+            members[i] = better;
+            swapped = true;
+        }
+    }
+    if swapped {
+        current = bench.fit(&members)?;
+        members.clone_from(&current.hypotheses);
+        rivalries = all(&members)?;
+    }
     let unexplained = unexplained.map(|(candidate, explained)| bench.unexplained(&current, candidate, explained));
     let noise = bench.noise.clone();
     Some(Outcome {
@@ -138,6 +153,16 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         nulls: settings.nulls,
         sequence: sequence.clone(),
     })
+}
+
+/// The hypothesis of another name that is more probable than member `i`'s, and no member itself.
+fn better_name(members: &[Hypothesis], i: usize, rivalry: &Rivalry) -> Option<Hypothesis> {
+    let top = rivalry.ranked.first()?;
+    let is_new = |effect: usize| members.iter().all(|member| member.effect != effect);
+    match top.label {
+        Label::Named(effect) if effect != members[i].effect && is_new(effect) => top.hypothesis.clone(),
+        _ => None,
+    }
 }
 
 /// A name beside a pattern without one must explain this many times what the pattern explains: a generic pattern is but a
