@@ -65,6 +65,8 @@ struct Recipe {
 const SHAPE_SIGMA: f64 = 0.3;
 /// Even Chebyshev terms of ln I that an analyst refits, where the readings have as many |γ|.
 const LN_SHAPE_TERMS: usize = 9;
+/// Share of a squared amplitude's step at which it counts as small.
+const SMALL_STEP: f64 = 0.01;
 /// Angles closer than this count as one: what a term does between two of them no reading sees but through the emitter's extent.
 const APART_DEG: f64 = 0.5;
 
@@ -421,15 +423,34 @@ impl Believed {
                     (low, high)
                 })
                 .collect();
+            let mut shapes_tried = product(&grids);
+            let mut step_share = Vec::new();
+            let mut least = 0.0;
+            if power != 1.0 && !changed {
+                // A square grows with the second order, unless a shape (LEDs that lean) gives it a first one: then small sizes have a pattern of their own.
+                let leaning: Vec<Vec<f64>> = shapes_tried
+                    .iter()
+                    .filter(|shape| shape.iter().any(|value| *value != 0.0))
+                    .cloned()
+                    .collect();
+                if !leaning.is_empty() {
+                    least = of(first.plausible.0.max(0.0));
+                    step_share = vec![1.0; shapes_tried.len()];
+                    step_share.extend(vec![SMALL_STEP; leaning.len()]);
+                    shapes_tried.extend(leaning);
+                }
+            }
             self.searchable.push(Searchable {
                 name: spec.name,
+                step_share,
+                least,
                 one_sided: natural && !changed,
                 limits,
                 turns: phase.is_some(),
                 never_negative: power != 1.0 && !changed,
                 step,
                 plausible,
-                shapes: product(&grids),
+                shapes: shapes_tried,
                 bounds,
                 believed,
                 shape_step: steps,

@@ -45,7 +45,7 @@ impl Dictionary {
             .collect::<Vec<_>>()
             .into_par_iter()
             .filter_map(|(effect, shape)| {
-                let columns = tangent(forward, nuisance, prediction, effect, &effects[effect].shapes[shape])?;
+                let columns = tangent(forward, nuisance, prediction, effect, shape)?;
                 Some((Who::Named { effect, shape }, columns))
             })
             .collect();
@@ -173,25 +173,47 @@ fn tangent<F: Forward + ?Sized>(
     nuisance: &[f64],
     prediction: &DVector<f64>,
     effect: usize,
-    shape: &[f64],
+    shape: usize,
 ) -> Option<Vec<DVector<f64>>> {
     let searchable = &forward.effects()[effect];
     (0..searchable.step.len())
         .map(|k| {
-            let mut linear = vec![0.0; searchable.step.len()];
-            linear[k] = searchable.step[k];
-            let changed = forward.predict(
+            let step = searchable.step_of(shape, k);
+            change(
+                forward,
                 nuisance,
-                &[Hypothesis {
-                    effect,
-                    linear,
-                    shape: shape.to_vec(),
-                }],
-            )?;
-            let column = (changed - prediction) / searchable.step[k];
-            column.iter().all(|value| value.is_finite()).then_some(column)
+                prediction,
+                effect,
+                &searchable.shapes[shape],
+                k,
+                step,
+            )
         })
         .collect()
+}
+
+/// Change of every row for a unit of one linear amplitude, from a difference of predictions at `step`.
+fn change<F: Forward + ?Sized>(
+    forward: &F,
+    nuisance: &[f64],
+    prediction: &DVector<f64>,
+    effect: usize,
+    shape: &[f64],
+    k: usize,
+    step: f64,
+) -> Option<DVector<f64>> {
+    let mut linear = vec![0.0; forward.effects()[effect].step.len()];
+    linear[k] = step;
+    let changed = forward.predict(
+        nuisance,
+        &[Hypothesis {
+            effect,
+            linear,
+            shape: shape.to_vec(),
+        }],
+    )?;
+    let column = (changed - prediction) / step;
+    column.iter().all(|value| value.is_finite()).then_some(column)
 }
 
 /// The [`tangent`]s of all frequencies of an oscillation of the light: what one of frequency nought changes, times sine and cosine.
@@ -203,7 +225,16 @@ fn oscillations<F: Forward + ?Sized>(
     times: &[f64],
 ) -> Option<Vec<Vec<DVector<f64>>>> {
     const STILL: f64 = 1e-15;
-    let light = tangent(forward, nuisance, prediction, effect, &[STILL])?.pop()?;
+    let step = &forward.effects()[effect].step;
+    let light = change(
+        forward,
+        nuisance,
+        prediction,
+        effect,
+        &[STILL],
+        step.len() - 1,
+        *step.last()?,
+    )?;
     let wave = |frequency: f64, law: fn(f64) -> f64| {
         let values = light.iter().zip(times).map(|(light, time)| {
             let value = light * law(std::f64::consts::TAU * frequency * time);

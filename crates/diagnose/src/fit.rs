@@ -389,7 +389,7 @@ fn derivative<F: Forward + ?Sized>(
                 Slot::Nuisance(_) => return None,
                 Slot::Linear(i, j) => {
                     let searchable = &forward.effects()[tried.1[i].effect];
-                    let step = 0.1 * searchable.step[j];
+                    let step = searchable.step_at(j, tried.1[i].linear[j]);
                     tried.1[i].linear[j] += step;
                     step
                 }
@@ -452,7 +452,7 @@ fn moved<F: Forward + ?Sized>(forward: &F, state: &State, slots: &[Slot], step: 
                 let (low, high) = searchable.limits[j];
                 tried.1[i].linear[j] = tried.1[i].linear[j].clamp(low, high);
                 if searchable.never_negative && tried.1[i].linear[j] <= 0.0 {
-                    tried.1[i].linear[j] = 1e-3 * searchable.step[j];
+                    tried.1[i].linear[j] = 1e-4 * searchable.step[j];
                 }
             }
             Slot::Shape(i, j) => {

@@ -54,8 +54,13 @@ pub struct Searchable {
     pub name: &'static str,
     /// A size of each linear amplitude at which a difference of predictions is measurable and nearly linear.
     pub step: Vec<f64>,
+    /// Share of `step` at which the pattern of each shape is taken; 1 where the list ends. An effect whose first order vanishes for one shape and not for
+    /// another has its small sizes listed apart: they look otherwise.
+    pub step_share: Vec<f64>,
     /// Largest plausible size of each linear amplitude.
     pub plausible: Vec<f64>,
+    /// Smallest plausible size of the first linear amplitude; 0 where there is none.
+    pub least: f64,
     /// Lowest and highest possible value of each linear amplitude: no floor returns more light than it gets.
     pub limits: Vec<(f64, f64)>,
     /// The linear amplitudes are two components of one amplitude: a direction or a phase.
@@ -79,7 +84,35 @@ pub struct Searchable {
     pub fixed: Vec<bool>,
 }
 
+/// ln of what belief loses from the smallest plausible size to none.
+const LN_SMALL: f64 = 0.7;
+
 impl Searchable {
+    /// The difference at which the pattern of a shape is taken.
+    pub fn step_of(&self, shape: usize, component: usize) -> f64 {
+        self.step[component] * self.step_share.get(shape).copied().unwrap_or(1.0)
+    }
+
+    /// The difference at which the derivative to a linear amplitude is taken in a fit: of one that cannot be negative no more than a tenth of it, for its
+    /// change may go with the root.
+    pub fn step_at(&self, component: usize, value: f64) -> f64 {
+        let step = 0.1 * self.step[component];
+        if self.never_negative {
+            step.min(0.1 * value).max(1e-4 * self.step[component])
+        } else {
+            step
+        }
+    }
+
+    /// ln of what a first amplitude smaller than plausible costs.
+    pub fn ln_small(&self, first: f64) -> f64 {
+        if self.least > 0.0 && first < self.least {
+            LN_SMALL * ((first.max(0.0) / self.least).sqrt() - 1.0)
+        } else {
+            0.0
+        }
+    }
+
     /// How far these amplitudes lie beyond what is plausible, squared, in plausible amplitudes: what was believed of them before
     /// any data falls like a normal law there.
     pub fn implausibility(&self, linear: &[f64]) -> f64 {

@@ -8,7 +8,7 @@ use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 
 use crate::emitter::Node;
-use crate::luminaire::angles_deg;
+use crate::luminaire::{angles_deg, polar_deg};
 
 /// Step of the table of the lobe.
 const STEP_DEG: f64 = 0.5;
@@ -121,11 +121,15 @@ impl Lobe {
 
     /// The share of the far field towards `direction` (unit) that an LED with `axis` has, relative to its weight.
     pub fn share(&self, axis: DVec3, direction: DVec3) -> f64 {
+        self.share_at(axis, direction, polar_deg(direction))
+    }
+
+    /// As [`share`](Self::share), γ of the direction being known.
+    pub(crate) fn share_at(&self, axis: DVec3, direction: DVec3, gamma_deg: f64) -> f64 {
         let own = linear(&self.lobe, apart_deg(axis, direction) / FINE_DEG);
-        let (c_deg, gamma_deg) = angles_deg(direction);
         let sum = match &self.sum {
             Sum::Rotational(sum) => linear(sum, gamma_deg / FINE_DEG),
-            Sum::Grid(sum) => sum.intensity_cd_at(c_deg, gamma_deg),
+            Sum::Grid(sum) => sum.intensity_cd_at(angles_deg(direction).0, gamma_deg),
         };
         if sum > 1e-9 * self.lobe[0].abs() {
             own / sum

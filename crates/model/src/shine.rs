@@ -77,11 +77,20 @@ impl<'m> Shine<'m> {
 
     /// Intensity in cd of the far field towards `direction`, of any length.
     pub fn intensity_cd(&self, direction: DVec3) -> f64 {
-        let (c_deg, gamma_deg) = if self.around {
+        let (c_deg, gamma_deg) = self.angles_deg(direction);
+        self.intensity_cd_at(c_deg, gamma_deg, direction)
+    }
+
+    /// C, where anything depends on it, and γ.
+    fn angles_deg(&self, direction: DVec3) -> (f64, f64) {
+        if self.around {
             angles_deg(direction)
         } else {
             (0.0, polar_deg(direction))
-        };
+        }
+    }
+
+    fn intensity_cd_at(&self, c_deg: f64, gamma_deg: f64, direction: DVec3) -> f64 {
         let intensity_cd = self.luminaire.intensity_cd(c_deg, gamma_deg);
         if self.plain {
             return intensity_cd;
@@ -153,9 +162,10 @@ impl<'m> Shine<'m> {
             return 0.0;
         }
         let length = square.sqrt();
-        let mut illuminance_lx = self.intensity_cd(path) * along / (square * length) * 1e6;
+        let (c_deg, gamma_deg) = self.angles_deg(path);
+        let mut illuminance_lx = self.intensity_cd_at(c_deg, gamma_deg, path) * along / (square * length) * 1e6;
         if let Some(lobe) = &self.lobe {
-            illuminance_lx *= lobe.share(node.axis, path / length);
+            illuminance_lx *= lobe.share_at(node.axis, path / length, gamma_deg);
         }
         for (law, values) in &self.paths {
             illuminance_lx *= law(values, length);

@@ -191,7 +191,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         for (i, member) in fitted.hypotheses.iter().enumerate() {
             for j in 0..member.linear.len() {
                 let mut tried = fitted.hypotheses.clone();
-                let step = 0.1 * self.forward.effects()[member.effect].step[j];
+                let step = self.forward.effects()[member.effect].step_at(j, member.linear[j]);
                 tried[i].linear[j] += step;
                 if let Some(changed) = self.forward.predict(&fitted.nuisance, &tried) {
                     columns.push((changed - base) / step);
@@ -298,7 +298,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             *value = value.clamp(*low, *high);
         }
         if searchable.never_negative {
-            linear[0] = linear[0].max(0.05 * searchable.step[0]);
+            linear[0] = linear[0].max(0.05 * searchable.step_of(shape, 0));
         }
         Some(Hypothesis {
             effect,
