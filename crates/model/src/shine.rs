@@ -75,12 +75,6 @@ impl<'m> Shine<'m> {
         }
     }
 
-    /// Intensity in cd of the far field towards `direction`, of any length.
-    pub fn intensity_cd(&self, direction: DVec3) -> f64 {
-        let (c_deg, gamma_deg) = self.angles_deg(direction);
-        self.intensity_cd_at(c_deg, gamma_deg, direction)
-    }
-
     /// C, where anything depends on it, and γ.
     fn angles_deg(&self, direction: DVec3) -> (f64, f64) {
         if self.around {
@@ -90,6 +84,7 @@ impl<'m> Shine<'m> {
         }
     }
 
+    /// Intensity in cd of the far field towards `direction`, of any length, at these angles.
     fn intensity_cd_at(&self, c_deg: f64, gamma_deg: f64, direction: DVec3) -> f64 {
         let intensity_cd = self.luminaire.intensity_cd(c_deg, gamma_deg);
         if self.plain {

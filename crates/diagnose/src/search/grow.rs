@@ -1,8 +1,11 @@
 //! Members: the best name, or the best pair, and further names while the scan still disagrees.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::basis::product;
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
@@ -13,10 +16,9 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
     /// The first members: the best single effect, or the best pair where two explain what one cannot.
     pub(super) fn grow(&mut self, scan: &Scan, first: &[Found], baseline: &Fit) -> (Vec<Hypothesis>, Fit) {
         let singles = self.name_evidence(first);
-        let Some(&(best, _)) = singles.first() else {
+        if singles.is_empty() {
             return (Vec::new(), baseline.clone());
-        };
-        let mut tried: Vec<(f64, Vec<Hypothesis>, Fit)> = Vec::new();
+        }
         // Full fits of the few best: a tangent can mislead where an effect is strong.
         let candidates: Vec<usize> = singles
             .iter()
@@ -24,22 +26,18 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             .take(4)
             .map(|(e, _)| *e)
             .collect();
-        for effect in candidates {
-            let Some((start, _)) = self.start(scan, baseline, first, effect) else {
-                continue;
-            };
-            if let Some(fitted) = self.fit(&[start]) {
-                tried.push((fitted.chi2, fitted.hypotheses.clone(), fitted));
-            }
-        }
-        let _ = best;
-        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((single_chi2, members, fitted)) = tried.into_iter().next() else {
+        let tried: Vec<Fit> = candidates
+            .into_par_iter()
+            .filter_map(|effect| self.fit(&[self.start(scan, baseline, first, effect)?.0]))
+            .collect();
+        let Some(fitted) = tried.into_iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2)) else {
             return (Vec::new(), baseline.clone());
         };
+        let members = fitted.hypotheses.clone();
         let variance = self.noise.scale.powi(2);
-        let single_explained = (baseline.chi2 - single_chi2) / variance;
-        if let Some((pair, pair_fit)) = self.best_pair(scan, first, baseline) {
+        let single_explained = (baseline.chi2 - fitted.chi2) / variance;
+        let least_gain = 2.0 * (self.forward.effects().len() as f64).ln() + 8.0;
+        if let Some((pair, pair_fit)) = self.best_pair(scan, first, baseline, least_gain) {
             let pair_explained = (baseline.chi2 - pair_fit.chi2) / variance;
             let gain = pair_explained - single_explained;
             let weaker = (0..2)
@@ -48,7 +46,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             let stronger = (0..2)
                 .map(|i| self.explained_by(&pair, &pair_fit, i))
                 .fold(0.0, f64::max);
-            let needed = (2.0 * (self.forward.effects().len() as f64).ln() + 8.0)
+            let needed = least_gain
                 .max(self.settings.second_share.powi(2) * stronger)
                 .max((self.settings.model_form).powi(2) * stronger + 9.0);
             if gain > needed && weaker > needed {
@@ -112,8 +110,15 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         (members, fitted)
     }
 
-    /// The pair of named effects that explains most, from the Gram matrix of the scan's directions.
-    pub(super) fn best_pair(&self, scan: &Scan, first: &[Found], baseline: &Fit) -> Option<(Vec<Hypothesis>, Fit)> {
+    /// The pair of named effects that explains most, from the Gram matrix of the scan's directions; none where the tangents of no pair gain
+    /// `least_gain` (σ²) over those of the best name.
+    pub(super) fn best_pair(
+        &self,
+        scan: &Scan,
+        first: &[Found],
+        baseline: &Fit,
+        least_gain: f64,
+    ) -> Option<(Vec<Hypothesis>, Fit)> {
         let residual = &baseline.residual / self.noise.scale;
         // All shapes of every effect; of a search through frequencies only the best few.
         let mut by_effect: Vec<Vec<usize>> = vec![Vec::new(); self.forward.effects().len()];
@@ -131,19 +136,40 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             .enumerate()
             .flat_map(|(effect, places)| places.iter().map(move |&place| (effect, place)))
             .collect();
-        let blocks: Vec<DMatrix<f64>> = places
+        let mut columns = Vec::new();
+        let own: Vec<Range<usize>> = places
             .iter()
-            .map(|&(_, place)| scan.block(&scan.seen[place]).into_owned())
+            .map(|&(_, place)| {
+                let start = columns.len();
+                columns.extend(
+                    scan.block(&scan.seen[place])
+                        .column_iter()
+                        .map(nalgebra::Matrix::into_owned),
+                );
+                start..columns.len()
+            })
             .collect();
-        let z: Vec<DVector<f64>> = blocks.iter().map(|block| block.tr_mul(&residual)).collect();
+        if columns.is_empty() {
+            return None;
+        }
+        let columns = DMatrix::from_columns(&columns);
+        let gram = product(&columns, &columns);
+        let all = columns.tr_mul(&residual);
+        let z: Vec<DVector<f64>> = own
+            .iter()
+            .map(|own| all.rows(own.start, own.len()).into_owned())
+            .collect();
+        let single = z.iter().map(nalgebra::Matrix::norm_squared).fold(0.0, f64::max);
+        // A pair that gains less would not be taken, and its refits cost the most.
+        let enough = single + least_gain.max(0.5 * self.settings.second_share.powi(2) * single);
         let mut best: Vec<(f64, usize, usize)> = (0..places.len())
             .into_par_iter()
             .flat_map_iter(|a| {
-                let (blocks, z, places) = (&blocks, &z, &places);
+                let (gram, own, z, places) = (&gram, &own, &z, &places);
                 ((a + 1)..places.len())
                     .filter(move |&b| places[a].0 != places[b].0)
                     .filter_map(move |b| {
-                        let cross = blocks[a].tr_mul(&blocks[b]);
+                        let cross = gram.view((own[a].start, own[b].start), (own[a].len(), own[b].len()));
                         let left = &z[b] - cross.tr_mul(&z[a]);
                         let inner = DMatrix::identity(left.len(), left.len()) - cross.tr_mul(&cross);
                         // Nearly the same pattern twice is no pair.
@@ -153,14 +179,14 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
                         }
                         let gained = left.dot(&(inverse * &left));
                         let explained = z[a].norm_squared() + gained;
-                        Some((ln_bayes_factor(explained, z[a].len() + z[b].len()), a, b))
+                        (explained >= enough).then(|| (ln_bayes_factor(explained, z[a].len() + z[b].len()), a, b))
                     })
             })
             .collect();
         best.sort_by(|x, y| y.0.total_cmp(&x.0));
         // Refine the best of several different pairs of names.
         let mut names: Vec<(usize, usize)> = Vec::new();
-        let mut fits: Vec<Fit> = Vec::new();
+        let mut starts: Vec<[Hypothesis; 2]> = Vec::new();
         for &(_, a, b) in best.iter().take(400) {
             let pair = (places[a].0.min(places[b].0), places[a].0.max(places[b].0));
             if names.contains(&pair) {
@@ -173,12 +199,13 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
                 self.hypothesis(baseline, who, shape)
             };
             if let (Some(one), Some(two)) = (start(places[a].1), start(places[b].1)) {
-                fits.extend(self.fit(&[one, two]));
+                starts.push([one, two]);
             }
             if names.len() >= 4 {
                 break;
             }
         }
+        let fits: Vec<Fit> = starts.into_par_iter().filter_map(|pair| self.fit(&pair)).collect();
         let fitted = fits.into_iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2))?;
         Some((fitted.hypotheses.clone(), fitted))
     }
