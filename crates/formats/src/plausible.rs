@@ -2,6 +2,7 @@
 
 mod misfit;
 mod outliers;
+mod resolution;
 mod twins;
 
 use isolux_photometry::IntensityDistribution;

@@ -1,16 +1,25 @@
 //! How far each intensity is from what its neighbours say, along γ and across planes.
 //!
-//! Along γ a value is compared with the cubic through its four neighbours (past the pole through the opposite plane),
-//! across planes with the cubic through the four neighbouring planes (past the last one by the file's symmetry). What is
-//! usual in the surroundings is the yardstick: light is rough where it is cut off, and rough in the same places of the
-//! neighbouring planes.
+//! A value is compared with the line through its two neighbours and with the cubic through its four, along γ (past the pole
+//! through the opposite plane) and across planes (past the last one by the file's symmetry). What is usual in the
+//! surroundings is the yardstick: light is rough where it is cut off, and rough in the same places of the neighbouring
+//! planes. Evidence is a ratio of likelihoods under a Cauchy distribution, whose long tails let one misfit be large
+//! without outvoting all others.
 
 use super::Stored;
 
-/// The share of the surroundings' misfits that counts as usual.
+/// The share of the surroundings' misfits that counts as usual: in other planes, and with few planes, where a second wrong
+/// value may stand nearby.
 const USUAL: f64 = 0.7;
+const USUAL_FEW: f64 = 0.5;
+/// No values are smoother than to this part of the peak.
+const FINEST: f64 = 0.0004;
 /// Fewest misfits of the surroundings that tell what is usual.
 const FEWEST: usize = 5;
+/// What the misfits of a line and of a cubic count; they are not independent.
+const WEIGHT: [f64; 2] = [1.0, 0.5];
+/// How many neighbours on either side a line and a cubic take.
+const REACH: [usize; 2] = [1, 2];
 
 /// How the stored planes go on past the first and the last.
 #[derive(Clone, Copy, PartialEq)]
@@ -31,57 +40,73 @@ struct Beside {
     weight: f64,
 }
 
-/// Values with their misfits in both directions.
+/// The four neighbours, of which a line has two with weight 0.
+type Along = Option<[Beside; 4]>;
+/// Planes beside a plane with their weights.
+type Across = Option<[(usize, f64); 4]>;
+
+/// Values with their misfits: along γ by a line and a cubic, across planes by a line and a cubic.
 pub(super) struct Field<'s> {
     pub planes: usize,
     pub ng: usize,
     pub values: &'s [f64],
-    pub gamma_deg: &'s [f64],
     pub peak: f64,
+    gamma_deg: &'s [f64],
     round: Round,
     c_deg: Vec<f64>,
     /// The plane at C + 180°.
     opposite: Vec<Option<usize>>,
-    beside: Vec<Option<[Beside; 4]>>,
-    /// Planes beside each plane, with their weights.
-    aside: Vec<Option<[(usize, f64); 4]>>,
-    /// NaN where there are too few neighbours.
-    pub along: Vec<f64>,
-    pub across: Vec<f64>,
-    step: f64,
+    along: [Vec<Along>; 2],
+    across: [Vec<Across>; 2],
+    /// NaN where there are too few neighbours; by direction (along, across) and order (line, cubic).
+    misfit: [[Vec<f32>; 2]; 2],
+    /// What rounding and the finest scatter leave.
+    finest: f64,
 }
 
-/// Some misfits in units of what is usual, each with what a unit of change would add to it.
+/// One of the four misfits at one value.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Which {
+    across: bool,
+    order: usize,
+    plane: usize,
+    angle: usize,
+}
+
+/// All misfits that a change reaches, in units of what is usual.
 #[derive(Default)]
 pub(super) struct Pattern {
-    pub misfit: Vec<f64>,
-    pub unit: Vec<f64>,
+    parts: Vec<Part>,
+    /// Changes that would make one of the changed value's own misfits vanish.
+    pub suggested: Vec<f64>,
+}
+
+struct Part {
+    misfit: f64,
+    /// What a unit of the change adds.
+    unit: f64,
+    weight: f64,
 }
 
 impl Pattern {
-    /// Misfit · unit and unit · unit.
-    pub fn products(&self) -> (f64, f64) {
-        let pairs = || self.misfit.iter().zip(&self.unit);
-        (
-            pairs().map(|(misfit, unit)| misfit * unit).sum(),
-            pairs().map(|(_, unit)| unit * unit).sum(),
-        )
+    /// How much likelier the values are after the change: the logarithm of the ratio, above 0 where they fit better.
+    pub fn gain(&self, change: f64) -> f64 {
+        let part = |part: &Part| {
+            let (before, after) = (part.misfit, part.misfit + change * part.unit);
+            part.weight * ((1.0 + before * before) / (1.0 + after * after)).ln()
+        };
+        self.parts.iter().map(part).sum()
     }
 
-    /// Root mean square (over `freedom`) and largest of what is left after `change`.
-    pub fn left(&self, change: f64, freedom: usize) -> (f64, f64) {
-        let (mut sum, mut largest) = (0.0, 0.0_f64);
-        for (misfit, unit) in self.misfit.iter().zip(&self.unit) {
-            let left = misfit + change * unit;
-            sum += left * left;
-            largest = largest.max(left.abs());
-        }
-        ((sum / freedom.max(1) as f64).sqrt(), largest)
+    /// The suggested change that gains most, with its gain.
+    pub fn best(&self) -> Option<(f64, f64)> {
+        let gains = self.suggested.iter().map(|&change| (self.gain(change), change));
+        gains.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
 
 impl<'s> Field<'s> {
-    /// None where there are too few angles to compare anything; `step` is the last decimal of the file.
+    /// None where there are too few angles to compare anything; `step` is the resolution of the file's numbers.
     pub fn new(stored: &'s Stored<'_>, step: f64) -> Option<Self> {
         let ng = stored.angles_deg.len();
         let mut planes = stored.planes_deg.len();
@@ -113,26 +138,29 @@ impl<'s> Field<'s> {
             planes,
             ng,
             values,
-            gamma_deg: stored.angles_deg,
             peak: values.iter().fold(0.0, |most, value| most.max(value.abs())),
+            gamma_deg: stored.angles_deg,
             round,
             c_deg,
             opposite: vec![None; planes],
-            beside: Vec::new(),
-            aside: Vec::new(),
-            along: vec![f64::NAN; planes * ng],
-            across: vec![f64::NAN; planes * ng],
-            step: step.max(1e-12),
+            along: [Vec::new(), Vec::new()],
+            across: [Vec::new(), Vec::new()],
+            misfit: Default::default(),
+            finest: 0.0,
         };
         if field.peak <= 0.0 {
             return None;
         }
+        field.finest = step.max(1e-12) + FINEST * field.peak;
         if stored.poles {
             field.opposite = (0..planes).map(|plane| field.opposite_of(plane)).collect();
         }
-        field.beside = (0..ng).map(|angle| field.beside(angle)).collect();
-        field.aside = (0..planes).map(|plane| field.aside(plane)).collect();
-        field.misfits();
+        for order in 0..2 {
+            field.along[order] = (0..ng).map(|angle| field.beside(angle, order)).collect();
+            field.across[order] = (0..planes).map(|plane| field.aside(plane, order)).collect();
+            field.misfit[0][order] = field.misfits_along(order);
+            field.misfit[1][order] = field.misfits_across(order);
+        }
         Some(field)
     }
 
@@ -150,16 +178,17 @@ impl<'s> Field<'s> {
         (at < self.planes && (self.c_deg[at] - wanted).abs() < 1e-6).then_some(at)
     }
 
-    /// The four neighbours of an angle.
-    fn beside(&self, angle: usize) -> Option<[Beside; 4]> {
+    /// The neighbours of an angle.
+    fn beside(&self, angle: usize, order: usize) -> Along {
         let last = self.ng as isize - 1;
         let mut angles = [0.0; 4];
         let mut found = [Beside {
-            angle: 0,
+            angle,
             opposite: false,
             weight: 0.0,
         }; 4];
-        for (k, offset) in [-2, -1, 1, 2].into_iter().enumerate() {
+        let mut count = 0;
+        for offset in offsets(order) {
             let at = angle as isize + offset;
             let (pole, inside) = match at {
                 at if at < 0 => (Some(0.0), -at),
@@ -168,7 +197,7 @@ impl<'s> Field<'s> {
             };
             let inside = inside as usize;
             let own = self.gamma_deg[inside];
-            angles[k] = match pole {
+            angles[count] = match pole {
                 None => own,
                 Some(pole) => {
                     let end = self.gamma_deg[if at < 0 { 0 } else { self.ng - 1 }];
@@ -178,10 +207,12 @@ impl<'s> Field<'s> {
                     2.0 * pole - own
                 }
             };
-            found[k].angle = inside;
-            found[k].opposite = pole.is_some();
+            found[count].angle = inside;
+            found[count].opposite = pole.is_some();
+            count += 1;
         }
-        for (beside, weight) in found.iter_mut().zip(lagrange(self.gamma_deg[angle], &angles)) {
+        let weights = lagrange(self.gamma_deg[angle], &angles[..count]);
+        for (beside, weight) in found.iter_mut().zip(weights) {
             beside.weight = weight;
         }
         Some(found)
@@ -213,29 +244,38 @@ impl<'s> Field<'s> {
         }
     }
 
-    fn aside(&self, plane: usize) -> Option<[(usize, f64); 4]> {
-        if self.planes < 4 {
+    fn aside(&self, plane: usize, order: usize) -> Across {
+        if self.planes < 3 + order {
             return None;
         }
         let mut angles = [0.0; 4];
-        let mut rows = [0; 4];
-        for (k, offset) in [-2, -1, 1, 2].into_iter().enumerate() {
-            (angles[k], rows[k]) = self.plane(plane as isize + offset)?;
+        let mut rows = [plane; 4];
+        let mut count = 0;
+        for offset in offsets(order) {
+            (angles[count], rows[count]) = self.plane(plane as isize + offset)?;
+            count += 1;
         }
-        let weights = lagrange(self.c_deg[plane], &angles);
+        let weights = lagrange(self.c_deg[plane], &angles[..count]);
         Some(std::array::from_fn(|k| (rows[k], weights[k])))
     }
 
-    fn misfits(&mut self) {
-        let ng = self.ng;
-        for plane in 0..self.planes {
-            let row = &self.values[plane * ng..(plane + 1) * ng];
-            let opposite = self.opposite[plane].map(|other| &self.values[other * ng..(other + 1) * ng]);
-            let along = &mut self.along[plane * ng..(plane + 1) * ng];
-            for (angle, beside) in self.beside.iter().enumerate() {
+    fn row(&self, plane: usize) -> &[f64] {
+        &self.values[plane * self.ng..(plane + 1) * self.ng]
+    }
+
+    fn misfits_along(&self, order: usize) -> Vec<f32> {
+        let (ng, reach) = (self.ng, REACH[order]);
+        let mut misfits = vec![f32::NAN; self.planes * ng];
+        for (plane, misfits) in misfits.chunks_mut(ng).enumerate() {
+            let row = self.row(plane);
+            let opposite = self.opposite[plane].map(|other| self.row(other));
+            for (angle, beside) in self.along[order].iter().enumerate() {
                 let Some(beside) = beside else { continue };
-                along[angle] = if (2..ng - 2).contains(&angle) {
-                    let [a, b, c, d] = beside.map(|beside| beside.weight);
+                let [a, b, c, d] = beside.map(|beside| beside.weight);
+                let inside = (reach..ng - reach).contains(&angle);
+                let misfit = if inside && order == 0 {
+                    row[angle] - a * row[angle - 1] - b * row[angle + 1]
+                } else if inside {
                     row[angle] - a * row[angle - 2] - b * row[angle - 1] - c * row[angle + 1] - d * row[angle + 2]
                 } else {
                     let value = |beside: &Beside| {
@@ -244,140 +284,241 @@ impl<'s> Field<'s> {
                     };
                     row[angle] - beside.iter().map(value).sum::<f64>()
                 };
-            }
-            let Some(aside) = self.aside[plane] else { continue };
-            let [a, b, c, d] = aside.map(|(other, _)| &self.values[other * ng..(other + 1) * ng]);
-            let [wa, wb, wc, wd] = aside.map(|(_, weight)| weight);
-            for (angle, misfit) in self.across[plane * ng..(plane + 1) * ng].iter_mut().enumerate() {
-                *misfit = row[angle] - wa * a[angle] - wb * b[angle] - wc * c[angle] - wd * d[angle];
+                misfits[angle] = misfit as f32;
             }
         }
+        misfits
     }
 
-    /// What is usual around a value, beyond the reach of the value itself: along γ in other planes, where the same edge
-    /// shows at the same angle; across planes at other angles. None where too little is around.
-    fn usual(&self, plane: usize, angle: usize, along: bool) -> Option<f64> {
-        const PLANES: [isize; 6] = [-3, -2, -1, 1, 2, 3];
-        let misfit = if along { &self.along } else { &self.across };
-        let mut around = [0.0; 64];
-        let mut count = 0;
-        let mut take = |value: f64| {
-            around[count] = value.abs();
-            count += usize::from(!value.is_nan());
-        };
-        if self.planes >= 4 {
-            let (from, to) = (angle.saturating_sub(4), (angle + 5).min(self.ng));
-            for offset in PLANES {
-                let Some((_, other)) = self.plane(plane as isize + offset).filter(|found| found.1 != plane) else {
-                    continue;
-                };
-                let row = &misfit[other * self.ng..(other + 1) * self.ng];
-                for (at, &value) in row.iter().enumerate().take(to).skip(from) {
-                    if along || !(at == angle || at == angle + 1) {
-                        take(value);
-                    }
-                }
-            }
-        } else {
-            let row = &misfit[plane * self.ng..(plane + 1) * self.ng];
-            let below = angle.saturating_sub(9)..(angle + 1).saturating_sub(4);
-            let above = (angle + 4).min(self.ng)..(angle + 10).min(self.ng);
-            below.chain(above).for_each(|at| take(row[at]));
-        }
-        if count < FEWEST {
-            return None;
-        }
-        let at = ((count - 1) as f64 * USUAL).round() as usize;
-        let (_, usual, _) = around[..count].select_nth_unstable_by(at, f64::total_cmp);
-        Some(*usual + self.step)
-    }
-
-    /// The larger of both misfits in units of what is usual.
-    pub fn prominence(&self, plane: usize, angle: usize) -> f64 {
-        let index = plane * self.ng + angle;
-        let of = |misfit: f64, along: bool| {
-            if misfit.is_nan() {
-                return 0.0;
-            }
-            self.usual(plane, angle, along)
-                .map_or(0.0, |usual| misfit.abs() / usual)
-        };
-        of(self.along[index], true).max(of(self.across[index], false))
-    }
-
-    /// All misfits that a change of `changes` (angle and its share) in one plane reaches.
-    pub fn pattern(&self, plane: usize, changes: &[(usize, f64)]) -> Pattern {
-        let mut pattern = Pattern::default();
-        let mut add = |misfit: f64, unit: f64, usual: Option<f64>| {
-            if let Some(usual) = usual.filter(|_| !misfit.is_nan() && unit != 0.0) {
-                pattern.misfit.push(misfit / usual);
-                pattern.unit.push(unit / usual);
-            }
-        };
-        let (first, last) = changes.iter().fold((usize::MAX, 0), |(first, last), &(angle, _)| {
-            (first.min(angle), last.max(angle))
-        });
-        let folded = self.opposite[plane] == Some(plane);
-        for angle in first.saturating_sub(2)..(last + 3).min(self.ng) {
-            let misfit = self.along[plane * self.ng + angle];
-            let Some(beside) = self.beside[angle].filter(|_| !misfit.is_nan()) else {
+    fn misfits_across(&self, order: usize) -> Vec<f32> {
+        let mut misfits = vec![f32::NAN; self.planes * self.ng];
+        for (plane, misfits) in misfits.chunks_mut(self.ng).enumerate() {
+            let Some(aside) = self.across[order][plane] else {
                 continue;
             };
-            let unit: f64 = changes
-                .iter()
-                .map(|&(changed, share)| {
-                    let own = f64::from(u8::from(changed == angle));
-                    let near = beside.iter().filter(|b| b.angle == changed && (!b.opposite || folded));
-                    share * (own - near.map(|b| b.weight).sum::<f64>())
-                })
-                .sum();
-            add(misfit, unit, self.usual(plane, angle, true));
+            let row = self.row(plane);
+            let [a, b, c, d] = aside.map(|(other, _)| self.row(other));
+            let [wa, wb, wc, wd] = aside.map(|(_, weight)| weight);
+            for (angle, misfit) in misfits.iter_mut().enumerate() {
+                let predicted = if order == 0 {
+                    wa * a[angle] + wb * b[angle]
+                } else {
+                    wa * a[angle] + wb * b[angle] + wc * c[angle] + wd * d[angle]
+                };
+                *misfit = (row[angle] - predicted) as f32;
+            }
         }
-        let mut reached: Vec<usize> = (-2..=2)
-            .filter_map(|offset| self.plane(plane as isize + offset).map(|found| found.1))
-            .collect();
+        misfits
+    }
+
+    /// The misfits along γ (or across planes) of a value, by a line and by a cubic.
+    pub fn misfits(&self, index: usize, across: bool) -> [f64; 2] {
+        let of = &self.misfit[usize::from(across)];
+        [f64::from(of[0][index]), f64::from(of[1][index])]
+    }
+
+    /// How much the misfit along γ at an angle grows with the value there and falls with the next one.
+    pub fn own_share(&self, angle: usize, order: usize) -> f64 {
+        let beside = self.along[order][angle].iter().flatten();
+        let next = beside.filter(|beside| beside.angle == angle + 1 && !beside.opposite);
+        1.0 + next.map(|beside| beside.weight).sum::<f64>()
+    }
+
+    /// The misfits around a value, beyond its own reach: along γ in other planes, where the same edge shows at the same
+    /// angle; across planes at other angles; with few planes in the surroundings of the plane as well. None where too
+    /// little is around; beside them the rank of the one that is usual.
+    fn around<'a>(&self, which: Which, around: &'a mut [f32; 64]) -> Option<(&'a mut [f32], usize)> {
+        let Which {
+            across,
+            order,
+            plane,
+            angle,
+        } = which;
+        let misfit = &self.misfit[usize::from(across)][order];
+        let mut count = 0;
+        let mut take = |values: &[f32]| {
+            for &value in values {
+                around[count] = value.abs();
+                count += usize::from(!value.is_nan());
+            }
+        };
+        let few = self.planes < 4;
+        let near = if few { 3 } else { 4 };
+        let (from, to) = (angle.saturating_sub(near), (angle + near + 1).min(self.ng));
+        let mut beside = |other: usize| {
+            let row = &misfit[other * self.ng..(other + 1) * self.ng];
+            if across {
+                // This and the next angle are those of a pair.
+                take(&row[from..angle]);
+                take(&row[(angle + 2).min(to)..to]);
+            } else {
+                take(&row[from..to]);
+            }
+        };
+        let share = if few {
+            (0..self.planes).filter(|&other| other != plane).for_each(&mut beside);
+            let row = &misfit[plane * self.ng..(plane + 1) * self.ng];
+            take(&row[angle.saturating_sub(9)..(angle + 1).saturating_sub(4)]);
+            take(&row[(angle + 4).min(self.ng)..(angle + 10).min(self.ng)]);
+            USUAL_FEW
+        } else {
+            for offset in [-3, -2, -1, 1, 2, 3] {
+                if let Some((_, other)) = self.plane(plane as isize + offset).filter(|found| found.1 != plane) {
+                    beside(other);
+                }
+            }
+            USUAL
+        };
+        let rank = (count.saturating_sub(1) as f64 * share).round() as usize;
+        (count >= FEWEST).then_some((&mut around[..count], rank))
+    }
+
+    /// What is usual around a value.
+    fn usual(&self, which: Which) -> Option<f64> {
+        let mut around = [0.0; 64];
+        let (around, rank) = self.around(which, &mut around)?;
+        let (_, usual, _) = around.select_nth_unstable_by(rank, f32::total_cmp);
+        Some(f64::from(*usual) + self.finest)
+    }
+
+    /// Whether one of the misfits at a value is more than `times` what is usual.
+    pub fn stands_out(&self, index: usize, times: f64) -> bool {
+        let out = |across: bool, order: usize| {
+            let least = self.misfits(index, across)[order].abs() / times - self.finest;
+            let mut around = [0.0; 64];
+            // Counting is faster than finding what is usual.
+            least > 0.0
+                && (across || !self.edge(index, order))
+                && self
+                    .around(self.which(index, across, order), &mut around)
+                    .is_some_and(|(around, rank)| around.iter().filter(|&&misfit| misfit < least as f32).count() > rank)
+        };
+        [false, true].into_iter().any(|across| out(across, 0) || out(across, 1))
+    }
+
+    /// Most planes around have about the same misfit at this angle: light that is cut off.
+    fn edge(&self, index: usize, order: usize) -> bool {
+        const SAME: f32 = 1.5;
+        const MOST: usize = 4;
+        let (plane, angle) = (index / self.ng, index % self.ng);
+        let misfit = &self.misfit[0][order];
+        let others = [-3, -2, -1, 1, 2, 3]
+            .into_iter()
+            .filter_map(|offset| self.plane(plane as isize + offset));
+        let others = others.filter(|found| found.1 != plane);
+        let same = others.filter(|found| SAME * misfit[found.1 * self.ng + angle].abs() > misfit[index].abs());
+        same.count() >= MOST
+    }
+
+    fn which(&self, index: usize, across: bool, order: usize) -> Which {
+        Which {
+            across,
+            order,
+            plane: index / self.ng,
+            angle: index % self.ng,
+        }
+    }
+
+    /// All misfits that a change of `changes` (index and its share) reaches.
+    pub fn pattern(&self, changes: &[(usize, f64)]) -> Pattern {
+        let mut reached = Vec::with_capacity(24 * changes.len());
+        for &(index, _) in changes {
+            self.reached(index, &mut reached);
+        }
         reached.sort_unstable();
         reached.dedup();
-        for other in reached {
-            let Some(aside) = self.aside[other] else { continue };
-            let near: f64 = aside
-                .iter()
-                .filter(|beside| beside.0 == plane)
-                .map(|beside| beside.1)
-                .sum();
-            let unit = f64::from(u8::from(other == plane)) - near;
-            for &(angle, share) in changes {
-                let misfit = self.across[other * self.ng + angle];
-                add(misfit, share * unit, self.usual(other, angle, false));
+        let mut pattern = Pattern::default();
+        for which in reached {
+            let index = which.plane * self.ng + which.angle;
+            let misfit = f64::from(self.misfit[usize::from(which.across)][which.order][index]);
+            if misfit.is_nan() {
+                continue;
             }
+            let shares = changes
+                .iter()
+                .map(|&(changed, share)| share * self.unit(which, changed));
+            let unit: f64 = shares.sum();
+            if unit == 0.0 {
+                continue;
+            }
+            let Some(usual) = self.usual(which) else { continue };
+            if changes.iter().any(|change| change.0 == index) {
+                pattern.suggested.push(-misfit / unit);
+            }
+            pattern.parts.push(Part {
+                misfit: misfit / usual,
+                unit: unit / usual,
+                weight: WEIGHT[which.order],
+            });
         }
         pattern
     }
 
-    /// The planes beside a plane.
-    pub fn planes_beside(&self, plane: usize) -> impl Iterator<Item = usize> + '_ {
-        let beside = [-1, 1]
-            .into_iter()
-            .filter_map(move |offset| self.plane(plane as isize + offset));
-        beside.map(|found| found.1).filter(move |&other| other != plane)
+    /// The misfits in which a value takes part.
+    fn reached(&self, index: usize, into: &mut Vec<Which>) {
+        let (plane, angle) = (index / self.ng, index % self.ng);
+        for (order, &reach) in REACH.iter().enumerate() {
+            let mut add = |across, plane, angle| {
+                into.push(Which {
+                    across,
+                    order,
+                    plane,
+                    angle,
+                });
+            };
+            for at in angle.saturating_sub(reach)..(angle + reach + 1).min(self.ng) {
+                add(false, plane, at);
+            }
+            // Past a pole the value is a neighbour of the opposite plane's first or last ones.
+            if let Some(other) = self.opposite[plane].filter(|&other| other != plane) {
+                let past = |distance: usize| (reach + 1).saturating_sub(distance);
+                (0..past(angle)).for_each(|at| add(false, other, at));
+                (0..past(self.ng - 1 - angle)).for_each(|at| add(false, other, self.ng - 1 - at));
+            }
+            for offset in -(reach as isize)..=reach as isize {
+                if let Some((_, other)) = self.plane(plane as isize + offset) {
+                    add(true, other, angle);
+                }
+            }
+        }
     }
 
-    /// How much the misfit along γ at `angle` grows with the value there and falls with the value at the next angle.
-    pub fn step_share(&self, angle: usize) -> f64 {
-        let next = |beside: &[Beside; 4]| {
-            let near = beside.iter().filter(|b| b.angle == angle + 1 && !b.opposite);
-            1.0 + near.map(|b| b.weight).sum::<f64>()
+    /// What a unit of the value at `changed` adds to a misfit.
+    fn unit(&self, which: Which, changed: usize) -> f64 {
+        let (plane, angle) = (changed / self.ng, changed % self.ng);
+        let own = f64::from(u8::from(which.plane == plane && which.angle == angle));
+        if which.across {
+            let aside = self.across[which.order][which.plane].filter(|_| which.angle == angle);
+            let near = aside.iter().flatten().filter(|aside| aside.0 == plane);
+            return own - near.map(|aside| aside.1).sum::<f64>();
+        }
+        let beside = self.along[which.order][which.angle];
+        let stands = |opposite: bool| {
+            if opposite {
+                self.opposite[which.plane] == Some(plane)
+            } else {
+                which.plane == plane
+            }
         };
-        self.beside[angle].as_ref().map_or(0.0, next)
+        let near = beside
+            .iter()
+            .flatten()
+            .filter(|b| b.angle == angle && stands(b.opposite));
+        own - near.map(|b| b.weight).sum::<f64>()
     }
 }
 
-/// Weights of the values at `points` in the cubic through them, taken at `x`.
-fn lagrange(x: f64, points: &[f64; 4]) -> [f64; 4] {
+/// Steps to the neighbours that a line or a cubic takes.
+fn offsets(order: usize) -> impl Iterator<Item = isize> {
+    let reach = REACH[order] as isize;
+    (-reach..=reach).filter(|&offset| offset != 0)
+}
+
+/// Weights of the values at `points` in the polynomial through them, taken at `x`; 0 past the last point.
+fn lagrange(x: f64, points: &[f64]) -> [f64; 4] {
     std::array::from_fn(|k| {
-        let others = (0..4).filter(|&other| other != k);
-        others
-            .map(|other| (x - points[other]) / (points[k] - points[other]))
-            .product()
+        let Some(point) = points.get(k) else { return 0.0 };
+        let others = points.iter().enumerate().filter(|&(other, _)| other != k);
+        others.map(|(_, other)| (x - other) / (point - other)).product()
     })
 }

@@ -1,299 +1,253 @@
 //! Single intensities that do not belong where they stand: two numbers swapped, a digit lost or changed.
 //!
-//! One wrong value leaves a known pattern in the misfits of its neighbours along γ and across planes ([`Field`]), and so
-//! does a pair of neighbours that changed places. A place is suspect when the pattern stands far above what is usual
-//! around it, and when undoing it leaves no more than is usual. Light itself can be uneven, but seldom in just that pattern.
+//! For every value, every pair of neighbours along γ and every two odd values anywhere, the question is how much likelier
+//! the values are, beside their neighbours along γ and across planes ([`Field`]), once the value is changed or the two are
+//! exchanged. Light itself can be uneven, but then in many places: what is told stands above most others of its file.
 //! Thresholds were chosen on one half of many files by many hands and measured on the other; see decision record 0010.
 
-use super::misfit::Field;
+use super::misfit::{Field, Pattern};
+use super::resolution::resolution;
 use super::{Stored, at};
 use crate::finding::{Finding, Findings};
 
-/// A value is looked at from this many times what is usual around it.
-const PROMINENT: f64 = 4.0;
-/// How far above what is usual the pattern of a wrong value stands, and that of a pair.
-const SINGLE: f64 = 26.0;
-const PAIR: f64 = 8.0;
-/// Root mean square of what may be left, in units of what is usual: for a value this, or this share of its pattern up to
-/// that bound; for a pair.
-const LEFT_SINGLE: (f64, f64, f64) = (2.0, 0.05, 4.0);
-const LEFT_PAIR: f64 = 2.5;
-/// The largest single misfit that may be left, as a share of the pattern.
-const LEFT_LARGEST: f64 = 0.4;
-/// The change that fits a pair best must be its difference, to within this share.
-const REVERSED: f64 = 0.2;
-/// Two values far apart, each of which fits in the other's place: how far above what is usual each of them stands, and to
-/// within which share of their difference each fits.
-const EXCHANGED: (f64, f64) = (8.0, 0.1);
-/// Values that are tried as partners.
+/// From which gain on (a logarithm of likelihoods) a change is told, when it stands this much above the seventh such
+/// place of the file.
+struct Told {
+    gain: f64,
+    above_seventh: f64,
+}
+
+const VALUE: Told = Told {
+    gain: 24.0,
+    above_seventh: 5.0,
+};
+const PAIR: Told = Told {
+    gain: 10.0,
+    above_seventh: 3.0,
+};
+/// A pair far above all others of the file is told from a smaller gain on: the gain, and how far above the second.
+const LONE_PAIR: (f64, f64) = (4.0, 4.0);
+/// Two values apart: the gain of exchanging them, and how far above any other two.
+const EXCHANGE: (f64, f64) = (16.0, 6.0);
+/// Values that are tried in each other's place.
 const PARTNERS: usize = 60;
-/// Steps on either side of a reversal that all go the other way, and the share within which it is as large as they are; where
-/// it ranks among pairs.
-const REACH: usize = 5;
-const EVEN: f64 = 0.6;
-const REVERSAL: f64 = 40.0;
-/// Least change of a value and least difference of a pair, relative.
-const RELATIVE: (f64, f64) = (0.02, 0.01);
-/// Where many places look alike it is the light: only what stands this many times above the seventh counts.
-const ABOVE: (f64, usize) = (3.0, 6);
+/// A value is looked at from this many times what is usual around it.
+const PROMINENT: f64 = 3.0;
+/// Least change: this part of the peak and of the value, or that; at least so many steps of the file's numbers.
+const LEAST_VALUE: [(f64, f64); 2] = [(0.01, 0.02), (0.003, 0.03)];
+const LEAST_PAIR: [(f64, f64); 2] = [(0.005, 0.0), (0.003, 0.03)];
+const STEPS: f64 = 2.0;
+/// An exchange is looked at where the misfits of the two shrink to this part in one direction.
+const SHRINKS: f64 = 0.95;
 /// Places that are ranked.
 const MOST: usize = 400;
 
-/// Looks at every value and every pair of neighbours along γ.
+/// Looks at every value, every pair of neighbours along γ, and every two odd values.
 pub(super) fn check(stored: &Stored<'_>, findings: &mut Findings) {
-    let step = 10f64.powi(-decimals(stored));
+    let step = resolution(stored);
     let Some(field) = Field::new(stored, step) else { return };
     for suspect in suspects(&field, step) {
-        let index = suspect.plane * field.ng + suspect.angle;
-        let gamma = stored.angles_deg[suspect.angle];
-        let (message, fix) = if let Some((plane, angle)) = suspect.partner {
-            let (line, _) = stored.places.get(plane * field.ng + angle).copied().unwrap_or((1, 1));
-            (
+        let gamma = stored.angles_deg[suspect.index % field.ng];
+        let (message, fix) = match suspect.what {
+            What::Exchange(partner) => {
+                let (line, _) = stored.places.get(partner).copied().unwrap_or((1, 1));
+                (
+                    format!(
+                        "this intensity (γ = {gamma}°) and the one in line {line} fit their neighbours better exchanged"
+                    ),
+                    "compare both with the source; they may be swapped",
+                )
+            }
+            What::Pair => (
+                format!("this intensity (γ = {gamma}°) and the next one fit their neighbours better exchanged"),
+                "compare both with the source; they may be swapped",
+            ),
+            What::Value(change) => (
                 format!(
-                    "this intensity (γ = {gamma}°) and the one in line {line} would fit their neighbours in each other's place"
+                    "this intensity (γ = {gamma}°) does not fit its neighbours, which suggest about {:.4}",
+                    stored.values[suspect.index] + change
                 ),
-                "compare both with the source; they may be swapped",
-            )
-        } else if suspect.pair {
-            (
-                format!("this intensity and the next one (γ = {gamma}°) fit their neighbours only the other way round"),
-                "compare both with the source; they may be swapped",
-            )
-        } else {
-            let expected = stored.values[index] + suspect.change;
-            (
-                format!("this intensity (γ = {gamma}°) does not fit its neighbours, which suggest about {expected:.4}"),
                 "compare it with the source; a digit may be wrong, or two numbers swapped",
-            )
+            ),
         };
-        findings.push(
-            at(
-                stored,
-                index,
-                Finding::warning("intensity-outlier", message).assumed("the value as it stands"),
-            )
-            .fix(fix),
-        );
+        let finding = Finding::warning("intensity-outlier", message).assumed("the value as it stands");
+        findings.push(at(stored, suspect.index, finding).fix(fix));
     }
 }
 
 #[derive(Debug, Clone, Copy)]
+enum What {
+    /// Another value would fit, by this change.
+    Value(f64),
+    /// This and the next value.
+    Pair,
+    /// This and the one at that index.
+    Exchange(usize),
+}
+
+#[derive(Debug, Clone, Copy)]
 struct Suspect {
-    plane: usize,
-    angle: usize,
-    change: f64,
-    pair: bool,
-    score: f64,
-    /// Where the value stands that belongs here, if that is known.
-    partner: Option<(usize, usize)>,
+    index: usize,
+    what: What,
+    gain: f64,
 }
 
 fn suspects(field: &Field<'_>, step: f64) -> Vec<Suspect> {
-    let mut all = Vec::new();
-    let shares: Vec<f64> = (0..field.ng).map(|angle| field.step_share(angle)).collect();
-    for plane in 0..field.planes {
-        let row = plane * field.ng;
-        for (angle, &share) in shares.iter().enumerate() {
-            let index = row + angle;
-            let (along, across) = (field.along[index].abs(), field.across[index].abs());
-            let least = RELATIVE.0 * field.values[index].abs().max(0.002 * field.peak);
-            // `max` passes over a direction without a prediction.
-            if along.max(across) >= least && field.prominence(plane, angle) > PROMINENT {
-                all.extend(single(field, plane, angle, least));
-            }
-            if only_reversal(field, plane, angle, step) {
-                all.push(Suspect {
-                    plane,
-                    angle,
-                    change: field.values[index + 1] - field.values[index],
-                    pair: true,
-                    score: REVERSAL,
-                    partner: None,
-                });
-            } else if angle + 1 < field.ng && may_be_swapped(field, plane, angle, share, step) {
-                let prominent = |angle| field.prominence(plane, angle) > PROMINENT;
-                if prominent(angle) || prominent(angle + 1) {
-                    all.extend(pair(field, plane, angle));
-                }
-            }
+    let mut odd: Vec<(Suspect, Pattern)> = Vec::new();
+    let mut pairs = Vec::new();
+    let shares: Vec<[f64; 2]> = (0..field.ng)
+        .map(|angle| [0, 1].map(|order| field.own_share(angle, order)))
+        .collect();
+    for index in 0..field.values.len() {
+        odd.extend(value(field, index));
+        if (index + 1) % field.ng != 0 {
+            pairs.extend(pair(field, index, shares[index % field.ng], step));
         }
     }
-    all.sort_by(|a, b| b.score.total_cmp(&a.score));
+    odd.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
+    let exchange = exchange(field, &odd[..odd.len().min(PARTNERS)], step);
+    let large_enough = |suspect: &Suspect| match suspect.what {
+        What::Value(change) => large(field, suspect.index, change, LEAST_VALUE),
+        _ => true,
+    };
+    let values = places(field, odd.into_iter().map(|odd| odd.0).filter(large_enough).collect());
+    let pairs = places(field, pairs);
+
+    let gain = |places: &[Suspect], rank: usize| places.get(rank).map_or(0.0, |place| place.gain);
+    let told = |places: &[Suspect], least: &Told| {
+        let least = least.gain.max(gain(places, 6) + least.above_seventh);
+        places.iter().take_while(|place| place.gain > least).count()
+    };
+    let mut told_pairs = told(&pairs, &PAIR);
+    if gain(&pairs, 0) > LONE_PAIR.0.max(gain(&pairs, 1) + LONE_PAIR.1) {
+        told_pairs = told_pairs.max(1);
+    }
+    let told_values = told(&values, &VALUE);
+    let mut found = exchange;
+    let mut rest: Vec<Suspect> = [&pairs[..told_pairs], &values[..told_values]].concat();
+    rest.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    for suspect in rest {
+        if found.iter().all(|other| apart(field, suspect.index, other.index)) {
+            found.push(suspect);
+        }
+    }
+    found.sort_by_key(|suspect| suspect.index);
+    found
+}
+
+/// The value, if another one would fit better.
+fn value(field: &Field<'_>, index: usize) -> Option<(Suspect, Pattern)> {
+    let [along, across] = [false, true].map(|across| field.misfits(index, across));
+    // `max` passes over a direction without a prediction.
+    let largest = along
+        .iter()
+        .chain(&across)
+        .fold(0.0_f64, |most, misfit| most.max(misfit.abs()));
+    let least = LEAST_VALUE[0].1 * field.values[index].abs().max(LEAST_VALUE[1].0 * field.peak);
+    if largest < least || !field.stands_out(index, PROMINENT) {
+        return None;
+    }
+    let pattern = field.pattern(&[(index, 1.0)]);
+    let (gain, change) = pattern.best().filter(|best| best.0 > 1.0)?;
+    let what = What::Value(change);
+    Some((Suspect { index, what, gain }, pattern))
+}
+
+/// The pair of this and the next value along γ, if they would fit better exchanged.
+fn pair(field: &Field<'_>, index: usize, shares: [f64; 2], step: f64) -> Option<Suspect> {
+    let difference = field.values[index + 1] - field.values[index];
+    if !large(field, index, difference, LEAST_PAIR) || difference.abs() <= STEPS * step {
+        return None;
+    }
+    // Most pairs are told from their own misfits: exchanged, these would grow.
+    let shrinks = |across: bool| {
+        let [here, next] = [index, index + 1].map(|at| field.misfits(at, across));
+        (0..2).any(|order| {
+            let change = if across { difference } else { shares[order] * difference };
+            let before = here[order].abs() + next[order].abs();
+            (here[order] + change).abs() + (next[order] - change).abs() < SHRINKS * before
+        })
+    };
+    if !shrinks(false) && !shrinks(true) {
+        return None;
+    }
+    let gain = field.pattern(&[(index, 1.0), (index + 1, -1.0)]).gain(difference);
+    let what = What::Pair;
+    (gain > 0.0).then_some(Suspect { index, what, gain })
+}
+
+/// The two values of the file that fit in each other's place, if there is one such pair and no other.
+fn exchange(field: &Field<'_>, odd: &[(Suspect, Pattern)], step: f64) -> Vec<Suspect> {
+    let mut all = Vec::new();
+    for (rank, (one, pattern)) in odd.iter().enumerate() {
+        for (other, others) in &odd[rank + 1..] {
+            let difference = field.values[other.index] - field.values[one.index];
+            if one.index.abs_diff(other.index) <= 1 || difference.abs() <= STEPS * step {
+                continue;
+            }
+            let (here, there) = (pattern.gain(difference), others.gain(-difference));
+            if here <= 0.0 || there <= 0.0 {
+                continue;
+            }
+            let near = !apart(field, one.index, other.index);
+            let gain = if near {
+                let both = [(one.index, 1.0), (other.index, -1.0)];
+                field.pattern(&both).gain(difference)
+            } else {
+                here + there
+            };
+            all.push((gain, one.index, other.index));
+        }
+    }
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let Some(&(gain, one, other)) = all.first() else {
+        return Vec::new();
+    };
+    let shares = |index: usize| index == one || index == other;
+    let second = all
+        .iter()
+        .find(|two| !shares(two.1) && !shares(two.2))
+        .map_or(0.0, |two| two.0);
+    if gain <= EXCHANGE.0.max(second + EXCHANGE.1) {
+        return Vec::new();
+    }
+    [(one, other), (other, one)]
+        .map(|(index, partner)| Suspect {
+            index,
+            what: What::Exchange(partner),
+            gain,
+        })
+        .to_vec()
+}
+
+/// Whether a change matters, beside the peak and beside the value.
+fn large(field: &Field<'_>, index: usize, change: f64, least: [(f64, f64); 2]) -> bool {
+    let value = field.values[index];
+    let local = value.abs().max((value + change).abs());
+    let change = change.abs();
+    least
+        .iter()
+        .any(|&(of_peak, of_value)| change >= of_peak * field.peak && change >= of_value * local)
+}
+
+/// One wrong value disturbs the predictions of its neighbours; the largest of a group speaks for it.
+fn places(field: &Field<'_>, mut all: Vec<Suspect>) -> Vec<Suspect> {
+    all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     all.truncate(MOST);
     let mut places: Vec<Suspect> = Vec::new();
-    // One wrong value disturbs the predictions of its neighbours; the largest of a group speaks for it.
     for suspect in all {
-        let apart = |other: &Suspect| {
-            let (planes, angles) = (other.plane.abs_diff(suspect.plane), other.angle.abs_diff(suspect.angle));
-            !(planes == 0 && angles <= 3 || angles == 0 && planes <= 2)
-        };
-        if places.iter().all(apart) {
+        if places.iter().all(|other| apart(field, suspect.index, other.index)) {
             places.push(suspect);
         }
     }
-    let usual = |pair: bool| {
-        let kind = places.iter().filter(|place| place.pair == pair);
-        kind.skip(ABOVE.1)
-            .map(|place| ABOVE.0 * place.score)
-            .next()
-            .unwrap_or(0.0)
-    };
-    let least = [SINGLE.max(usual(false)), PAIR.max(usual(true))];
-    exchanged(field, &mut places);
-    places.retain(|place| place.partner.is_some() || place.score > least[usize::from(place.pair)]);
-    places.sort_by_key(|place| (place.plane, place.angle));
     places
 }
 
-fn single(field: &Field<'_>, plane: usize, angle: usize, least: f64) -> Option<Suspect> {
-    if edge(field, plane, angle) {
-        return None;
-    }
-    let pattern = field.pattern(plane, &[(angle, 1.0)]);
-    let count = pattern.misfit.len();
-    let (product, square) = pattern.products();
-    if count < 3 || square <= 0.0 {
-        return None;
-    }
-    let change = -product / square;
-    let score = square.sqrt() * change.abs();
-    let (left, largest) = pattern.left(change, count - 1);
-    let (floor, share, most) = LEFT_SINGLE;
-    let fits = left <= (share * score).max(floor).min(most) && largest <= LEFT_LARGEST * score;
-    (change.abs() >= least && fits).then_some(Suspect {
-        plane,
-        angle,
-        change,
-        pair: false,
-        score,
-        partner: None,
-    })
-}
-
-/// Marks the two values of the file that fit in each other's place, if there is one such pair and no other.
-fn exchanged(field: &Field<'_>, places: &mut [Suspect]) {
-    let value = |place: &Suspect| field.values[place.plane * field.ng + place.angle];
-    let odd: Vec<usize> = (0..places.len())
-        .filter(|&at| !places[at].pair && places[at].score > EXCHANGED.0)
-        .take(PARTNERS)
-        .collect();
-    let mut found = Vec::new();
-    for (rank, &one) in odd.iter().enumerate() {
-        for &other in &odd[rank + 1..] {
-            let difference = value(&places[other]) - value(&places[one]);
-            let fits = |change: f64| (change - difference).abs() <= EXCHANGED.1 * difference.abs();
-            if fits(places[one].change) && fits(-places[other].change) {
-                found.push((one, other));
-            }
-        }
-    }
-    if let [(one, other)] = found[..] {
-        let place = |at: usize| (places[at].plane, places[at].angle);
-        (places[one].partner, places[other].partner) = (Some(place(other)), Some(place(one)));
-    }
-}
-
-/// The pair is the only step against the slope around it, and as large as the steps beside it: put right, the values fall
-/// (or rise) evenly, as they do in the planes beside.
-fn only_reversal(field: &Field<'_>, plane: usize, angle: usize, step: f64) -> bool {
-    if angle < REACH || angle + 1 + REACH >= field.ng || edge(field, plane, angle) || edge(field, plane, angle + 1) {
-        return false;
-    }
-    let row = &field.values[plane * field.ng..(plane + 1) * field.ng];
-    let difference = row[angle + 1] - row[angle];
-    if difference.abs() <= 3.0 * step || difference.abs() < RELATIVE.0 * row[angle].abs() {
-        return false;
-    }
-    // The two are as they stand; put right, the step there is minus their difference.
-    let slope = -difference.signum();
-    let right = |at: usize| match at {
-        _ if at == angle => row[angle + 1],
-        _ if at == angle + 1 => row[angle],
-        _ => row[at],
-    };
-    let rise = |at: usize| (right(at + 1) - right(at)) * slope;
-    let (before, after) = (rise(angle - 1), rise(angle + 1));
-    let even = EVEN * before.min(after)..=before.max(after) / EVEN;
-    if !(angle - REACH..=angle + REACH).all(|at| rise(at) > 0.0) || !even.contains(&rise(angle)) {
-        return false;
-    }
-    field.planes_beside(plane).all(|other| {
-        let row = &field.values[other * field.ng..(other + 1) * field.ng];
-        (row[angle + 1] - row[angle]) * slope > 0.0
-    })
-}
-
-/// The values are far enough apart, and the misfits of the two in one direction are about what swapped ones have.
-fn may_be_swapped(field: &Field<'_>, plane: usize, angle: usize, share: f64, step: f64) -> bool {
-    let index = plane * field.ng + angle;
-    let (here, next) = (field.values[index], field.values[index + 1]);
-    let difference = next - here;
-    if difference.abs() <= RELATIVE.1 * here.abs().max(next.abs()) || difference.abs() <= 2.0 * step {
-        return false;
-    }
-    let about = |misfit: f64, expected: f64| {
-        misfit * expected > 0.0 && {
-            let ratio = misfit / expected;
-            (0.4..1.6).contains(&ratio)
-        }
-    };
-    about(field.along[index + 1] - field.along[index], 2.0 * share * difference)
-        || about(field.across[index + 1] - field.across[index], 2.0 * difference)
-        || field.along[index].is_nan() != field.along[index + 1].is_nan()
-}
-
-fn pair(field: &Field<'_>, plane: usize, angle: usize) -> Option<Suspect> {
-    if edge(field, plane, angle) || edge(field, plane, angle + 1) {
-        return None;
-    }
-    let index = plane * field.ng + angle;
-    let change = field.values[index + 1] - field.values[index];
-    let pattern = field.pattern(plane, &[(angle, 1.0), (angle + 1, -1.0)]);
-    let count = pattern.misfit.len();
-    let (product, square) = pattern.products();
-    if count < 3 || square <= 0.0 {
-        return None;
-    }
-    let score = square.sqrt() * change.abs();
-    let (left, largest) = pattern.left(change, count);
-    let reversed = (-product / square / change - 1.0).abs() <= REVERSED;
-    (reversed && left <= LEFT_PAIR && largest <= LEFT_LARGEST * score).then_some(Suspect {
-        plane,
-        angle,
-        change,
-        pair: true,
-        score,
-        partner: None,
-    })
-}
-
-/// Few planes do not tell an edge of the light from damage, but an edge is at the same angle in all of them, and a
-/// single plane breaks off at the horizon.
-fn edge(field: &Field<'_>, plane: usize, angle: usize) -> bool {
-    if field.planes >= 4 {
-        return false;
-    }
-    let range = angle.saturating_sub(1)..(angle + 2).min(field.ng);
-    if field.planes == 1 {
-        let width = field.gamma_deg[range.end - 1] - field.gamma_deg[range.start];
-        return (field.gamma_deg[angle] - 90.0).abs() <= width.max(5.0);
-    }
-    let others = (0..field.planes).filter(|&other| other != plane);
-    let largest = others
-        .flat_map(|other| range.clone().map(move |angle| other * field.ng + angle))
-        .fold(0.0, |most: f64, index| most.max(field.along[index].abs()));
-    field.along[plane * field.ng + angle].abs() < 3.0 * largest
-}
-
-/// The largest number of decimals among some hundred values, zeros at their end not counted.
-fn decimals(stored: &Stored<'_>) -> i32 {
-    let count = |index: usize| {
-        let text = (stored.raw)(index);
-        let point = text.bytes().rposition(|byte| matches!(byte, b'.' | b','));
-        point.map_or(0, |at| text[at + 1..].trim_end_matches('0').len())
-    };
-    let some = (0..stored.values.len()).step_by(stored.values.len() / 500 + 1);
-    some.map(count).max().unwrap_or(0).min(12) as i32
+/// Whether two values disturb no prediction together.
+fn apart(field: &Field<'_>, one: usize, other: usize) -> bool {
+    let planes = (one / field.ng).abs_diff(other / field.ng);
+    let angles = (one % field.ng).abs_diff(other % field.ng);
+    !(planes == 0 && angles <= 3 || angles == 0 && planes <= 2)
 }
 
 #[cfg(test)]
