@@ -1,6 +1,6 @@
 //! Cost of a whole diagnosis, observations already read: `cargo bench -p isolux-diagnose`.
 //!
-//! Goniometer readings of 500, 2,400 and 10,000, nine maps of 24², 256² and 333² (10⁶ pixels), each clean and with an effect in
+//! Goniometer readings of 500, 2,400, 10,000 and 100,000, nine maps of 24², 256² and 333² (10⁶ pixels), each clean and with an effect in
 //! it; 2,000 simulated noise-only scans each.
 
 use std::fmt::Write as _;
@@ -131,6 +131,11 @@ fn effect(name: &str, keys: &[(&str, f64)]) -> Effect {
 
 #[divan::bench(args = [500, 2400, 10_000], sample_count = 3, sample_size = 1)]
 fn clean_readings(bencher: divan::Bencher<'_, '_>, count: usize) {
+    run(bencher, case(&readings(count), "readings.csv", None));
+}
+
+#[divan::bench(args = [100_000], sample_count = 1, sample_size = 1)]
+fn very_many_clean_readings(bencher: divan::Bencher<'_, '_>, count: usize) {
     run(bencher, case(&readings(count), "readings.csv", None));
 }
 

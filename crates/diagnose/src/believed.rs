@@ -65,6 +65,10 @@ struct Recipe {
 const SHAPE_SIGMA: f64 = 0.3;
 /// Even Chebyshev terms of ln I that an analyst refits, where the readings have as many |γ|.
 const LN_SHAPE_TERMS: usize = 9;
+/// Frequencies of modulated light that are searched at most, from the lowest.
+const MOST_FREQUENCIES: f64 = 2000.0;
+/// Frequencies times readings: 10⁵ readings are searched at 300 frequencies, so that their patterns fit in memory.
+const MOST_VALUES: f64 = 3e7;
 /// Share of a squared amplitude's step at which it counts as small.
 const SMALL_STEP: f64 = 0.01;
 /// Angles closer than this count as one: what a term does between two of them no reading sees but through the emitter's extent.
@@ -509,7 +513,9 @@ impl Believed {
             (last - first, step)
         };
         let spacing = 1.0 / (1.6 * span);
-        let count = (0.5 / step / spacing).floor().min(2000.0) as usize;
+        let rows: usize = row_ranges(&self.parts).iter().map(ExactSizeIterator::len).sum();
+        let most = MOST_FREQUENCIES.min(MOST_VALUES / rows.max(1) as f64);
+        let count = (0.5 / step / spacing).floor().min(most) as usize;
         (2..=count).map(|k| k as f64 * spacing).collect()
     }
 

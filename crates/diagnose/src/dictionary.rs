@@ -26,13 +26,13 @@ pub struct Dictionary {
 }
 
 impl Dictionary {
-    /// Named tangents around the baseline `prediction`, then the rivals. `refitted` are the derivatives to the nuisance: two
+    /// Named tangents around the baseline `prediction`, then the rivals, whose columns move here. `refitted` are the derivatives to the nuisance: two
     /// patterns are alike where they are alike in what it leaves.
     pub fn new<F: Forward + ?Sized>(
         forward: &F,
         nuisance: &[f64],
         prediction: &DVector<f64>,
-        rivals: &[Rival],
+        rivals: &mut [Rival],
         row_scale: &DVector<f64>,
         refitted: &DMatrix<f64>,
     ) -> Self {
@@ -116,7 +116,8 @@ impl Dictionary {
         coordinates.dedup();
         coordinates.sort();
         coordinates.dedup();
-        for (number, rival) in rivals.iter().enumerate() {
+        for (number, rival) in rivals.iter_mut().enumerate() {
+            let columns = std::mem::take(&mut rival.columns);
             if !distinct[number] {
                 continue;
             }
@@ -129,7 +130,7 @@ impl Dictionary {
                 .find(|(coordinate, family, _)| (*coordinate, *family) == (rival.coordinate, rival.family))
                 .map_or(1, |(.., count)| *count);
             let start = all.len();
-            all.extend(rival.columns.iter().cloned());
+            all.extend(columns);
             let prior = OUTSIDE_CATALOGUE / (coordinates.len() * own * count) as f64;
             candidates.push(Candidate {
                 who: Who::Unnamed { rival: number },
@@ -139,11 +140,13 @@ impl Dictionary {
                 plausible: None,
             });
         }
-        let columns = if all.is_empty() {
-            DMatrix::zeros(prediction.len(), 0)
-        } else {
-            DMatrix::from_columns(&all)
-        };
+        // One column after the other, each freed as it is copied: with many readings two dictionaries would not fit.
+        let mut values = Vec::with_capacity(prediction.len() * all.len());
+        let count = all.len();
+        for column in all {
+            values.extend_from_slice(column.as_slice());
+        }
+        let columns = DMatrix::from_vec(prediction.len(), count, values);
         Self { columns, candidates }
     }
 

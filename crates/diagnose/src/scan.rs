@@ -93,17 +93,17 @@ impl Scan {
     /// `scale` is the noise in units of the whitened rows; `freedom` the rows less what was fitted to find it.
     pub fn new(dictionary: &DMatrix<f64>, candidates: &[Candidate], out: &Basis, scale: f64, freedom: f64) -> Self {
         let before: Vec<f64> = dictionary.column_iter().map(|column| column.norm_squared()).collect();
-        let mut projected = dictionary.clone();
-        out.project_out(&mut projected);
-        let mut directions = DMatrix::zeros(dictionary.nrows(), dictionary.ncols());
+        // Directions take the place of what they were made of, never ahead of it.
+        let mut directions = dictionary.clone();
+        out.project_out(&mut directions);
         let mut seen = Vec::with_capacity(candidates.len());
         let mut rank = 0;
         for (number, candidate) in candidates.iter().enumerate() {
             let start = rank;
             let mut squares = 0.0;
             for k in candidate.columns.clone() {
-                squares += projected.column(k).norm_squared();
-                let mut column: DVector<f64> = projected.column(k).into_owned();
+                let mut column: DVector<f64> = directions.column(k).into_owned();
+                squares += column.norm_squared();
                 for done in start..rank {
                     let part = directions.column(done).dot(&column);
                     column.axpy(-part, &directions.column(done), 1.0);
@@ -161,7 +161,9 @@ impl Scan {
     /// patterns live where a correlation that was underestimated leaves noise. Repeat `k` depends on `seed` and `k` alone.
     pub fn nulls(&self, count: usize, seed: u64, sequence: &Sequence, rho: f64) -> Vec<f64> {
         const BATCH: usize = 50;
-        let directions = self.directions.map(|value| value as f32).transpose();
+        let directions = DMatrix::from_fn(self.directions.ncols(), self.directions.nrows(), |direction, row| {
+            self.directions[(row, direction)] as f32
+        });
         let width = self.seen.iter().map(|seen| seen.columns.len()).max().unwrap_or(1);
         let table = EvidenceTable::new(width);
         let scale = ChiSquared::new(self.freedom.max(1.0)).ok();

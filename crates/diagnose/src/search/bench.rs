@@ -71,12 +71,12 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let level = forward.predict(&baseline.nuisance, &[])?;
         let rounding = Rounding::new(rows, level.as_slice());
         let least_scale = Rounding::least_scale(rows).max(LEAST_SCALE);
-        let rivals = rivals(rows, level.as_slice(), sequence.order());
+        let mut rivals = rivals(rows, level.as_slice(), sequence.order());
         let dictionary = Dictionary::new(
             forward,
             &baseline.nuisance,
             &level,
-            &rivals,
+            &mut rivals,
             &plain.row_scale,
             &tangents,
         );
@@ -140,7 +140,6 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let n = self.measured.len();
         let raw = &self.measured - &fitted.prediction;
         let limit = if n > 2000 { 120 } else { n / 3 };
-        let columns = self.dictionary.columns.select_columns(&self.smooth);
         let rounding = self.rounding.clone();
         let unweighted = Whitener::new(self.sequence, &rounding, self.u.map(|u| 1.0 / u), 0.0, &self.errors);
         let parameters = self.parameter_columns(fitted);
@@ -149,14 +148,13 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             whitener.apply(&mut known);
             let mut basis = Basis::spanning(&known, 1e-8);
             // Blocks of a few columns until the limit, so that the effort stays bounded.
-            let mut smooth = columns.clone();
-            whitener.apply(&mut smooth);
-            for start in (0..smooth.ncols()).step_by(16) {
+            for numbers in self.smooth.chunks(16) {
                 if basis.rank() >= limit {
                     break;
                 }
-                let count = 16.min(smooth.ncols() - start);
-                basis.extend(&smooth.columns(start, count).into_owned(), 0.1);
+                let mut smooth = self.dictionary.columns.select_columns(numbers);
+                whitener.apply(&mut smooth);
+                basis.extend(&smooth, 0.1);
             }
             basis
         };
@@ -180,8 +178,14 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         } else {
             1.0
         };
-        self.whitened = self.dictionary.columns.clone();
-        whitener.apply(&mut self.whitened);
+        let mut whitened = std::mem::replace(&mut self.whitened, DMatrix::zeros(0, 0));
+        if whitened.shape() == self.dictionary.columns.shape() {
+            whitened.copy_from(&self.dictionary.columns);
+        } else {
+            whitened.clone_from(&self.dictionary.columns);
+        }
+        whitener.apply(&mut whitened);
+        self.whitened = whitened;
     }
 
     /// Unwhitened derivatives to nuisance and amplitudes.
