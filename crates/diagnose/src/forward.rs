@@ -59,8 +59,6 @@ pub struct Searchable {
     pub step_share: Vec<f64>,
     /// Largest plausible size of each linear amplitude.
     pub plausible: Vec<f64>,
-    /// Smallest plausible size of the first linear amplitude; 0 where there is none.
-    pub least: f64,
     /// Lowest and highest possible value of each linear amplitude: no floor returns more light than it gets.
     pub limits: Vec<(f64, f64)>,
     /// The linear amplitudes are two components of one amplitude: a direction or a phase.
@@ -84,9 +82,6 @@ pub struct Searchable {
     pub fixed: Vec<bool>,
 }
 
-/// ln of what belief loses from the smallest plausible size to none.
-const LN_SMALL: f64 = 0.7;
-
 impl Searchable {
     /// The difference at which the pattern of a shape is taken.
     pub fn step_of(&self, shape: usize, component: usize) -> f64 {
@@ -101,15 +96,6 @@ impl Searchable {
             step.min(0.1 * value).max(1e-4 * self.step[component])
         } else {
             step
-        }
-    }
-
-    /// ln of what a first amplitude smaller than plausible costs.
-    pub fn ln_small(&self, first: f64) -> f64 {
-        if self.least > 0.0 && first < self.least {
-            LN_SMALL * ((first.max(0.0) / self.least).sqrt() - 1.0)
-        } else {
-            0.0
         }
     }
 

@@ -33,7 +33,6 @@ fn searchable(name: &'static str, step: f64, plausible: f64, one_sided: bool, sh
         name,
         step: vec![step],
         step_share: Vec::new(),
-        least: 0.0,
         plausible: vec![plausible],
         limits: vec![(if one_sided { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY)],
         turns: false,

@@ -211,7 +211,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         if searchable.one_sided {
             evidence += sign_evidence(member.linear[0]);
         }
-        evidence += searchable.ln_small(member.linear[0]) - 0.5 * searchable.implausibility(&member.linear);
+        evidence -= 0.5 * searchable.implausibility(&member.linear);
         if !searchable.fixed.is_empty() && searchable.fixed.iter().all(|fixed| *fixed) {
             return evidence - (searchable.shapes.len() as f64).ln();
         }
