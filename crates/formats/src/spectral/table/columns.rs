@@ -1,0 +1,131 @@
+//! Which column holds the wavelengths, which the values, and what a heading says of them.
+
+use super::LARGEST;
+use super::rows::{Row, without_nm};
+use crate::finding::{Finding, Findings};
+use crate::number;
+use crate::spectral::axis::{AxisUnit, is_wavelength_heading};
+
+/// Which columns are what.
+pub(super) struct Columns {
+    pub(super) wavelength: usize,
+    pub(super) values: Vec<usize>,
+}
+
+impl Columns {
+    pub(super) fn of(names: &[&str], body: &[Row<'_>], width: usize, findings: &mut Findings) -> Self {
+        let numbers = |k: usize| {
+            let good = body.iter().filter(|r| r.cells.len() == width && r.is_number(k)).count();
+            2 * good > body.len()
+        };
+        let named = names.iter().position(|n| is_wavelength_heading(n)).or_else(|| {
+            names
+                .iter()
+                .position(|n| AxisUnit::of(n).is_some() && !is_quantity(n) && !per_something(n))
+        });
+        // Without a heading: the first column that keeps one direction and never is 0 (0, 1, 2 … counts lines).
+        let ordered = |k: usize| {
+            let x: Vec<f64> = body
+                .iter()
+                .filter(|r| r.cells.len() == width)
+                .filter_map(|r| number::read_up_to(without_nm(r.cells[k]), LARGEST).ok())
+                .map(|n| n.value)
+                .collect();
+            let rising = x.windows(2).filter(|p| p[1] > p[0]).count();
+            let falling = x.windows(2).filter(|p| p[1] < p[0]).count();
+            let counts = x.len() > 2 && (x[0] == 0.0 || x[0] == 1.0) && x.windows(2).all(|p| p[1] - p[0] == 1.0);
+            !counts
+                && x.first().is_some_and(|x| *x > 0.0)
+                && rising.max(falling) * 20 >= 19 * x.len().saturating_sub(1).max(1)
+        };
+        let wavelength = named
+            .or_else(|| (0..width).find(|&k| numbers(k) && ordered(k)))
+            .unwrap_or(0);
+        if names.is_empty() && width > 2 {
+            findings.push(
+                Finding::warning(
+                    "csv-no-heading",
+                    format!("{width} columns stand here without a heading"),
+                )
+                .at(body[0].line, 1)
+                .raw(body[0].text)
+                .assumed(format!(
+                    "column {} holds the wavelengths, the others are series",
+                    wavelength + 1
+                ))
+                .fix("write a heading that names the columns"),
+            );
+        }
+        let mut values = Vec::new();
+        for k in (0..width).filter(|&k| k != wavelength) {
+            let name = names.get(k).copied().unwrap_or("");
+            let counter = k < wavelength
+                && (name.is_empty()
+                    || ["index", "pixel", "no", "nr", "#", "id"].contains(&name.to_lowercase().as_str()));
+            if counter && wavelength > 0 {
+                continue;
+            }
+            if numbers(k) || (width == 2) {
+                values.push(k);
+            } else {
+                findings.push(
+                    Finding::note(
+                        "csv-column-text",
+                        format!("column {} holds no numbers and is not read", k + 1),
+                    )
+                    .at(body[0].line, body[0].column(k))
+                    .raw(name),
+                );
+            }
+        }
+        Self { wavelength, values }
+    }
+}
+
+/// Whether all wavelengths are too small for nm.
+pub(super) fn small(body: &[Row<'_>], wavelength: usize) -> bool {
+    body.iter()
+        .filter_map(|row| number::read(without_nm(row.cells.get(wavelength)?)).ok())
+        .all(|n| n.value < 30.0)
+}
+
+/// What a heading says of the values: quantity and unit.
+pub(in crate::spectral) fn quantity_of(name: &str) -> (Option<String>, Option<String>) {
+    let unit = name
+        .split_once(['(', '['])
+        .and_then(|(_, rest)| rest.rsplit_once([')', ']']))
+        .map(|(unit, _)| unit.trim())
+        .filter(|unit| !unit.is_empty())
+        .map(str::to_owned);
+    let lower = name.to_lowercase();
+    let quantity = [
+        ("irradiance", "irradiance"),
+        ("radiance", "radiance"),
+        ("radiant flux", "flux"),
+        ("flux", "flux"),
+        ("relative", "relative"),
+        ("normali", "relative"),
+        ("intensity", "intensity"),
+        ("reflect", "reflectance"),
+        ("transmi", "transmittance"),
+        ("absor", "absorbance"),
+        ("respons", "responsivity"),
+        ("counts", "counts"),
+        ("power", "power"),
+        ("qe", "quantum efficiency"),
+        ("quantum eff", "quantum efficiency"),
+    ]
+    .iter()
+    .find(|(word, _)| lower.contains(word))
+    .map(|(_, quantity)| (*quantity).to_owned());
+    (quantity, unit)
+}
+
+/// `W/(m²·nm)` is no wavelength; `1/cm` and `m/z` stand on the abscissa.
+fn per_something(name: &str) -> bool {
+    name.contains('/') && !name.contains("1/cm") && !name.contains("m/z")
+}
+
+fn is_quantity(name: &str) -> bool {
+    quantity_of(name).0.is_some()
+}
