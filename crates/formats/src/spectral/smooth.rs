@@ -1,8 +1,9 @@
 //! Values that leave a curve which is smooth around them: swapped, mistyped, a lost sign or decimal point, a hot pixel.
 //!
-//! Every point is compared with the cubic through its two neighbours on either side; what is usual for the sixteen points to
-//! the left and to the right is the noise. A lamp with spectral lines has many points off that cubic, and noise hides
-//! small swaps: no more is claimed than at most two findings of a kind in a file that is otherwise smooth.
+//! Every point is compared with the cubic through its two neighbours on either side, and where two values may be swapped also
+//! with the line through the two beside it; what is usual for the sixteen points to the left and to the right is the
+//! noise. A lamp with spectral lines has many points off that cubic, and noise hides small swaps: no more is claimed than
+//! at most two findings of a kind in a file that is otherwise smooth.
 
 use super::points::Point;
 use crate::finding::{Finding, Findings};
@@ -11,8 +12,12 @@ use crate::finding::{Finding, Findings};
 const SMALLEST: f64 = 0.004;
 /// How far off, in units of what is usual around.
 const SPIKE: f64 = 14.0;
-/// By how much the squares must shrink when two values are put back.
-const SWAP_GAIN: f64 = 12.0;
+/// How much likelier the values must be once two neighbours, or two values apart, have changed places (a logarithm, under a
+/// Cauchy distribution), and how far above the third such place of the file.
+const GAIN: [f64; 2] = [14.0, 20.0];
+const ABOVE_THIRD: f64 = 3.0;
+/// What the misfits of a line and of a cubic count; they are not independent.
+const WEIGHT: [f64; 2] = [1.0, 0.5];
 /// Points that are tried as partners of a swap far apart.
 const CANDIDATES: usize = 16;
 /// Findings of one kind beyond which the file is rough, not damaged.
@@ -29,12 +34,12 @@ pub(super) fn check(points: &[Point], findings: &mut Findings) {
     let curve = Curve::of(points);
     let Some(curve) = curve else { return };
     let swaps = curve.swaps();
-    for &(i, j) in swaps.iter().filter(|_| swaps.len() <= MOST) {
+    for &(i, j) in &swaps {
         findings.push(
             Finding::warning(
                 "spectrum-swapped",
                 format!(
-                    "the values {} and {} (at {} nm) leave a smooth curve, and would follow it if they changed places",
+                    "the values {} and {} (at {} nm) leave a smooth curve, and fit it better exchanged",
                     curve.value[i], curve.value[j], points[j].x
                 ),
             )
@@ -60,10 +65,7 @@ pub(super) fn check(points: &[Point], findings: &mut Findings) {
             .fix("check whether a sign was gained or lost"),
         );
     }
-    let told = |i: usize| {
-        signs.contains(&i)
-            || swaps.len() <= MOST && swaps.iter().any(|&(a, b)| i.abs_diff(a) <= 2 || i.abs_diff(b) <= 2)
-    };
+    let told = |i: usize| signs.contains(&i) || swaps.iter().any(|&(a, b)| i.abs_diff(a) <= 2 || i.abs_diff(b) <= 2);
     let spikes: Vec<usize> = curve.spikes().into_iter().filter(|&i| !told(i)).collect();
     for &i in spikes.iter().filter(|_| spikes.len() <= MOST) {
         findings.push(
@@ -83,8 +85,12 @@ struct Curve {
     value: Vec<f64>,
     /// Weights of the four neighbours; zero at the two points of either end.
     weight: Vec<[f64; 4]>,
+    /// Weights of the two neighbours; zero at either end.
+    line: Vec<[f64; 2]>,
     /// Distance from the cubic through the neighbours.
     off: Vec<f64>,
+    /// Distance from the line.
+    bend: Vec<f64>,
     /// Two thirds of the distances around each point are below this.
     usual: Vec<f64>,
     /// The largest value within a few points of each.
@@ -115,6 +121,11 @@ impl Curve {
                     .product();
             }
         }
+        let mut line = vec![[0.0; 2]; n];
+        for (i, line) in line.iter_mut().enumerate().take(n - 1).skip(1) {
+            let right = (points[i].x - points[i - 1].x) / (points[i + 1].x - points[i - 1].x);
+            *line = [1.0 - right, right];
+        }
         let largest = value.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let level = (0..n)
             .map(|i| {
@@ -129,14 +140,17 @@ impl Curve {
         let mut curve = Self {
             value,
             weight,
+            line,
             off: vec![0.0; n],
+            bend: vec![0.0; n],
             usual: vec![0.0; n],
             level,
             quantum: if quantum.is_finite() { quantum } else { 0.0 },
             largest,
         };
         curve.off = (0..n).map(|i| curve.distance(&curve.value, i).abs()).collect();
-        curve.usual = (0..n).map(|i| curve.usual_around(i, i)).collect();
+        curve.usual = (0..n).map(|i| curve.usual_around(&curve.off, i, i)).collect();
+        curve.bend = (0..n).map(|i| curve.bent(&curve.value, i).abs()).collect();
         (largest > 0.0 && curve.off.iter().all(|o| o.is_finite())).then_some(curve)
     }
 
@@ -152,11 +166,19 @@ impl Curve {
         value[i] - w[0] * value[i - 2] - w[1] * value[i - 1] - w[2] * value[i + 1] - w[3] * value[i + 2]
     }
 
-    fn usual_around(&self, from: usize, to: usize) -> f64 {
+    fn bent(&self, value: &[f64], i: usize) -> f64 {
+        if i == 0 || i + 1 >= value.len() {
+            return 0.0;
+        }
+        let [left, right] = self.line[i];
+        value[i] - left * value[i - 1] - right * value[i + 1]
+    }
+
+    fn usual_around(&self, off: &[f64], from: usize, to: usize) -> f64 {
         let inner = self.inner();
         let mut around: Vec<f64> = (from.saturating_sub(AROUND).max(inner.start)..(to + AROUND + 1).min(inner.end))
             .filter(|&k| k + 2 < from || k > to + 2)
-            .map(|k| self.off[k])
+            .map(|k| off[k])
             .collect();
         around.sort_by(f64::total_cmp);
         around
@@ -218,7 +240,7 @@ impl Curve {
             .collect()
     }
 
-    /// Pairs that follow the curve once they change places: neighbours, or any two of the points that are farthest off.
+    /// Pairs that fit the curve better once they change places: neighbours, or any two of the points that are farthest off.
     fn swaps(&self) -> Vec<(usize, usize)> {
         let inner = self.inner();
         let floor = 1e-3 * SMALLEST * self.largest;
@@ -231,52 +253,70 @@ impl Curve {
         far.sort_unstable();
         let mut value = self.value.clone();
         let mut found: Vec<(usize, usize, f64)> = Vec::new();
-        let pairs = inner
-            .clone()
-            .take(inner.len().saturating_sub(1))
+        let apart = far.iter().flat_map(|&i| far.iter().map(move |&j| (i, j)));
+        for (i, j) in (0..value.len() - 1)
             .map(|i| (i, i + 1))
-            .chain(
-                far.iter()
-                    .flat_map(|&i| far.iter().map(move |&j| (i, j)))
-                    .filter(|&(i, j)| j > i + 1),
-            );
-        for (i, j) in pairs {
+            .chain(apart.filter(|&(i, j)| j > i + 1))
+        {
             if (value[i] - value[j]).abs() < SMALLEST * self.level[i].max(self.level[j]) {
                 continue;
             }
-            let mut near: Vec<usize> = (i - 2..i + 3)
-                .chain(j - 2..j + 3)
-                .filter(|k| inner.contains(k))
-                .collect();
-            near.sort_unstable();
-            near.dedup();
-            let squares =
-                |value: &[f64]| near.iter().map(|&k| self.distance(value, k).powi(2)).sum::<f64>() / near.len() as f64;
-            let before = squares(&value);
             value.swap(i, j);
-            let after = squares(&value);
+            let gain = self.gain(&value, i, j);
             value.swap(i, j);
-            let usual = if j == i + 1 {
-                self.usual_around(i, j)
-            } else {
-                self.usual[i].max(self.usual[j])
-            };
-            if before > SWAP_GAIN * after
-                && after.sqrt() <= 2.0 * usual + 1e-9 * self.largest
-                && before.sqrt() > 4.0 * usual
-            {
-                found.push((i, j, before / after.max(floor * floor)));
-            }
+            found.extend((gain > 1.0).then_some((i, j, gain)));
         }
-        // Of pairs that share a point the better one.
+        // Of pairs that share a neighbourhood the better one.
         found.sort_by(|a, b| b.2.total_cmp(&a.2));
-        let mut kept: Vec<(usize, usize)> = Vec::new();
-        for (i, j, _) in found {
-            if kept.iter().all(|&(a, b)| ![a, b].contains(&i) && ![a, b].contains(&j)) {
-                kept.push((i, j));
+        let mut places: Vec<(usize, usize, f64)> = Vec::new();
+        for (i, j, gain) in found {
+            let apart = |a: usize| i.abs_diff(a) > 2 && j.abs_diff(a) > 2;
+            if places.iter().all(|&(a, b, _)| apart(a) && apart(b)) {
+                places.push((i, j, gain));
             }
         }
+        let third = places.get(MOST).map_or(0.0, |place| place.2 + ABOVE_THIRD);
+        let told = |&(i, j, gain): &(usize, usize, f64)| gain > GAIN[usize::from(j > i + 1)].max(third);
+        let mut kept: Vec<(usize, usize)> = places.into_iter().filter(told).map(|(i, j, _)| (i, j)).collect();
         kept.sort_unstable();
         kept
+    }
+
+    /// How much likelier the values become with `exchanged` ones at `i` and `j`.
+    fn gain(&self, exchanged: &[f64], i: usize, j: usize) -> f64 {
+        let n = self.value.len();
+        let mut reached: Vec<usize> = (i.saturating_sub(2)..(i + 3).min(n))
+            .chain(j.saturating_sub(2)..(j + 3).min(n))
+            .collect();
+        reached.sort_unstable();
+        reached.dedup();
+        // The cheaper question first: most exchanges make the curve rougher.
+        let rough = |value: &[f64]| reached.iter().map(|&k| self.bent(value, k).abs()).sum::<f64>();
+        if rough(exchanged) >= rough(&self.value) {
+            return 0.0;
+        }
+        let near = j - i <= 4;
+        let mut gain = 0.0;
+        for (order, off) in [&self.bend, &self.off].into_iter().enumerate() {
+            let usual = |a: usize, b: usize| self.usual_around(off, a, b) + 1e-4 * SMALLEST * self.largest;
+            let [left, right] = if near {
+                [usual(i, j); 2]
+            } else {
+                [usual(i, i), usual(j, j)]
+            };
+            for &k in &reached {
+                let scale = if k.abs_diff(i) <= 2 { left } else { right };
+                let of = |value: &[f64]| {
+                    let misfit = if order == 0 {
+                        self.bent(value, k)
+                    } else {
+                        self.distance(value, k)
+                    };
+                    1.0 + (misfit / scale).powi(2)
+                };
+                gain += WEIGHT[order] * (of(&self.value) / of(exchanged)).ln();
+            }
+        }
+        gain
     }
 }
