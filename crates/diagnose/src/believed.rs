@@ -151,6 +151,13 @@ impl Believed {
         self.recipes[number].spec
     }
 
+    /// The same model with one more part behind these.
+    #[must_use]
+    pub fn with_part(&self, part: Part) -> Self {
+        let parts = self.parts.iter().cloned().chain([part]).collect();
+        Self::new(self.model.clone(), parts)
+    }
+
     /// The parts, in row order.
     pub fn parts(&self) -> &[Part] {
         &self.parts

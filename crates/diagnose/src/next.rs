@@ -7,9 +7,12 @@ use nalgebra::{DMatrix, DVector};
 use crate::basis::Basis;
 use crate::believed::{Believed, Part};
 use crate::document::NextEntry;
+use crate::fit::{Whitener, fit, nuisance_tangents};
 use crate::forward::{Forward, Hypothesis};
+use crate::rounding::Rounding;
 use crate::search::{Label, Outcome};
 use crate::table::{Light, Row, Source};
+use crate::whitening::Sequence;
 
 /// Suggestions, best first, and the plan files that carry them out.
 #[derive(Debug, Clone, Default)]
@@ -46,7 +49,7 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
         .map(|(_, member)| member.clone())
         .collect();
     let with_repeats = |repeats: usize| {
-        let mut entries: Vec<(NextEntry, String)> = blocks(believed, outcome, rows, repeats)
+        let mut entries: Vec<(NextEntry, Block)> = blocks(believed, outcome, rows, repeats)
             .into_iter()
             .filter_map(|block| {
                 let expected_sigma = separation(believed, outcome, rows, &block, &others, &pair)?;
@@ -57,9 +60,16 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
                     expected_sigma,
                     minutes: block.minutes,
                 };
-                Some((entry, block.plan))
+                Some((entry, block))
             })
             .collect();
+        entries.sort_by(|a, b| b.0.expected_sigma.total_cmp(&a.0.expected_sigma));
+        entries.truncate(MOST_ENTRIES);
+        // A shape may go far from where its tangent leads: what counts is how far apart the two stay when refitted in full.
+        for (entry, block) in &mut entries {
+            let refitted = refitted_separation(believed, outcome, rows, block, &others, &pair);
+            entry.expected_sigma = refitted.unwrap_or(0.0).min(entry.expected_sigma);
+        }
         entries.sort_by(|a, b| b.0.expected_sigma.total_cmp(&a.0.expected_sigma));
         entries
     };
@@ -70,7 +80,7 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
         let wanted = (DECISIVE_SIGMA / best).powi(2).ceil() as usize;
         entries = with_repeats(wanted.min(MOST_REPEATS));
     }
-    for (place, (mut entry, plan)) in entries.into_iter().take(3).enumerate() {
+    for (place, (mut entry, Block { plan, .. })) in entries.into_iter().enumerate() {
         let kind = if plan.contains("isolux-plan/1") { "plan" } else { "maps" };
         let file = if place == 0 {
             format!("next.{kind}.toml")
@@ -84,6 +94,8 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
     next
 }
 
+/// Suggestions that are made.
+const MOST_ENTRIES: usize = 3;
 /// Two names this far apart are told apart by most noises.
 const DECISIVE_SIGMA: f64 = 5.0;
 /// More readings of one direction than this show what common errors allow no better.
@@ -176,6 +188,36 @@ fn separation(
     };
     Basis::spanning(&columns, 1e-8).project_out_vector(&mut difference);
     Some(difference.norm())
+}
+
+/// As [`separation`], the smaller of both ways, each name refitted in full to what the other predicts. Needs new rows that bring no
+/// other refitted terms.
+fn refitted_separation(
+    believed: &Believed,
+    outcome: &Outcome,
+    rows: &[Row],
+    block: &Block,
+    others: &[Hypothesis],
+    pair: &[Hypothesis; 2],
+) -> Option<f64> {
+    let together = believed.with_part(block.part.clone());
+    if together.nuisances() != believed.nuisances() || together.effects().len() != believed.effects().len() {
+        return None;
+    }
+    let nuisance = &outcome.after.nuisance;
+    let old = rows.iter().map(|row| 1.0 / (outcome.noise.scale * row.u));
+    let row_scale = DVector::from_vec(old.chain(block.sigma.iter().map(|sigma| 1.0 / sigma)).collect());
+    let sequence = Sequence::by_time(&vec![0; row_scale.len()], &vec![f64::NAN; row_scale.len()]);
+    let (rounding, errors) = (Rounding::default(), together.common_errors());
+    let whitener = Whitener::new(&sequence, &rounding, row_scale, 0.0, &errors);
+    let tangents = nuisance_tangents(&together, nuisance)?;
+    let with = |rival: &Hypothesis| [others, std::slice::from_ref(rival)].concat();
+    let left = |truth: &Hypothesis, tried: &Hypothesis| {
+        let expected = together.predict(nuisance, &with(truth))?;
+        let fitted = fit(&together, &expected, &whitener, nuisance, &tangents, &with(tried))?;
+        Some(fitted.chi2.sqrt())
+    };
+    Some(left(&pair[0], &pair[1])?.min(left(&pair[1], &pair[0])?))
 }
 
 /// The blocks that a bench or a camera could measure and these data lack.

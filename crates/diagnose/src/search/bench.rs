@@ -244,8 +244,14 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
     }
 
     pub(super) fn disagrees(&self, found: &[Found]) -> bool {
+        self.disagrees_at(found, self.settings.significance)
+    }
+
+    /// Whether noise alone makes a scan like this less often than `significance`, or never did.
+    pub(super) fn disagrees_at(&self, found: &[Found], significance: f64) -> bool {
         let statistic = ln_sum_exp(&found.iter().map(|one| one.ln_evidence).collect::<Vec<_>>());
-        p_value(statistic, &self.nulls) <= self.settings.significance
+        let never = 1.0 / (self.nulls.len() + 1) as f64;
+        p_value(statistic, &self.nulls) <= significance.max(never)
     }
 
     pub(super) fn name_evidence(&self, found: &[Found]) -> Vec<(usize, f64)> {

@@ -12,6 +12,9 @@ use crate::forward::{Forward, Hypothesis};
 use crate::scan::{Found, Scan, Who};
 use crate::search::bench::Bench;
 
+/// A further name must be this much less probable by chance: one thing missing is common, two are rare.
+const FURTHER: f64 = 0.2;
+
 impl<F: Forward + ?Sized> Bench<'_, F> {
     /// The first members: the best single effect, or the best pair where two explain what one cannot.
     pub(super) fn grow(&mut self, scan: &Scan, first: &[Found], baseline: &Fit) -> (Vec<Hypothesis>, Fit) {
@@ -72,7 +75,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         while members.len() < 4 {
             let scan = self.scan(&fitted, &members, None);
             let found = self.look(&scan, &fitted);
-            if !self.disagrees(&found) {
+            if !self.disagrees_at(&found, self.settings.significance * FURTHER) {
                 break;
             }
             let Some(&(effect, evidence)) = self.name_evidence(&found).first() else {
