@@ -74,7 +74,7 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
         entries
     };
     let mut entries = with_repeats(1);
-    // Names that one scan hardly parts want as many readings of it as will, while that is an hour's work.
+    // Names that one scan hardly parts want as many readings of it as will, while that is an evening's work.
     let best = entries.first().map_or(0.0, |(entry, _)| entry.expected_sigma);
     if best > 0.0 && best < DECISIVE_SIGMA {
         let wanted = (DECISIVE_SIGMA / best).powi(2).ceil() as usize;
@@ -99,7 +99,7 @@ const MOST_ENTRIES: usize = 3;
 /// Two names this far apart are told apart by most noises.
 const DECISIVE_SIGMA: f64 = 5.0;
 /// More readings of one direction than this show what common errors allow no better.
-const MOST_REPEATS: usize = 12;
+const MOST_REPEATS: usize = 24;
 
 /// The first member with a named rival in its set, and the refitted values of both.
 fn rivals_of(outcome: &Outcome) -> Option<(usize, [Hypothesis; 2])> {
@@ -305,7 +305,7 @@ fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, blocks: &mut 
     };
     let mut scan = |what: &'static str, c: &[f64], distance_mm: f64, travel: i8| {
         let count = ((high - low) / step).round() as usize;
-        let repeats = repeats.min(HOUR_OF_READINGS / ((count + 1) * c.len())).max(1);
+        let repeats = repeats.min(MOST_READINGS / ((count + 1) * c.len())).max(1);
         let mut coordinates = Vec::new();
         for &plane in c {
             for k in 0..=count {
@@ -409,8 +409,8 @@ fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, blocks: &mut 
 
 /// Dark readings of each kind.
 const DARKS: usize = 12;
-/// Readings of an hour.
-const HOUR_OF_READINGS: usize = 900;
+/// Readings of a hundred minutes.
+const MOST_READINGS: usize = 1500;
 /// Half-planes of a scan that is made again.
 const MOST_PLANES: usize = 12;
 

@@ -124,15 +124,18 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         (0..members.len()).map(of).collect::<Option<Vec<_>>>()
     };
     let mut rivalries = all(&members)?;
-    // Of two names that are hardly apart the last refit may have put the other first.
-    let mut swapped = false;
+    // Of two names that are hardly apart the last refit may have put the other first, and left a weak one nothing to make.
+    let before = members.clone();
     for (i, rivalry) in rivalries.iter().enumerate() {
         if let Some(better) = better_name(&members, i, rivalry) {
             members[i] = better;
-            swapped = true;
         }
     }
-    if swapped {
+    if !rivalries.iter().all(nothing_is_likelier) {
+        let mut nothing = rivalries.iter().map(nothing_is_likelier);
+        members.retain(|_| !nothing.next().unwrap_or(false));
+    }
+    if members != before {
         current = bench.fit(&members)?;
         members.clone_from(&current.hypotheses);
         rivalries = all(&members)?;
@@ -163,6 +166,12 @@ fn better_name(members: &[Hypothesis], i: usize, rivalry: &Rivalry) -> Option<Hy
         Label::Named(effect) if effect != members[i].effect && is_new(effect) => top.hypothesis.clone(),
         _ => None,
     }
+}
+
+/// Whether nothing at all is more probable than any name or pattern.
+fn nothing_is_likelier(rivalry: &Rivalry) -> bool {
+    let all: f64 = rivalry.ranked.iter().map(|ranked| ranked.posterior).sum();
+    rivalry.ranked.first().is_none_or(|top| 1.0 - all > top.posterior)
 }
 
 /// A name beside a pattern without one must explain this many times what the pattern explains: a generic pattern is but a
