@@ -10,23 +10,69 @@ use crate::local::{self, Local, Rule};
 use crate::number::Care;
 use crate::patch::{self, Light, Patch, Scratch};
 use crate::polar::Polar;
-use crate::rules::Estimate;
 use crate::sensor::Sensor;
 use crate::source::{Shape, Source};
 use crate::spans::Rows;
 use crate::{strips, tiles};
 
 pub use crate::number::Number;
+pub use crate::rules::Estimate;
 pub use crate::spans::Bound;
 
-/// Relative error that the reference path aims at in every pixel.
-pub(crate) const RELATIVE_TOLERANCE: f64 = 2e-7;
+/// What a rule's estimate of its own error is worth. Estimates are differences of rules, and two rules can agree by chance; the
+/// stated bound is `safety` times the estimate, and `slack` of the value for what an estimate does not see. Both are set by the
+/// largest errors of thousands of pixels against far tighter solutions, with a margin (decision 0049).
+#[derive(Debug, Clone, Copy)]
+struct Trust {
+    /// Relative error, by its own estimate, that the rule aims at.
+    aim: f64,
+    safety: f64,
+    slack: f64,
+}
 
-/// Relative error that the quick rules may have by their own estimate, which a bend near a corner can exceed tenfold.
-const QUICK_TOLERANCE: f64 = 2e-7;
+/// Product rules over pixel and emitter.
+const PRODUCT: Trust = Trust {
+    aim: 1.6e-7,
+    safety: 5.0,
+    slack: 1e-7,
+};
+/// Lines across a pixel, cut at every bend, for points.
+const LINES: Trust = Trust {
+    aim: 9e-8,
+    safety: 4.0,
+    slack: 2e-7,
+};
+/// Outlines of emitters, and an adaptive rule over the pixel.
+const OUTLINES: Trust = Trust {
+    aim: 6.5e-8,
+    safety: 8.0,
+    slack: 1e-7,
+};
+/// Chords of pixel and emitter, and an adaptive rule across them.
+const CHORDS: Trust = Trust {
+    aim: 2.2e-7,
+    safety: 4.0,
+    slack: 1e-7,
+};
+/// What the rules inside a rule may miss of the value, however little is aimed at.
+const INNER: f64 = 2e-9;
+
+impl Trust {
+    /// The estimate as a bound, where `scale` times the aim was asked for: no error is smaller than `unseen` (lx), light that no
+    /// node may have met.
+    fn stated(self, found: Estimate, scale: f64, unseen: f64) -> Estimate {
+        let slack = (self.slack * scale).max(INNER);
+        Estimate {
+            value: found.value,
+            error: self.safety * found.error + slack * found.value.abs() + unseen,
+        }
+    }
+}
 
 /// Share of the brightest light that could reach a pixel below which a pixel's error is no longer relative to itself.
 const DARK: f64 = 1e-7;
+/// Share of the same that adaptive rules may not meet at all: a sliver in a corner of a dark pixel.
+const UNSEEN: f64 = 1e-10;
 
 /// A map of illuminance without noise.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,6 +128,23 @@ fn rows<N: Number>(source: &Source, sensor: &Sensor, map: &mut [N]) -> Option<Bo
     }))
 }
 
+/// How a single pixel is computed, where that is to be checked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Route {
+    /// As in a map whose pixels are computed by themselves.
+    Chosen,
+    /// Flat emitters along their outline wherever that applies, no product rules.
+    Outlines,
+    /// Chords of pixel and emitter, or lines across the pixel for points.
+    Chords,
+}
+
+/// The mean over one pixel in lx with its bound, to errors `share` times those of a map (1 is a map's own).
+pub fn pixel(source: &Source, sensor: &Sensor, [ix, iy]: [usize; 2], route: Route, share: f64) -> Estimate {
+    let prepared = Prepared::by(source, sensor, route, share);
+    prepared.pixel(ix as f64 + 0.5, iy as f64 + 0.5, Care::Itself, &mut Scratch::default())
+}
+
 /// The reference: every pixel by itself with cuts at every kink, no quick rules, no interpolation between pixels.
 pub fn solve_each(source: &Source, sensor: &Sensor) -> Map {
     let prepared = Prepared::new(source, sensor, false);
@@ -111,7 +174,8 @@ impl Care {
     fn share(self) -> f64 {
         match self {
             Self::Node => NODE_SHARE,
-            Self::Itself | Self::Single => 1.0,
+            Self::Itself => 1.0,
+            Self::Single => SINGLE_SHARE,
         }
     }
 }
@@ -125,9 +189,14 @@ const BEND_MISSED: f64 = 0.02;
 /// Share of the quick rules' tolerance that nodes of polynomials ask for.
 const NODE_SHARE: f64 = 0.5;
 
+/// The same in single precision.
+const SINGLE_SHARE: f64 = 1.3;
+
 /// A source before a sensor, with everything that does not depend on the pixel.
 struct Prepared<'a> {
     items: Vec<Item<'a>>,
+    /// Share of a map's own errors.
+    share: f64,
 }
 
 /// One part and one patch of its area, in the part's own frame, in which its table stands upright.
@@ -149,6 +218,11 @@ struct Item<'a> {
 
 impl<'a> Prepared<'a> {
     fn new(source: &'a Source, sensor: &Sensor, quick: bool) -> Self {
+        Self::by(source, sensor, if quick { Route::Chosen } else { Route::Chords }, 1.0)
+    }
+
+    fn by(source: &'a Source, sensor: &Sensor, route: Route, share: f64) -> Self {
+        let quick = route == Route::Chosen;
         let mut items = Vec::new();
         // Parallel LEDs share their rules.
         let mut of_points: Option<Arc<Vec<Rule>>> = None;
@@ -192,7 +266,7 @@ impl<'a> Prepared<'a> {
                 });
                 continue;
             }
-            let flat = part.aim.is_none() && source.extinction_per_mm() == 0.0 && quick;
+            let flat = part.aim.is_none() && source.extinction_per_mm() == 0.0 && route != Route::Chords;
             let polar = flat.then(|| Polar::new(&part.table)).flatten().map(Arc::new);
             let patches = part.shape.patches();
             let cancel = 1.0 / patches.iter().map(|(_, share)| share.abs()).sum::<f64>();
@@ -213,7 +287,7 @@ impl<'a> Prepared<'a> {
                 });
             }
         }
-        Self { items }
+        Self { items, share }
     }
 
     /// Whether no kink that is sharp on the scale of the square of `half` pixels round (x, y) crosses it.
@@ -236,7 +310,12 @@ impl<'a> Prepared<'a> {
     fn pixel(&self, x: f64, y: f64, care: Care, scratch: &mut Scratch) -> Estimate {
         let mut total = Estimate::default();
         for item in &self.items {
-            let found = item.over((x - 0.5) * item.step_x + (y - 0.5) * item.step_y, care, scratch);
+            let found = item.over(
+                (x - 0.5) * item.step_x + (y - 0.5) * item.step_y,
+                care,
+                self.share,
+                scratch,
+            );
             total.value += item.share * found.value;
             total.error += item.share.abs() * found.error;
         }
@@ -245,25 +324,26 @@ impl<'a> Prepared<'a> {
 }
 
 impl Item<'_> {
-    fn over(&self, shift: DVec3, care: Care, scratch: &mut Scratch) -> Estimate {
+    fn over(&self, shift: DVec3, care: Care, share: f64, scratch: &mut Scratch) -> Estimate {
         let pixel = self.window.shifted(shift);
         let middle = self.emitter.as_ref().map_or(DVec3::ZERO, Patch::centre);
         let sight = pixel.centre() + middle;
         let reach = pixel.radius() + self.emitter.as_ref().map_or(0.0, Patch::radius);
         if let Some(found) = self.quick(sight, reach, care) {
-            return found;
+            return PRODUCT.stated(found, self.cancel, 0.0);
         }
         if let Some(found) = self.looked_up(sight, reach, care, scratch) {
-            return found;
+            return PRODUCT.stated(found, self.cancel, 0.0);
         }
         let light = self.light;
         let distance = sight.length();
         let height = (light.toward.dot(sight).abs() + reach).min(distance);
         let brightest = 1e6 * light.table.peak_cd() * height / (distance * distance * distance);
-        let relative = RELATIVE_TOLERANCE * self.cancel;
-        let floor = relative * DARK * brightest;
-        if let Some(found) = self.outlined(&pixel, relative, floor, scratch) {
-            return found;
+        let scale = self.cancel * share;
+        let (dark, unseen) = (DARK * brightest, UNSEEN * share * brightest);
+        let aim = OUTLINES.aim * scale;
+        if let Some(found) = self.outlined(&pixel, aim, aim * dark, share, scratch) {
+            return OUTLINES.stated(found, scale, unseen);
         }
         let mut nearest = singular_distance(sight);
         if let Some(emitter) = &self.emitter {
@@ -271,11 +351,20 @@ impl Item<'_> {
         }
         if !patch::may_bend(light.table, sight, reach) && reach < 0.4 * nearest {
             // Analytic over pixel and emitter together: one product rule of each, its order from the size.
-            return smooth(light, sight, &pixel, self.emitter.as_ref(), reach / nearest);
+            let found = smooth(light, sight, &pixel, self.emitter.as_ref(), reach / nearest);
+            return PRODUCT.stated(found, self.cancel, 0.0);
         }
         match &self.emitter {
-            None => patch::mean(light, pixel.corner_and_sides(), relative, floor, scratch),
-            Some(emitter) => strips::mean(light, &pixel, emitter, 4.0 * relative, floor, scratch),
+            None => {
+                let aim = LINES.aim * scale;
+                let found = patch::mean(light, pixel.corner_and_sides(), aim, aim * dark, scratch);
+                LINES.stated(found, scale, unseen)
+            }
+            Some(emitter) => {
+                let aim = CHORDS.aim * scale;
+                let found = strips::mean(light, &pixel, emitter, aim, aim * dark, scratch);
+                CHORDS.stated(found, scale, unseen)
+            }
         }
     }
 
@@ -298,7 +387,7 @@ impl Item<'_> {
         // Azimuth and polar angle are not smooth at the pole axis, by as much as the light follows them; all else at the source.
         let [steep_gamma, steep_c] = local.steep();
         let about_axis = 2.0 * (steep_gamma * turn_gamma + if steep_c > 0.0 { steep_c * turn_c } else { 0.0 });
-        let tolerance = QUICK_TOLERANCE * self.cancel * per_cd * local.middle_cd().abs();
+        let tolerance = PRODUCT.aim * self.cancel * per_cd * local.middle_cd().abs();
         let bound = |rule: &Rule| {
             let smooth = local.middle_cd().abs() * rule.smooth(turn_gamma) + about_axis * rule.about(turn_c);
             bend * rule.ramp + per_cd * smooth
@@ -326,7 +415,7 @@ impl Item<'_> {
         }
         let bends = table.bends(sight, reach);
         let cd = table.toward(sight).abs();
-        let wished = QUICK_TOLERANCE * self.cancel * care.share() * cd;
+        let wished = PRODUCT.aim * self.cancel * care.share() * cd;
         let axis = sight.x.hypot(sight.y);
         let bound = |rule: &Rule| {
             bends.lines * rule.ramp + bends.pole * rule.about(reach / axis) + cd * rule.smooth(reach / distance)
@@ -348,10 +437,23 @@ const OUTLINE: Patience = Patience {
     hopeless: 1e4,
 };
 
+/// The same where more is asked for than a map needs.
+const PATIENT: Patience = Patience {
+    cells: 800,
+    hopeless: f64::INFINITY,
+};
+
 impl Item<'_> {
     /// The emitter by its outline from each point of the pixel, and an adaptive rule over the pixel; `None` where the pixel reaches
     /// behind the emitter's plane, or the bound is not met.
-    fn outlined(&self, pixel: &Patch, relative: f64, floor: f64, scratch: &mut Scratch) -> Option<Estimate> {
+    fn outlined(
+        &self,
+        pixel: &Patch,
+        relative: f64,
+        floor: f64,
+        share: f64,
+        scratch: &mut Scratch,
+    ) -> Option<Estimate> {
         let (polar, emitter) = (self.polar.as_ref()?, self.emitter.as_ref()?);
         if emitter.radius() < SMALL_EMITTER * pixel.radius() {
             return None;
@@ -367,14 +469,16 @@ impl Item<'_> {
         }
         let mut failed = false;
         let per_area = 1e6 / emitter.area();
-        let found = cubature::integral(&[[[0.0, 1.0], [0.0, 1.0]]], relative, floor, OUTLINE, |_, [s, t]| {
+        let patience = if share < 1.0 { PATIENT } else { OUTLINE };
+        let found = cubature::integral(&[[[0.0, 1.0], [0.0, 1.0]]], relative, floor, patience, |_, [s, t]| {
             let seen = emitter.shifted(corner + s * first + t * second);
             polar.integral(&seen, toward, &mut scratch.cuts).unwrap_or_else(|| {
                 failed = true;
                 0.0
             }) * per_area
         });
-        (!failed && found.error <= floor.max(4.0 * relative * found.value.abs())).then_some(found)
+        let met = share < 1.0 || found.error <= floor.max(4.0 * relative * found.value.abs());
+        (!failed && met).then_some(found)
     }
 }
 

@@ -133,7 +133,8 @@ fn refine(
     if agreed <= tolerance {
         return Estimate {
             value: left.value + right.value,
-            error: agreed,
+            // Halves that agree by chance are betrayed by the pairs.
+            error: agreed.max(0.02 * whole.error).max(0.1 * (left.error + right.error)),
         };
     }
     let left = refine(f, pair, a, middle, left, tolerance, depth - 1);

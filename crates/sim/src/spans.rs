@@ -31,6 +31,10 @@ const BLOCK: usize = 64;
 /// Rows below which each makes its own.
 const FEW: usize = 12;
 
+/// What all coefficients beyond the last two of a polynomial add, in terms of these two, with a margin: they fall at least by
+/// half from one to the next on pieces that are accepted.
+const BEYOND: f64 = 2.0;
+
 /// Intervals along each side of the sensor at which polar angles are looked at.
 const SIDE: usize = 16;
 
@@ -357,9 +361,9 @@ impl<'a> Rows<'a> {
                     N::fill(&coefficients, first, per, &mut line[from..end]);
                     bound.add(
                         (to - from) as f64,
-                        piece.tail + always * coefficients[0].abs(),
-                        piece.tail + always * most(&coefficients),
-                        piece.tail / piece.least + always,
+                        BEYOND * piece.tail + always * coefficients[0].abs(),
+                        BEYOND * piece.tail + always * most(&coefficients),
+                        BEYOND * piece.tail / piece.least + always,
                     );
                 } else {
                     self.span(y, from, to, line, bound);
@@ -425,9 +429,9 @@ impl<'a> Rows<'a> {
             N::fill(&coefficients, -1.0, half.recip(), &mut line[from..end]);
             bound.add(
                 count as f64,
-                tail + always * coefficients[0].abs(),
-                tail + always * most(&coefficients),
-                if least > 0.0 { tail / least } else { 0.0 } + always,
+                BEYOND * tail + always * coefficients[0].abs(),
+                BEYOND * tail + always * most(&coefficients),
+                if least > 0.0 { BEYOND * tail / least } else { 0.0 } + always,
             );
             return;
         }

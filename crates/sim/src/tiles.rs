@@ -197,7 +197,8 @@ where
                 &mut rows[start..start + tile.width],
             );
         }
-        let error = error + worst;
+        // What lies between the points looked at.
+        let error = error + 2.0 * worst;
         found.add(
             width * height,
             error + N::ROUNDING * powers[0][0].abs(),
