@@ -158,12 +158,12 @@ fn exchanges_in_the_shared_corpus_are_heard() {
     let (mut near, mut far) = ((0, 0), (0, 0));
     for file in opened(&folder) {
         let pairs = file.neighbours(0.01);
-        for &at in pairs.iter().step_by(pairs.len() / 6 + 1) {
+        for &at in pairs.iter().step_by(pairs.len() / 4 + 1) {
             near = (near.0 + 1, near.1 + usize::from(file.hears(at, at + 1)));
         }
         // Steps of the golden ratio spread over the file without a pattern.
         let count = file.values.len();
-        for turn in 1..8 {
+        for turn in 1..6 {
             let at = |turn: f64| ((turn * 0.618_034).fract() * count as f64) as usize;
             let (one, other) = (at(f64::from(turn)), at(f64::from(turn) * 7.0 + 0.3));
             let (one, other) = (one.min(other), one.max(other));

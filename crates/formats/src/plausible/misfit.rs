@@ -13,7 +13,7 @@ use super::Stored;
 const USUAL: f64 = 0.7;
 const USUAL_FEW: f64 = 0.5;
 /// No values are smoother than to this part of the peak.
-const FINEST: f64 = 0.0004;
+const FINEST: f64 = 0.0002;
 /// Fewest misfits of the surroundings that tell what is usual.
 const FEWEST: usize = 5;
 /// What the misfits of a line and of a cubic count; they are not independent.

@@ -36,6 +36,8 @@ const PROMINENT: f64 = 3.0;
 /// Least change: this part of the peak and of the value, or that; at least so many steps of the file's numbers.
 const LEAST_VALUE: [(f64, f64); 2] = [(0.01, 0.02), (0.003, 0.03)];
 const LEAST_PAIR: [(f64, f64); 2] = [(0.005, 0.0), (0.003, 0.03)];
+/// Smaller changes, down to this part of the peak, must gain so much more.
+const SMALL: (f64, f64) = (0.0005, 8.0);
 const STEPS: f64 = 2.0;
 /// An exchange is looked at where the misfits of the two shrink to this part in one direction.
 const SHRINKS: f64 = 0.95;
@@ -106,11 +108,12 @@ fn suspects(field: &Field<'_>, step: f64) -> Vec<Suspect> {
     }
     odd.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
     let exchange = exchange(field, &odd[..odd.len().min(PARTNERS)], step);
-    let large_enough = |suspect: &Suspect| match suspect.what {
-        What::Value(change) => large(field, suspect.index, change, LEAST_VALUE),
-        _ => true,
-    };
-    let values = places(field, odd.into_iter().map(|odd| odd.0).filter(large_enough).collect());
+    let values = places(
+        field,
+        odd.iter()
+            .filter_map(|odd| weighed(field, odd.0, LEAST_VALUE))
+            .collect(),
+    );
     let pairs = places(field, pairs);
 
     let gain = |places: &[Suspect], rank: usize| places.get(rank).map_or(0.0, |place| place.gain);
@@ -143,7 +146,7 @@ fn value(field: &Field<'_>, index: usize) -> Option<(Suspect, Pattern)> {
         .iter()
         .chain(&across)
         .fold(0.0_f64, |most, misfit| most.max(misfit.abs()));
-    let least = LEAST_VALUE[0].1 * field.values[index].abs().max(LEAST_VALUE[1].0 * field.peak);
+    let least = LEAST_VALUE[0].1 * field.values[index].abs().max(SMALL.0 * field.peak);
     if largest < least || !field.stands_out(index, PROMINENT) {
         return None;
     }
@@ -156,7 +159,7 @@ fn value(field: &Field<'_>, index: usize) -> Option<(Suspect, Pattern)> {
 /// The pair of this and the next value along γ, if they would fit better exchanged.
 fn pair(field: &Field<'_>, index: usize, shares: [f64; 2], step: f64) -> Option<Suspect> {
     let difference = field.values[index + 1] - field.values[index];
-    if !large(field, index, difference, LEAST_PAIR) || difference.abs() <= STEPS * step {
+    if difference.abs() < SMALL.0 * field.peak || difference.abs() <= STEPS * step {
         return None;
     }
     // Most pairs are told from their own misfits: exchanged, these would grow.
@@ -173,7 +176,9 @@ fn pair(field: &Field<'_>, index: usize, shares: [f64; 2], step: f64) -> Option<
     }
     let gain = field.pattern(&[(index, 1.0), (index + 1, -1.0)]).gain(difference);
     let what = What::Pair;
-    (gain > 0.0).then_some(Suspect { index, what, gain })
+    (gain > 0.0)
+        .then_some(Suspect { index, what, gain })
+        .and_then(|suspect| weighed(field, suspect, LEAST_PAIR))
 }
 
 /// The two values of the file that fit in each other's place, if there is one such pair and no other.
@@ -220,14 +225,21 @@ fn exchange(field: &Field<'_>, odd: &[(Suspect, Pattern)], step: f64) -> Vec<Sus
         .to_vec()
 }
 
-/// Whether a change matters, beside the peak and beside the value.
-fn large(field: &Field<'_>, index: usize, change: f64, least: [(f64, f64); 2]) -> bool {
-    let value = field.values[index];
-    let local = value.abs().max((value + change).abs());
-    let change = change.abs();
-    least
-        .iter()
-        .any(|&(of_peak, of_value)| change >= of_peak * field.peak && change >= of_value * local)
+/// The suspect, its gain less by what a small change must gain more; none where the change is too small to matter.
+fn weighed(field: &Field<'_>, suspect: Suspect, least: [(f64, f64); 2]) -> Option<Suspect> {
+    let value = field.values[suspect.index];
+    let change = match suspect.what {
+        What::Value(change) => change,
+        What::Pair => field.values[suspect.index + 1] - value,
+        What::Exchange(_) => return Some(suspect),
+    };
+    let (change, local) = (change.abs(), value.abs().max((value + change).abs()));
+    let large = |&(of_peak, of_value): &(f64, f64)| change >= of_peak * field.peak && change >= of_value * local;
+    if least.iter().any(large) {
+        return Some(suspect);
+    }
+    let gain = suspect.gain - SMALL.1;
+    (change >= SMALL.0 * field.peak && gain > 0.0).then_some(Suspect { gain, ..suspect })
 }
 
 /// One wrong value disturbs the predictions of its neighbours; the largest of a group speaks for it.

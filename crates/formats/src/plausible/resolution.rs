@@ -4,12 +4,12 @@ use super::Stored;
 
 /// Values that are looked at for their decimals, and planes for their steps.
 const VALUES: usize = 500;
-const PLANES: usize = 6;
+const PLANES: usize = 24;
 /// A display's step is this part of the peak at most.
 const COARSEST: f64 = 0.01;
 /// Differences below this part of a step are none: the distance to the lamp scales every reading a little differently.
-const NONE: f64 = 0.05;
-/// Fewest differences of none and of one step.
+const NONE: f64 = 0.1;
+/// Fewest differences of none, and of one to three steps.
 const FEWEST: (usize, usize) = (5, 10);
 
 /// The step between values that the file can tell apart, in its unit.
@@ -39,12 +39,12 @@ fn steps(values: &[f64], ng: usize) -> Option<f64> {
         .filter(|pair| pair[0] != 0.0 || pair[1] != 0.0);
     let differences = pairs.map(|pair| (pair[1] - pair[0]).abs());
     let mut small: Vec<f64> = differences
-        .filter(|&difference| difference <= 2.0 * COARSEST * peak)
+        .filter(|&difference| difference <= 3.0 * COARSEST * peak)
         .collect();
     small.sort_unstable_by(f64::total_cmp);
     let gap = |at: &usize| {
         let step = small[*at];
-        let like = small[*at..].partition_point(|&difference| difference <= 2.0 * step);
+        let like = small[*at..].partition_point(|&difference| difference <= 3.0 * step);
         step <= COARSEST * peak && small[at - 1] <= NONE * step && like >= FEWEST.1
     };
     (FEWEST.0..small.len()).rev().find(gap).map(|at| small[at])
