@@ -41,6 +41,8 @@ const SMALL: (f64, f64) = (0.0005, 8.0);
 const STEPS: f64 = 2.0;
 /// An exchange is looked at where the misfits of the two shrink to this part in one direction.
 const SHRINKS: f64 = 0.95;
+/// With so many places that would fit better otherwise the light is rugged, and no more are looked at.
+const RUGGED: usize = 20_000;
 /// Places that are ranked.
 const MOST: usize = 400;
 
@@ -95,24 +97,25 @@ struct Suspect {
 }
 
 fn suspects(field: &Field<'_>, step: f64) -> Vec<Suspect> {
-    let mut odd: Vec<(Suspect, Pattern)> = Vec::new();
+    let mut odd: Vec<Suspect> = Vec::new();
     let mut pairs = Vec::new();
     let shares: Vec<[f64; 2]> = (0..field.ng)
         .map(|angle| [0, 1].map(|order| field.own_share(angle, order)))
         .collect();
     for index in 0..field.values.len() {
+        if odd.len() + pairs.len() > RUGGED {
+            break;
+        }
         odd.extend(value(field, index));
         if (index + 1) % field.ng != 0 {
             pairs.extend(pair(field, index, shares[index % field.ng], step));
         }
     }
-    odd.sort_by(|a, b| b.0.gain.total_cmp(&a.0.gain));
+    odd.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let exchange = exchange(field, &odd[..odd.len().min(PARTNERS)], step);
     let values = places(
         field,
-        odd.iter()
-            .filter_map(|odd| weighed(field, odd.0, LEAST_VALUE))
-            .collect(),
+        odd.iter().filter_map(|&odd| weighed(field, odd, LEAST_VALUE)).collect(),
     );
     let pairs = places(field, pairs);
 
@@ -139,7 +142,7 @@ fn suspects(field: &Field<'_>, step: f64) -> Vec<Suspect> {
 }
 
 /// The value, if another one would fit better.
-fn value(field: &Field<'_>, index: usize) -> Option<(Suspect, Pattern)> {
+fn value(field: &Field<'_>, index: usize) -> Option<Suspect> {
     let [along, across] = [false, true].map(|across| field.misfits(index, across));
     // `max` passes over a direction without a prediction.
     let largest = along
@@ -150,10 +153,9 @@ fn value(field: &Field<'_>, index: usize) -> Option<(Suspect, Pattern)> {
     if largest < least || !field.stands_out(index, PROMINENT) {
         return None;
     }
-    let pattern = field.pattern(&[(index, 1.0)]);
-    let (gain, change) = pattern.best().filter(|best| best.0 > 1.0)?;
+    let (gain, change) = field.pattern(&[(index, 1.0)]).best().filter(|best| best.0 > 1.0)?;
     let what = What::Value(change);
-    Some((Suspect { index, what, gain }, pattern))
+    Some(Suspect { index, what, gain })
 }
 
 /// The pair of this and the next value along γ, if they would fit better exchanged.
@@ -182,7 +184,9 @@ fn pair(field: &Field<'_>, index: usize, shares: [f64; 2], step: f64) -> Option<
 }
 
 /// The two values of the file that fit in each other's place, if there is one such pair and no other.
-fn exchange(field: &Field<'_>, odd: &[(Suspect, Pattern)], step: f64) -> Vec<Suspect> {
+fn exchange(field: &Field<'_>, odd: &[Suspect], step: f64) -> Vec<Suspect> {
+    let patterns: Vec<Pattern> = odd.iter().map(|odd| field.pattern(&[(odd.index, 1.0)])).collect();
+    let odd: Vec<(&Suspect, &Pattern)> = odd.iter().zip(&patterns).collect();
     let mut all = Vec::new();
     for (rank, (one, pattern)) in odd.iter().enumerate() {
         for (other, others) in &odd[rank + 1..] {
