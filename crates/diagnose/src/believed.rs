@@ -436,6 +436,7 @@ impl Believed {
                 .collect();
             let mut shapes_tried = product(&grids);
             let mut step_share = Vec::new();
+            let mut least = 0.0;
             if power != 1.0 && !changed {
                 // A square grows with the second order, unless a shape (LEDs that lean) gives it a first one: then small sizes have a pattern of their own.
                 let leaning: Vec<Vec<f64>> = shapes_tried
@@ -444,6 +445,7 @@ impl Believed {
                     .cloned()
                     .collect();
                 if !leaning.is_empty() {
+                    least = of(first.plausible.0.max(0.0));
                     step_share = vec![1.0; shapes_tried.len()];
                     step_share.extend(vec![SMALL_STEP; leaning.len()]);
                     shapes_tried.extend(leaning);
@@ -452,6 +454,7 @@ impl Believed {
             self.searchable.push(Searchable {
                 name: spec.name,
                 step_share,
+                least,
                 one_sided: natural && !changed,
                 limits,
                 turns: phase.is_some(),

@@ -59,6 +59,8 @@ pub struct Searchable {
     pub step_share: Vec<f64>,
     /// Largest plausible size of each linear amplitude.
     pub plausible: Vec<f64>,
+    /// Smallest plausible size of the first linear amplitude; 0 where there is none.
+    pub least: f64,
     /// Lowest and highest possible value of each linear amplitude: no floor returns more light than it gets.
     pub limits: Vec<(f64, f64)>,
     /// The linear amplitudes are two components of one amplitude: a direction or a phase.
@@ -82,7 +84,19 @@ pub struct Searchable {
     pub fixed: Vec<bool>,
 }
 
+/// ln of what belief loses from the smallest plausible size of a squared amplitude down to none.
+const LN_SMALL: f64 = 2.0;
+
 impl Searchable {
+    /// ln of what a first amplitude smaller than plausible costs.
+    pub fn ln_small(&self, first: f64) -> f64 {
+        if self.least > 0.0 && first < self.least {
+            LN_SMALL * ((first.max(0.0) / self.least).sqrt() - 1.0)
+        } else {
+            0.0
+        }
+    }
+
     /// The difference at which the pattern of a shape is taken.
     pub fn step_of(&self, shape: usize, component: usize) -> f64 {
         self.step[component] * self.step_share.get(shape).copied().unwrap_or(1.0)

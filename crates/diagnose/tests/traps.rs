@@ -33,6 +33,7 @@ fn searchable(name: &'static str, step: f64, plausible: f64, one_sided: bool, sh
         name,
         step: vec![step],
         step_share: Vec::new(),
+        least: 0.0,
         plausible: vec![plausible],
         limits: vec![(if one_sided { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY)],
         turns: false,
@@ -267,6 +268,28 @@ fn noise_of_the_reference_is_no_effect() {
     }
     assert!(alarms[0] >= 6, "{} of 8 unstated", alarms[0]);
     assert!(alarms[1] <= 1, "{} of 8 stated", alarms[1]);
+}
+
+/// Two names that explain the same stay in one set, however much more is believed of the one: no claim is surer than the data.
+#[test]
+fn no_prior_settles_what_the_data_cannot() {
+    let mut toy = Toy::new(8, false, true);
+    // Backlash in one direction of travel is a zero error. Sixty shapes that are all alike, and small for what it mostly is: believed 300 times less.
+    toy.effects[BACKLASH] = Searchable {
+        fixed: vec![true],
+        least: 10.0,
+        ..searchable("backlash", 0.05, 0.3, false, vec![vec![100.0]; 60])
+    };
+    let outcome = toy.diagnose(&toy.measured(&[hidden(ZERO, 0.1, &[])], 0.0, 3));
+    let ranked = &outcome.rivalries[0].ranked;
+    let both: Vec<f64> = [ZERO, BACKLASH]
+        .iter()
+        .map(|&effect| {
+            let one = ranked.iter().find(|one| one.label == Label::Named(effect));
+            one.map_or(0.0, |one| one.posterior)
+        })
+        .collect();
+    assert!(both.iter().all(|posterior| *posterior > 0.05), "{both:?}");
 }
 
 /// Thresholds on single tests raise alarms by the dozen; the whole scan's own noise does not.

@@ -33,6 +33,11 @@ pub(super) enum Change {
     Dropped,
 }
 
+/// Names whose fits differ by less than this, in σ², explain the same: the kinks of a table and the roundness of a formula are worth as much.
+const AS_MUCH: f64 = 6.0;
+/// ln of the most by which one of two names that explain the same is the more probable, so that both are in the set: ln 15.
+const TWIN: f64 = 2.708;
+
 impl<F: Forward + ?Sized> Bench<'_, F> {
     /// Looks at every member's rivals: a better name takes its place, a better pattern without a name removes it.
     pub(super) fn replace_or_drop(&self, members: &mut Vec<Hypothesis>, extra: Option<(usize, f64)>) -> Option<Change> {
@@ -71,6 +76,32 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             }
         }
         Some(Change::None)
+    }
+
+    /// A possible name that explains as much as the first one stays within reach of it, whatever was believed before: no prior of ours is worth more than
+    /// [`TWIN`]. `entries` fall with their evidence, and do after it.
+    fn keep_twins(&self, entries: &mut [(f64, Entry)]) {
+        let Some((top, first)) = entries.first().map(|(evidence, entry)| (*evidence, entry)) else {
+            return;
+        };
+        if !matches!(first.label, Label::Named(_)) {
+            return;
+        }
+        let least = first.explained - AS_MUCH;
+        let possible = |entry: &Entry| match (&entry.label, &entry.hypothesis) {
+            (Label::Named(effect), Some(hypothesis)) => {
+                let searchable = &self.forward.effects()[*effect];
+                let right_way = !searchable.one_sided || hypothesis.linear[0] >= 0.0;
+                right_way && searchable.implausibility(&hypothesis.linear) == 0.0
+            }
+            _ => false,
+        };
+        for (evidence, entry) in entries.iter_mut().skip(1) {
+            if entry.explained >= least && possible(entry) {
+                *evidence = evidence.max(top - TWIN);
+            }
+        }
+        entries.sort_by(|a, b| b.0.total_cmp(&a.0));
     }
 
     /// Who else could be member `i`, with all other members free and what is unexplained projected out.
@@ -174,6 +205,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         };
         let mut entries: Vec<(f64, Entry)> = entries.into_iter().map(|entry| (blunted(&entry), entry)).collect();
         entries.sort_by(|a, b| b.0.total_cmp(&a.0));
+        self.keep_twins(&mut entries);
         let best = entries.first().map_or(0.0, |entry| entry.0).max(0.0);
         let weights: Vec<f64> = entries.iter().map(|entry| (entry.0 - best).exp()).collect();
         let total = weights.iter().sum::<f64>() + (-best).exp();
@@ -211,7 +243,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         if searchable.one_sided {
             evidence += sign_evidence(member.linear[0]);
         }
-        evidence -= 0.5 * searchable.implausibility(&member.linear);
+        evidence += searchable.ln_small(member.linear[0]) - 0.5 * searchable.implausibility(&member.linear);
         if !searchable.fixed.is_empty() && searchable.fixed.iter().all(|fixed| *fixed) {
             return evidence - (searchable.shapes.len() as f64).ln();
         }
