@@ -292,6 +292,31 @@ fn no_prior_settles_what_the_data_cannot() {
     assert!(both.iter().all(|posterior| *posterior > 0.05), "{both:?}");
 }
 
+/// Dark readings that the model expects alike, and an effect lifts by different amounts, are rounded each in its own way.
+#[test]
+fn rounding_goes_by_the_levels_that_were_found() {
+    const DIGIT: f64 = 0.1;
+    let mut toy = Toy::new(8, true, true);
+    for row in toy.rows.iter_mut().filter(|row| row.light != Light::Lit) {
+        (row.digit, row.u) = (DIGIT, 0.04);
+    }
+    let mut rows = toy.measured(&[hidden(STRAY, 0.43, &[]), hidden(OFFSET, 0.33, &[])], 0.0, 4);
+    for row in rows.iter_mut().filter(|row| row.light != Light::Lit) {
+        let level = if row.light == Light::Capped { 0.33 } else { 0.76 };
+        row.measured = (level / DIGIT).round() * DIGIT;
+    }
+    let outcome = toy.diagnose(&rows);
+    let place = outcome
+        .after
+        .hypotheses
+        .iter()
+        .position(|member| member.effect == STRAY);
+    let first = outcome.after.nuisance.len();
+    let variance = outcome.after.covariance(1.0).diagonal()[first + place.expect("stray light was found")];
+    // Ambient light is the difference of two levels, each known to a digit over √12 = 0.029.
+    assert!(variance.sqrt() > 0.03, "u = {}", variance.sqrt());
+}
+
 /// Thresholds on single tests raise alarms by the dozen; the whole scan's own noise does not.
 #[test]
 fn clean_data_stay_clean() {

@@ -22,6 +22,7 @@ const LEAST_SCALE: f64 = 0.1;
 
 pub(super) struct Bench<'a, F: Forward + ?Sized> {
     pub(super) forward: &'a F,
+    rows: &'a [Row],
     pub(super) measured: DVector<f64>,
     pub(super) u: DVector<f64>,
     pub(super) sequence: &'a Sequence,
@@ -84,6 +85,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let whitened = DMatrix::zeros(n, 0);
         let mut bench = Self {
             forward,
+            rows,
             measured,
             u,
             sequence,
@@ -135,8 +137,10 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         )
     }
 
-    /// Noise from what is left of a fit after everything smooth is projected out: outlier weights, ρ, scale.
+    /// Noise from what is left of a fit after everything smooth is projected out: outlier weights, ρ, scale. What is rounded alike goes by the levels of the
+    /// fit: dark readings that an effect lifts by different amounts are none of them alike.
     pub(super) fn update_noise(&mut self, fitted: &Fit) {
+        self.rounding = Rounding::new(self.rows, fitted.prediction.as_slice());
         let n = self.measured.len();
         let raw = &self.measured - &fitted.prediction;
         let limit = if n > 2000 { 120 } else { n / 3 };
