@@ -48,6 +48,7 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
         .filter(|(i, _)| *i != number)
         .map(|(_, member)| member.clone())
         .collect();
+    let of_readings = rows.iter().all(|row| row.source == Source::Reading);
     let with_repeats = |repeats: usize| {
         let mut entries: Vec<(NextEntry, Block)> = blocks(believed, outcome, rows, repeats)
             .into_iter()
@@ -65,8 +66,9 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
             .collect();
         entries.sort_by(|a, b| b.0.expected_sigma.total_cmp(&a.0.expected_sigma));
         entries.truncate(MOST_ENTRIES);
-        // A shape may go far from where its tangent leads: what counts is how far apart the two stay when refitted in full.
-        for (entry, block) in &mut entries {
+        // A shape may go far from where its tangent leads: what counts is how far apart the two stay when refitted in full. Refits of
+        // maps take too long for that.
+        for (entry, block) in entries.iter_mut().filter(|_| of_readings) {
             let refitted = refitted_separation(believed, outcome, rows, block, &others, &pair);
             entry.expected_sigma = refitted.unwrap_or(0.0).min(entry.expected_sigma);
         }
@@ -76,7 +78,7 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
     let mut entries = with_repeats(1);
     // Names that one scan hardly parts want as many readings of it as will, while that is an evening's work.
     let best = entries.first().map_or(0.0, |(entry, _)| entry.expected_sigma);
-    if best > 0.0 && best < DECISIVE_SIGMA {
+    if of_readings && best > 0.0 && best < DECISIVE_SIGMA {
         let wanted = (DECISIVE_SIGMA / best).powi(2).ceil() as usize;
         entries = with_repeats(wanted.min(MOST_REPEATS));
     }
