@@ -48,10 +48,11 @@ const OUTLINES: Trust = Trust {
     safety: 8.0,
     slack: 1e-7,
 };
-/// Chords of pixel and emitter, and an adaptive rule across them.
+/// Chords of pixel and emitter, and an adaptive rule across them: where an emitter is small against a coarse pixel, its kinks can lie
+/// between all nodes.
 const CHORDS: Trust = Trust {
     aim: 2.2e-7,
-    safety: 4.0,
+    safety: 25.0,
     slack: 1e-7,
 };
 /// What the rules inside a rule may miss of the value, however little is aimed at.
