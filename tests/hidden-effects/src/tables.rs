@@ -140,7 +140,8 @@ impl Calibration {
                     svg,
                     "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{}\" fill=\"#444444\">{n}</text>",
                     x(mean) + beside.0,
-                    y(p) + 14.0,
+                    // Under its point, but never on the axis' numbers.
+                    y(p) + if p < 0.06 { -8.0 } else { 14.0 },
                     beside.1
                 );
             }
