@@ -85,7 +85,7 @@ pub struct Searchable {
 }
 
 /// ln of what belief loses from the smallest plausible size of a squared amplitude down to none.
-const LN_SMALL: f64 = 2.0;
+const LN_SMALL: f64 = 3.5;
 
 impl Searchable {
     /// ln of what a first amplitude smaller than plausible costs.
