@@ -37,7 +37,7 @@ pub mod twins;
 
 pub use failure::{Failure, FailureKind};
 
-/// Findings and reader options, for front ends.
+/// Findings, reader options and rounded numbers, for front ends.
 pub mod formats {
-    pub use isolux_formats::{Finding, ReadOptions, Severity};
+    pub use isolux_formats::{Finding, ReadOptions, Severity, significant};
 }

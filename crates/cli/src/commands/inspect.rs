@@ -87,19 +87,5 @@ fn print(inspection: &Inspection) {
     for finding in &inspection.findings {
         screen::say(super::reading::compiler_style(&inspection.file, finding));
     }
-    for (key, value) in &inspection.quantities {
-        match value {
-            serde_json::Value::Null => {}
-            serde_json::Value::Array(list) if list.len() > 12 => {
-                let first: Vec<String> = list.iter().take(12).map(ToString::to_string).collect();
-                screen::say(format_args!("  {key:20} {} … ({} values)", first.join(" "), list.len()));
-            }
-            serde_json::Value::Array(list) => {
-                let all: Vec<String> = list.iter().map(ToString::to_string).collect();
-                screen::say(format_args!("  {key:20} {}", all.join(" ")));
-            }
-            serde_json::Value::Object(_) => screen::say(format_args!("  {key:20} (see --json)")),
-            other => screen::say(format_args!("  {key:20} {other}")),
-        }
-    }
+    super::quantities::print(inspection.quantities.iter());
 }

@@ -10,6 +10,7 @@ mod inspect;
 mod investigate;
 mod plan;
 mod predict;
+mod quantities;
 mod reading;
 mod reduce;
 mod report;
