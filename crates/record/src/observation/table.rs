@@ -35,6 +35,37 @@ pub(super) fn line_of(text: &str, at: usize) -> u64 {
     1 + text.get(..at).unwrap_or(text).matches('\n').count() as u64
 }
 
+/// Counts lines that end in LF, CR LF or CR. The CSV reader's own count is one behind after CR LF, for the LF belongs to its next row.
+struct Lines<'a> {
+    rest: &'a [u8],
+    passed: usize,
+    line: u64,
+}
+
+impl<'a> Lines<'a> {
+    fn of(text: &'a str) -> Self {
+        Self {
+            rest: text.as_bytes(),
+            passed: 0,
+            line: 1,
+        }
+    }
+
+    /// The line of the byte `at`, which rises from call to call.
+    fn up_to(&mut self, at: usize) -> u64 {
+        let (before, rest) = self.rest.split_at(at.saturating_sub(self.passed).min(self.rest.len()));
+        let ends = |(i, byte): &(usize, &u8)| match **byte {
+            b'\n' => true,
+            b'\r' => before.get(i + 1).or(rest.first()) != Some(&b'\n'),
+            _ => false,
+        };
+        self.line += before.iter().enumerate().filter(ends).count() as u64;
+        self.passed += before.len();
+        self.rest = rest;
+        self.line
+    }
+}
+
 impl Table {
     /// `torn_tail`: a last line without its line end is what a power cut leaves, and is no row.
     pub fn parse(path: &Utf8Path, text: &str, torn_tail: bool) -> Result<Self, ObservationError> {
@@ -48,13 +79,15 @@ impl Table {
             .has_headers(false)
             .flexible(true)
             .from_reader(whole.as_bytes());
+        let mut lines = Lines::of(whole);
         for record in reader.records() {
             let record = record.map_err(|error| {
                 let line = error.position().map(csv::Position::line);
                 ObservationError::new(path, line, Problem::Read(error.to_string()))
             })?;
-            let position = record.position();
-            let line = position.map_or(0, csv::Position::line);
+            let after_last = record.position().map_or(0, |position| position.byte() as usize);
+            let row_text = whole.get(after_last..).unwrap_or("").trim_start_matches(['\r', '\n']);
+            let line = lines.up_to(whole.len() - row_text.len());
             let fields: Vec<String> = record.iter().map(|field| field.trim().to_owned()).collect();
             if table.header.is_empty() {
                 table.header = fields;
@@ -76,8 +109,6 @@ impl Table {
                 };
                 return Err(ObservationError::new(path, Some(line), problem));
             }
-            let start = position.map_or(0, |position| position.byte() as usize);
-            let row_text = whole.get(start..).unwrap_or("").trim_start_matches(['\r', '\n']);
             let row_text = row_text.split(['\r', '\n']).next().unwrap_or("");
             table.before_last.push(
                 row_text
@@ -178,6 +209,21 @@ impl Fields<'_> {
                 found: value,
                 expected: "above zero",
             }))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_know_their_lines_whatever_ends_them() {
+        for end in ["\n", "\r\n", "\r"] {
+            let text = ["index,u", "0,1", "", "1,2", "2,3", ""].join(end);
+            let table = Table::parse("readings.csv".into(), &text, false).unwrap();
+            let lines: Vec<u64> = table.rows.iter().map(|(line, _)| *line).collect();
+            assert_eq!(lines, [2, 4, 5], "{end:?}");
         }
     }
 }
