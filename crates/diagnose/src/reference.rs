@@ -7,6 +7,8 @@ use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::whitening::without;
+
 /// A direction that changes everything by less than this many σ in all does not matter.
 const NEGLIGIBLE: f64 = 0.05;
 /// Entries below this share of a vector's largest are left out of it.
@@ -95,21 +97,6 @@ pub fn variance(errors: &Errors, rows: usize) -> DVector<f64> {
         variance[i] += value * value;
     }
     variance
-}
-
-/// Whitens rows of covariance I + v·vᵀ: W = I − (1 − 1/√(1+|v|²))·v·vᵀ/|v|².
-fn without(v: &[(usize, f64)], column: &mut [f64]) {
-    let length: f64 = v.iter().map(|(_, v)| v * v).sum();
-    if length == 0.0 {
-        return;
-    }
-    let share = (1.0 - 1.0 / (1.0 + length).sqrt()) / length;
-    let along: f64 = v.iter().map(|&(i, v)| v * column[i]).sum();
-    if along != 0.0 {
-        for &(i, v) in v {
-            column[i] -= share * along * v;
-        }
-    }
 }
 
 #[cfg(test)]

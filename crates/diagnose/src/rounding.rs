@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use nalgebra::{DMatrix, DVector};
 
 use crate::table::Row;
+use crate::whitening::without;
 
 /// Share of a digit within which two levels are rounded alike: beyond a quarter the rounding errors of a smooth scan lose each
 /// other.
@@ -71,7 +72,9 @@ impl Rounding {
         self.whiten_groups(row_scale, &mut places);
         for digit in &self.digits {
             let along: Vec<(usize, f64)> = digit.iter().map(|&(i, _)| (i, places[(i, 0)])).collect();
-            without(&along, matrix);
+            for mut column in matrix.column_iter_mut() {
+                without(&along, column.as_mut_slice());
+            }
         }
     }
 
@@ -84,7 +87,9 @@ impl Rounding {
                 along.push((i, common / own));
                 matrix.row_mut(i).scale_mut(1.0 / own);
             }
-            without(&along, matrix);
+            for mut column in matrix.column_iter_mut() {
+                without(&along, column.as_mut_slice());
+            }
         }
     }
 
@@ -95,21 +100,6 @@ impl Rounding {
             .iter()
             .map(|row| (row.digit * row.digit / 12.0 / (row.u * row.u)).min(1.0));
         (squares.sum::<f64>() / rows.len().max(1) as f64).sqrt()
-    }
-}
-
-/// Whitens rows of covariance I + v·vᵀ, column by column.
-fn without(v: &[(usize, f64)], matrix: &mut DMatrix<f64>) {
-    let length: f64 = v.iter().map(|(_, v)| v * v).sum();
-    if length == 0.0 {
-        return;
-    }
-    let share = (1.0 - 1.0 / (1.0 + length).sqrt()) / length;
-    for mut column in matrix.column_iter_mut() {
-        let along: f64 = v.iter().map(|&(i, v)| v * column[i]).sum();
-        for &(i, v) in v {
-            column[i] -= share * along * v;
-        }
     }
 }
 

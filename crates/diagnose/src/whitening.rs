@@ -206,6 +206,21 @@ pub fn heavy_tail_weights(residual: &DVector<f64>) -> Vec<f64> {
         .collect()
 }
 
+/// Whitens rows of covariance I + v·vᵀ: W = I − (1 − 1/√(1+|v|²))·v·vᵀ/|v|².
+pub(crate) fn without(v: &[(usize, f64)], column: &mut [f64]) {
+    let length: f64 = v.iter().map(|(_, v)| v * v).sum();
+    if length == 0.0 {
+        return;
+    }
+    let share = (1.0 - 1.0 / (1.0 + length).sqrt()) / length;
+    let along: f64 = v.iter().map(|&(i, v)| v * column[i]).sum();
+    if along != 0.0 {
+        for &(i, v) in v {
+            column[i] -= share * along * v;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
