@@ -31,7 +31,7 @@ fn a_flawed_camera_is_named_and_its_pictures_predicted() {
 }
 
 #[test]
-#[ignore = "a quarter of an hour: every effect"]
+#[ignore = "six minutes and more: every effect"]
 fn every_effect_is_named() {
     let workshop = Workshop::open(Thoroughness::Full);
     println!("{}", workshop::HEADING);

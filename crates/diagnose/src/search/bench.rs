@@ -323,13 +323,13 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
 
     /// Squared significance of member `i` with all others free.
     pub(super) fn explained_by(&self, members: &[Hypothesis], fitted: &Fit, i: usize) -> f64 {
-        let others: Vec<Hypothesis> = members
-            .iter()
-            .enumerate()
-            .filter(|(k, _)| *k != i)
-            .map(|(_, member)| member.clone())
-            .collect();
+        let others = all_but(members, i);
         self.fit(&others)
             .map_or(0.0, |without| (without.chi2 - fitted.chi2) / self.noise.scale.powi(2))
     }
+}
+
+/// The members without the one at `i`.
+pub(super) fn all_but(members: &[Hypothesis], i: usize) -> Vec<Hypothesis> {
+    [&members[..i], &members[i + 1..]].concat()
 }

@@ -9,7 +9,7 @@ use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
 use crate::scan::{Who, p_value, sign_evidence};
-use crate::search::bench::Bench;
+use crate::search::bench::{Bench, all_but};
 use crate::search::{Label, Ranked, Rivalry};
 
 /// ln of the factor that a generic pattern loses where a name explains as much: of 0 … 4 near the best logarithmic score on
@@ -106,12 +106,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
 
     /// Who else could be member `i`, with all other members free and what is unexplained projected out.
     pub(super) fn rivalry(&self, members: &[Hypothesis], i: usize, extra: Option<(usize, f64)>) -> Option<Rivalry> {
-        let others: Vec<Hypothesis> = members
-            .iter()
-            .enumerate()
-            .filter(|(k, _)| *k != i)
-            .map(|(_, member)| member.clone())
-            .collect();
+        let others = all_but(members, i);
         let base = self.fit(&others)?;
         let scan = self.scan(&base, &others, extra.map(|(candidate, _)| candidate));
         let found = self.look(&scan, &base);
