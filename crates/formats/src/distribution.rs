@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 
 use crate::finding::{Finding, Findings};
 use crate::number;
+use crate::plausible::{self, Stored};
 use crate::read::{Content, Format, Kind, Parsed, read_any};
 use crate::text::Text;
 
@@ -178,6 +179,7 @@ pub fn read_csv(bytes: &[u8]) -> Parsed<Distribution> {
     let mut findings = Findings::new();
     let text = Text::decode(bytes, &mut findings);
     let (mut gamma_deg, mut intensity_cd) = (Vec::new(), Vec::new());
+    let (mut raws, mut places) = (Vec::new(), Vec::new());
     let mut whole = true;
     for (index, line) in text.lines().enumerate().skip(1) {
         if line.trim().is_empty() {
@@ -198,7 +200,12 @@ pub fn read_csv(bytes: &[u8]) -> Parsed<Distribution> {
         let mut column = 1;
         for (cell, into) in cells.iter().zip([&mut gamma_deg, &mut intensity_cd]) {
             match number::read(cell) {
-                Ok(read) => into.push(read.value),
+                Ok(read) => {
+                    into.push(read.value);
+                    if read.bare_exponent {
+                        findings.push(number::bare_exponent(cell).at(index + 1, column));
+                    }
+                }
                 Err(error) => {
                     whole = false;
                     findings.push(
@@ -210,9 +217,23 @@ pub fn read_csv(bytes: &[u8]) -> Parsed<Distribution> {
             }
             column += cell.chars().count() + 1;
         }
+        raws.push(cells[1]);
+        places.push((index + 1, cells[0].chars().count() + 2));
     }
     let mut document = None;
     if whole {
+        if gamma_deg.windows(2).all(|pair| pair[0] < pair[1]) {
+            let stored = Stored {
+                planes_deg: &[0.0],
+                angles_deg: &gamma_deg,
+                values: &intensity_cd,
+                places: &places,
+                raw: &|index| raws[index],
+                poles: true,
+                ends_with_newline: text.ends_with_newline,
+            };
+            plausible::check(&stored, &mut findings);
+        }
         match IntensityDistribution::new(vec![0.0], gamma_deg, intensity_cd) {
             Ok(intensity) => {
                 let header = Map::from_iter([("encoding".to_owned(), Value::from(text.encoding))]);

@@ -129,6 +129,9 @@ fn poles(stored: &Stored<'_>, findings: &mut Findings) {
 /// none is between 1 % and 2 %.
 const FLUX_APART: f64 = 0.015;
 
+/// No luminaire loses more than all but this part of its lamps' light; a factor of ten or more is one that was misread or left out.
+const DIMMEST: f64 = 0.1;
+
 /// The integral over the sphere against the flux that the file states. `lorl_percent`: light output ratio as stated.
 pub(crate) fn flux(
     grid: &IntensityDistribution,
@@ -158,6 +161,13 @@ pub(crate) fn flux(
         let message = format!("the intensities integrate to {integral:.1} lm, more than the lamps' {lamp:.1} lm");
         findings.push(
             Finding::warning("flux-above-lamp", message)
+                .assumed("the intensities")
+                .fix("check lamp flux, number of lamps and multiplier"),
+        );
+    } else if integral < DIMMEST * lamp {
+        let message = format!("the intensities integrate to {integral:.4} lm, hardly any of the lamps' {lamp:.1} lm");
+        findings.push(
+            Finding::warning("flux-below-lamp", message)
                 .assumed("the intensities")
                 .fix("check lamp flux, number of lamps and multiplier"),
         );

@@ -8,7 +8,7 @@ use super::layout::{self, HEADER, Layout, Token};
 use super::{Document, Header, LampSet, ROOM_INDICES, symmetry};
 use crate::distribution::{Distribution, Luminaire};
 use crate::finding::{Finding, Findings, Severity};
-use crate::number::{self, NotANumber};
+use crate::number::{self, NotANumber, Number};
 use crate::plausible::{self, Stored};
 use crate::quantities::utilisation::rough_direct_ratios;
 use crate::read::{Format, Kind, Parsed, ReadOptions};
@@ -132,13 +132,21 @@ impl Fields<'_, '_> {
         words
     }
 
+    /// What is unusual about how a number is written.
+    fn taken(&mut self, number: Number, raw: &str, line: usize, column: usize) {
+        self.commas += usize::from(number.comma);
+        if number.bare_exponent {
+            self.findings.push(number::bare_exponent(raw).at(line + 1, column));
+        }
+    }
+
     /// A number that may be blank: `None` with a note then, with an error where something else stands there.
     fn number(&mut self, index: usize, what: &str) -> Option<f64> {
         let line = self.line(index)?;
         let raw = self.text.line(line);
         match number::read(raw) {
             Ok(number) => {
-                self.commas += usize::from(number.comma);
+                self.taken(number, raw, line, 1);
                 Some(number.value)
             }
             Err(NotANumber::Blank) => {
@@ -213,7 +221,7 @@ impl Fields<'_, '_> {
     fn token(&mut self, token: &Token<'_>, what: &str, code: &'static str, may_be_blank: bool) -> Option<f64> {
         match number::read(token.text) {
             Ok(number) => {
-                self.commas += usize::from(number.comma);
+                self.taken(number, token.text, token.line, token.column);
                 Some(number.value)
             }
             Err(NotANumber::Blank) if may_be_blank => None,

@@ -205,7 +205,13 @@ impl Reader<'_, '_> {
             return None;
         };
         match number::read(token.text) {
-            Ok(number) if !number.comma => Some(number.value),
+            Ok(number) if !number.comma => {
+                if number.bare_exponent {
+                    let finding = number::bare_exponent(token.text);
+                    self.findings.push(finding.at(token.line + 1, token.column));
+                }
+                Some(number.value)
+            }
             Ok(_) | Err(_) => {
                 let why = number::read(token.text)
                     .err()

@@ -4,6 +4,7 @@
 //! themselves are not free, so writing TM-33-23 is marked experimental.
 
 mod read;
+mod table;
 mod write;
 
 pub use read::{looks_like, read};

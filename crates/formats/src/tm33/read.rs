@@ -3,6 +3,7 @@
 use isolux_photometry::{IntensityDistribution, Symmetry};
 use serde_json::{Map, Value};
 
+use super::table::{Table, table};
 use crate::distribution::{Distribution, Luminaire};
 use crate::finding::{Finding, Findings};
 use crate::number;
@@ -92,18 +93,20 @@ fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Opt
             return None;
         }
     };
-    plausible::check(
-        &Stored {
-            planes_deg: &first.horizontal,
-            angles_deg: &first.vertical,
-            values: &first.values,
-            places: &first.places,
-            raw: &|index| first.raws.get(index).map_or("", String::as_str),
-            poles: true,
-            ends_with_newline: true,
-        },
-        findings,
-    );
+    for table in &tables {
+        plausible::check(
+            &Stored {
+                planes_deg: &table.horizontal,
+                angles_deg: &table.vertical,
+                values: &table.values,
+                places: &table.places,
+                raw: &|index| table.raws.get(index).map_or("", String::as_str),
+                poles: true,
+                ends_with_newline: true,
+            },
+            findings,
+        );
+    }
     let emitters = || root.children.iter().filter(|child| child.name == "Emitter");
     let sum = |names: &[&str]| -> Option<f64> {
         let all: Vec<f64> = emitters()
@@ -113,6 +116,7 @@ fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Opt
         (!all.is_empty()).then(|| all.iter().sum()).filter(|&total| total > 0.0)
     };
     let lamp_flux_lm = sum(&["RatedLumens"]);
+    plausible::flux(&grid, lamp_flux_lm, None, findings);
     let absolute = first.absolute;
     let watts = sum(&["InputWattage", "InputWatts"]);
     let header_of = |name: &[&str]| {
@@ -192,193 +196,6 @@ fn sizes(root: &Element) -> Luminaire {
             .is_some_and(|shape| shape.eq_ignore_ascii_case("elliptical"));
     }
     luminaire
-}
-
-/// Intensities of one emitter on their grid.
-struct Table {
-    horizontal: Vec<f64>,
-    vertical: Vec<f64>,
-    /// As written.
-    values: Vec<f64>,
-    raws: Vec<String>,
-    candela: Vec<f64>,
-    places: Vec<(usize, usize)>,
-    absolute: bool,
-    /// The file says whether it is.
-    flagged: bool,
-    line: usize,
-}
-
-/// The element that holds the points, wherever the edition puts it.
-fn holder(element: &Element) -> Option<&Element> {
-    if element.children.iter().any(is_point) {
-        return Some(element);
-    }
-    element
-        .children
-        .iter()
-        .filter(|child| child.name != "CustomData")
-        .find_map(holder)
-}
-
-fn is_point(element: &Element) -> bool {
-    matches!(element.name.as_str(), "IntensityData" | "IntData")
-}
-
-/// A damaged table; its findings say how.
-struct Damaged;
-
-/// The table of an emitter, if it has one.
-fn table(emitter: &Element, findings: &mut Findings) -> Result<Option<Table>, Damaged> {
-    let Some(holder) = holder(emitter) else {
-        return Ok(None);
-    };
-    if let Some(metric) = holder.words(&["Metric"])
-        && !metric.trim().eq_ignore_ascii_case("luminous")
-    {
-        let message = format!("intensities of metric {metric} are not luminous");
-        findings.push(
-            Finding::note("tm33-metric", message)
-                .at(holder.line, 1)
-                .assumed("left out"),
-        );
-        return Ok(None);
-    }
-    let kind: String = holder
-        .words(&["PhotometryType", "Type"])
-        .unwrap_or("C")
-        .chars()
-        .filter(char::is_ascii_alphanumeric)
-        .collect();
-    if !kind.to_ascii_uppercase().ends_with('C') {
-        findings.push(
-            Finding::error("tm33-type", format!("photometry type {kind} is not read here"))
-                .at(holder.line, 1)
-                .fix("convert the data to type C"),
-        );
-        return Err(Damaged);
-    }
-    let multiplier = match holder.words(&["Multiplier"]).map(number::read) {
-        None => 1.0,
-        Some(Ok(number)) if number.value > 0.0 => number.value,
-        Some(_) => {
-            findings
-                .push(Finding::error("tm33-multiplier", "the multiplier is no number above zero").at(holder.line, 1));
-            return Err(Damaged);
-        }
-    };
-    if multiplier != 1.0 {
-        let message = format!("the multiplier {multiplier} multiplies every intensity");
-        findings.push(Finding::note("tm33-multiplier", message).at(holder.line, 1));
-    }
-    let mut points: Vec<(f64, f64, f64, usize, &str)> = Vec::new();
-    let mut whole = true;
-    for point in holder.children.iter().filter(|child| is_point(child)) {
-        let mut value = |raw: Option<&str>, what: &str| {
-            let read = raw.map_or(Err(number::NotANumber::Blank), number::read);
-            if let Err(error) = &read {
-                whole = false;
-                let finding = Finding::error("tm33-number", format!("{what}: {error}")).at(point.line, 1);
-                findings.push(finding.raw(raw.unwrap_or("")).fix("correct the number"));
-            }
-            read.ok().map(|number| number.value)
-        };
-        let h = value(point.attribute(&["horz", "horizontal", "h"]), "horizontal angle");
-        let v = value(point.attribute(&["vert", "vertical", "v"]), "vertical angle");
-        let intensity = value(Some(&point.text), "intensity");
-        if let (Some(h), Some(v), Some(intensity)) = (h, v, intensity) {
-            points.push((h, v, intensity, point.line, &point.text));
-        }
-    }
-    if !whole {
-        return Err(Damaged);
-    }
-    stated_counts(holder, &points, findings);
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    if let Some(pair) = points
-        .windows(2)
-        .find(|pair| pair[0].0 == pair[1].0 && pair[0].1 == pair[1].1)
-    {
-        let message = format!("the direction {}°, {}° is given twice", pair[1].0, pair[1].1);
-        let line = pair[0].3.max(pair[1].3);
-        findings.push(
-            Finding::error("tm33-point-doubled", message)
-                .at(line, 1)
-                .raw(pair[1].4)
-                .fix("remove one of them"),
-        );
-        return Err(Damaged);
-    }
-    let mut horizontal: Vec<f64> = points.iter().map(|point| point.0).collect();
-    horizontal.dedup();
-    let mut vertical: Vec<f64> = points.iter().map(|point| point.1).collect();
-    vertical.sort_by(f64::total_cmp);
-    vertical.dedup();
-    if points.len() != horizontal.len().saturating_mul(vertical.len()) {
-        let gap = points.iter().enumerate().find(|(index, point)| {
-            point.0 != horizontal[(index / vertical.len()).min(horizontal.len() - 1)]
-                || point.1 != vertical[index % vertical.len()]
-        });
-        let line = gap.map_or(holder.line, |(_, point)| point.3);
-        let message = format!(
-            "{} directions are given; {} horizontal × {} vertical angles need {}",
-            points.len(),
-            horizontal.len(),
-            vertical.len(),
-            horizontal.len() * vertical.len()
-        );
-        findings.push(
-            Finding::error("tm33-points-missing", message)
-                .at(line, 1)
-                .fix("a point before this line is missing"),
-        );
-        return Err(Damaged);
-    }
-    let flag = holder.words(&["AbsolutePhotometry"]);
-    let absolute = flag.is_none_or(|flag| flag.eq_ignore_ascii_case("true") || flag == "1");
-    if !absolute {
-        findings.push(
-            Finding::warning("tm33-relative", "the intensities are marked as not absolute")
-                .at(holder.line, 1)
-                .assumed("candela with the rated lumens"),
-        );
-    }
-    Ok(Some(Table {
-        horizontal,
-        vertical,
-        values: points.iter().map(|point| point.2).collect(),
-        raws: points.iter().map(|point| point.4.to_owned()).collect(),
-        candela: points.iter().map(|point| point.2 * multiplier).collect(),
-        places: points.iter().map(|point| (point.3, 1)).collect(),
-        absolute,
-        flagged: flag.is_some(),
-        line: holder.line,
-    }))
-}
-
-fn stated_counts(holder: &Element, points: &[(f64, f64, f64, usize, &str)], findings: &mut Findings) {
-    let distinct = |of: fn(&(f64, f64, f64, usize, &str)) -> f64| {
-        let mut all: Vec<f64> = points.iter().map(of).collect();
-        all.sort_by(f64::total_cmp);
-        all.dedup();
-        all.len()
-    };
-    for (name, found) in [
-        ("NumberMeasured", points.len()),
-        ("NumberHorz", distinct(|point| point.0)),
-        ("NumberVert", distinct(|point| point.1)),
-    ] {
-        let Some(child) = holder.child(name) else { continue };
-        if child.text.parse() != Ok(found) {
-            findings.push(
-                Finding::warning("tm33-count", format!("{name} contradicts the data, which have {found}"))
-                    .at(child.line, 1)
-                    .raw(&child.text)
-                    .assumed("the data")
-                    .fix("correct the count"),
-            );
-        }
-    }
 }
 
 type Rows = Vec<(f64, Vec<f64>)>;

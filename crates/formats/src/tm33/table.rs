@@ -1,0 +1,259 @@
+//! The points of one emitter, read onto their grid.
+
+use crate::finding::{Finding, Findings};
+use crate::number;
+use crate::xml::Element;
+
+/// Intensities of one emitter on their grid.
+pub(super) struct Table {
+    pub horizontal: Vec<f64>,
+    pub vertical: Vec<f64>,
+    /// As written.
+    pub values: Vec<f64>,
+    pub raws: Vec<String>,
+    pub candela: Vec<f64>,
+    pub places: Vec<(usize, usize)>,
+    pub absolute: bool,
+    /// The file says whether it is.
+    pub flagged: bool,
+    pub line: usize,
+}
+
+/// The element that holds the points, wherever the edition puts it.
+fn holder(element: &Element) -> Option<&Element> {
+    if element.children.iter().any(is_point) {
+        return Some(element);
+    }
+    element
+        .children
+        .iter()
+        .filter(|child| child.name != "CustomData")
+        .find_map(holder)
+}
+
+fn is_point(element: &Element) -> bool {
+    matches!(element.name.as_str(), "IntensityData" | "IntData")
+}
+
+/// A damaged table; its findings say how.
+pub(super) struct Damaged;
+
+/// The table of an emitter, if it has one.
+pub(super) fn table(emitter: &Element, findings: &mut Findings) -> Result<Option<Table>, Damaged> {
+    let Some(holder) = holder(emitter) else {
+        return Ok(None);
+    };
+    if let Some(metric) = holder.words(&["Metric"])
+        && !metric.trim().eq_ignore_ascii_case("luminous")
+    {
+        let message = format!("intensities of metric {metric} are not luminous");
+        findings.push(
+            Finding::note("tm33-metric", message)
+                .at(holder.line, 1)
+                .assumed("left out"),
+        );
+        return Ok(None);
+    }
+    let kind: String = holder
+        .words(&["PhotometryType", "Type"])
+        .unwrap_or("C")
+        .chars()
+        .filter(char::is_ascii_alphanumeric)
+        .collect();
+    if !kind.to_ascii_uppercase().ends_with('C') {
+        findings.push(
+            Finding::error("tm33-type", format!("photometry type {kind} is not read here"))
+                .at(holder.line, 1)
+                .fix("convert the data to type C"),
+        );
+        return Err(Damaged);
+    }
+    let multiplier = match holder.words(&["Multiplier"]).map(number::read) {
+        None => 1.0,
+        Some(Ok(number)) if number.value > 0.0 => number.value,
+        Some(_) => {
+            findings
+                .push(Finding::error("tm33-multiplier", "the multiplier is no number above zero").at(holder.line, 1));
+            return Err(Damaged);
+        }
+    };
+    if multiplier != 1.0 {
+        let message = format!("the multiplier {multiplier} multiplies every intensity");
+        findings.push(Finding::note("tm33-multiplier", message).at(holder.line, 1));
+    }
+    let mut points: Vec<Point<'_>> = Vec::new();
+    let mut whole = true;
+    for point in holder.children.iter().filter(|child| is_point(child)) {
+        let mut value = |raw: Option<&str>, what: &str| {
+            let read = raw.map_or(Err(number::NotANumber::Blank), number::read);
+            if let Err(error) = &read {
+                whole = false;
+                let finding = Finding::error("tm33-number", format!("{what}: {error}")).at(point.line, 1);
+                findings.push(finding.raw(raw.unwrap_or("")).fix("correct the number"));
+            } else if let (
+                Ok(number::Number {
+                    bare_exponent: true, ..
+                }),
+                Some(raw),
+            ) = (&read, raw)
+            {
+                findings.push(number::bare_exponent(raw.trim()).at(point.line, 1));
+            }
+            read.ok().map(|number| number.value)
+        };
+        let h = value(point.attribute(&["horz", "horizontal", "h"]), "horizontal angle");
+        let v = value(point.attribute(&["vert", "vertical", "v"]), "vertical angle");
+        let intensity = value(Some(&point.text), "intensity");
+        if let (Some(h), Some(v), Some(intensity)) = (h, v, intensity) {
+            points.push(Point {
+                horizontal: h,
+                vertical: v,
+                intensity,
+                line: point.line,
+                text: &point.text,
+            });
+        }
+    }
+    if !whole {
+        return Err(Damaged);
+    }
+    stated_counts(holder, &points, findings);
+    out_of_order(&points, findings);
+    points.sort_by(|a, b| {
+        a.horizontal
+            .total_cmp(&b.horizontal)
+            .then(a.vertical.total_cmp(&b.vertical))
+    });
+    if let Some(pair) = points
+        .windows(2)
+        .find(|pair| pair[0].horizontal == pair[1].horizontal && pair[0].vertical == pair[1].vertical)
+    {
+        let message = format!(
+            "the direction {}°, {}° is given twice",
+            pair[1].horizontal, pair[1].vertical
+        );
+        let line = pair[0].line.max(pair[1].line);
+        findings.push(
+            Finding::error("tm33-point-doubled", message)
+                .at(line, 1)
+                .raw(pair[1].text)
+                .fix("remove one of them"),
+        );
+        return Err(Damaged);
+    }
+    let mut horizontal: Vec<f64> = points.iter().map(|point| point.horizontal).collect();
+    horizontal.dedup();
+    let mut vertical: Vec<f64> = points.iter().map(|point| point.vertical).collect();
+    vertical.sort_by(f64::total_cmp);
+    vertical.dedup();
+    if points.len() != horizontal.len().saturating_mul(vertical.len()) {
+        let gap = points.iter().enumerate().find(|(index, point)| {
+            point.horizontal != horizontal[(index / vertical.len()).min(horizontal.len() - 1)]
+                || point.vertical != vertical[index % vertical.len()]
+        });
+        let line = gap.map_or(holder.line, |(_, point)| point.line);
+        let message = format!(
+            "{} directions are given; {} horizontal × {} vertical angles need {}",
+            points.len(),
+            horizontal.len(),
+            vertical.len(),
+            horizontal.len() * vertical.len()
+        );
+        findings.push(
+            Finding::error("tm33-points-missing", message)
+                .at(line, 1)
+                .fix("a point before this line is missing"),
+        );
+        return Err(Damaged);
+    }
+    let flag = holder.words(&["AbsolutePhotometry"]);
+    let absolute = flag.is_none_or(|flag| flag.eq_ignore_ascii_case("true") || flag == "1");
+    if !absolute {
+        findings.push(
+            Finding::warning("tm33-relative", "the intensities are marked as not absolute")
+                .at(holder.line, 1)
+                .assumed("candela with the rated lumens"),
+        );
+    }
+    Ok(Some(Table {
+        horizontal,
+        vertical,
+        values: points.iter().map(|point| point.intensity).collect(),
+        raws: points.iter().map(|point| point.text.to_owned()).collect(),
+        candela: points.iter().map(|point| point.intensity * multiplier).collect(),
+        places: points.iter().map(|point| (point.line, 1)).collect(),
+        absolute,
+        flagged: flag.is_some(),
+        line: holder.line,
+    }))
+}
+
+/// One direction as it stands in the file.
+struct Point<'x> {
+    horizontal: f64,
+    vertical: f64,
+    intensity: f64,
+    line: usize,
+    text: &'x str,
+}
+
+/// Directions are listed plane by plane or angle by angle, and the order alone cannot be wrong; one that leaves it may be
+/// two exchanged angles, which leave every direction given once.
+fn out_of_order(points: &[Point<'_>], findings: &mut Findings) {
+    let breaks = |key: fn(&Point<'_>) -> (f64, f64)| -> Vec<usize> {
+        let falls =
+            |at: &usize| key(&points[*at]).partial_cmp(&key(&points[*at - 1])) == Some(std::cmp::Ordering::Less);
+        (1..points.len()).filter(falls).collect()
+    };
+    let (by_plane, by_angle) = (
+        breaks(|point| (point.horizontal, point.vertical)),
+        breaks(|point| (point.vertical, point.horizontal)),
+    );
+    let fewest = if by_plane.len() <= by_angle.len() {
+        by_plane
+    } else {
+        by_angle
+    };
+    for at in fewest {
+        let Point {
+            horizontal: h,
+            vertical: v,
+            line,
+            text: raw,
+            ..
+        } = points[at];
+        let message = format!("the direction {h}°, {v}° is out of the order of the others");
+        findings.push(
+            Finding::warning("tm33-order", message)
+                .at(line, 1)
+                .raw(raw)
+                .assumed("the angles as they stand")
+                .fix("compare the angles of this point and the one before with the source; they may be exchanged"),
+        );
+    }
+}
+
+fn stated_counts(holder: &Element, points: &[Point<'_>], findings: &mut Findings) {
+    let distinct = |of: fn(&Point<'_>) -> f64| {
+        let mut all: Vec<f64> = points.iter().map(of).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all.len()
+    };
+    for (name, found) in [
+        ("NumberMeasured", points.len()),
+        ("NumberHorz", distinct(|point| point.horizontal)),
+        ("NumberVert", distinct(|point| point.vertical)),
+    ] {
+        let Some(child) = holder.child(name) else { continue };
+        if child.text.parse() != Ok(found) {
+            findings.push(
+                Finding::warning("tm33-count", format!("{name} contradicts the data, which have {found}"))
+                    .at(child.line, 1)
+                    .raw(&child.text)
+                    .assumed("the data")
+                    .fix("correct the count"),
+            );
+        }
+    }
+}
