@@ -3,7 +3,7 @@
 use isolux_photometry::{IntensityDistribution, Symmetry};
 use serde_json::{Map, Value};
 
-use super::table::{Table, table};
+use super::table::{Table, is_point, table};
 use crate::distribution::{Distribution, Luminaire};
 use crate::finding::{Finding, Findings};
 use crate::number;

@@ -31,7 +31,7 @@ fn holder(element: &Element) -> Option<&Element> {
         .find_map(holder)
 }
 
-fn is_point(element: &Element) -> bool {
+pub(super) fn is_point(element: &Element) -> bool {
     matches!(element.name.as_str(), "IntensityData" | "IntData")
 }
 
