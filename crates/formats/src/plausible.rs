@@ -1,5 +1,6 @@
 //! Physical plausibility of what was read: damage that is still a number shows here.
 
+mod floor;
 mod misfit;
 mod outliers;
 mod resolution;
@@ -32,6 +33,7 @@ pub(crate) fn check(stored: &Stored<'_>, findings: &mut Findings) {
     negative(stored, findings);
     poles(stored, findings);
     cut_short(stored, findings);
+    floor::check(stored, findings);
     twins::check(stored, findings);
     outliers::check(stored, findings);
 }

@@ -4,6 +4,7 @@
 //! stored planes × Ng intensities in cd/klm. Symmetry 3 stores C270 through C0 to C90 (planes 3·Mc/4+1 onwards), which
 //! several programs write the other way round.
 
+mod claims;
 mod expand;
 mod layout;
 mod read;

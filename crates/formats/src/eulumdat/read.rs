@@ -3,9 +3,9 @@
 use isolux_photometry::{IntensityDistribution, Symmetry};
 use serde_json::Value;
 
-use super::expand;
 use super::layout::{self, HEADER, Layout, Token};
 use super::{Document, Header, LampSet, ROOM_INDICES, symmetry};
+use super::{claims, expand};
 use crate::distribution::{Distribution, Luminaire};
 use crate::finding::{Finding, Findings, Severity};
 use crate::number::{self, NotANumber, Number};
@@ -375,6 +375,7 @@ fn distribution(
         return None;
     }
     sets(header, &line_of, findings);
+    claims::type_indicator(&document, line_of(1) + 1, findings);
     if document.isym == 3 {
         order_of_class_three(&document, &line_of, options, findings);
     }

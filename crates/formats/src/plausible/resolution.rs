@@ -19,7 +19,7 @@ pub(super) fn resolution(stored: &Stored<'_>) -> f64 {
 }
 
 /// The largest number of decimals among some hundred values, zeros at their end not counted.
-fn decimals(stored: &Stored<'_>) -> i32 {
+pub(super) fn decimals(stored: &Stored<'_>) -> i32 {
     let count = |index: usize| {
         let text = (stored.raw)(index);
         let point = text.bytes().rposition(|byte| matches!(byte, b'.' | b','));

@@ -12,6 +12,9 @@ use crate::read::{Format, Kind, Parsed};
 use crate::text::Text;
 use crate::xml::{self, Element};
 
+/// Planes that mirror each other scatter by this part of the peak at most.
+const SAME: f64 = 0.05;
+
 const ROOTS: [&str; 5] = [
     "LuminaireOpticalData",
     "ATLA_S001_A",
@@ -93,6 +96,7 @@ fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Opt
             return None;
         }
     };
+    symmetry_claimed(first, &grid, findings);
     for table in &tables {
         plausible::check(
             &Stored {
@@ -199,6 +203,33 @@ fn sizes(root: &Element) -> Luminaire {
 }
 
 type Rows = Vec<(f64, Vec<f64>)>;
+
+/// What `SymmType` says (`Symm_Full`, `_Quad`, `_Bi0`, `_Bi90`), against the light on the whole circle.
+fn symmetry_claimed(table: &Table, grid: &IntensityDistribution, findings: &mut Findings) {
+    let Some((claim, line)) = &table.symmetry else { return };
+    let letters: String = claim.chars().filter(char::is_ascii_alphanumeric).collect();
+    let claimed = match letters.to_ascii_lowercase().trim_start_matches("symm") {
+        "full" => Symmetry::Rotational,
+        "quad" => Symmetry::Quadrant,
+        "bi0" => Symmetry::C0C180,
+        "bi90" => Symmetry::C90C270,
+        _ => return,
+    };
+    let found = grid.detect_symmetry(SAME * grid.peak().intensity.value());
+    let there = found == claimed
+        || found == Symmetry::Rotational
+        || (found == Symmetry::Quadrant && claimed != Symmetry::Rotational);
+    if !there {
+        let message = format!("{claim} is claimed, but the intensities do not have this symmetry");
+        findings.push(
+            Finding::warning("tm33-symmetry", message)
+                .at(*line, 1)
+                .raw(claim)
+                .assumed("the points as they stand")
+                .fix("correct the symmetry, or look for damage in the intensities"),
+        );
+    }
+}
 
 /// Symmetry class by the range of horizontal angles, as in LM-63.
 fn circle(table: &Table, candela: &[f64], findings: &mut Findings) -> Option<(Symmetry, Rows)> {

@@ -17,6 +17,8 @@ pub(super) struct Table {
     /// The file says whether it is.
     pub flagged: bool,
     pub line: usize,
+    /// `SymmType` and its line.
+    pub symmetry: Option<(String, usize)>,
 }
 
 /// The element that holds the points, wherever the edition puts it.
@@ -185,6 +187,7 @@ pub(super) fn table(emitter: &Element, findings: &mut Findings) -> Result<Option
         absolute,
         flagged: flag.is_some(),
         line: holder.line,
+        symmetry: holder.child("SymmType").map(|child| (child.text.clone(), child.line)),
     }))
 }
 
