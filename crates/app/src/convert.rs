@@ -1,6 +1,7 @@
 //! `convert`: any photometric or spectral format to any other, by extension.
 
 use camino::Utf8Path;
+pub use isolux_formats::ies::Photometry;
 pub use isolux_formats::spectral::Interpolation;
 use isolux_formats::spectral::{self, SpectrumFile};
 use isolux_formats::{Content, Distribution, Finding, Format, Parsed, ReadOptions, Severity, eulumdat, ies, tm33};
@@ -18,6 +19,8 @@ pub struct Wishes {
     pub edition: Option<String>,
     /// File generation type of LM-63-2019; without it the source's own, or undefined.
     pub generation: Option<String>,
+    /// Coordinates of an IES file; without it those of the source.
+    pub photometry: Option<Photometry>,
     /// Series of a spectrum with several, by name.
     pub series: Option<String>,
     /// Another spacing of a spectrum, nm, and how values between its points are found.
@@ -153,6 +156,10 @@ fn encode_distribution(
     format: Option<Format>,
     wishes: &Wishes,
 ) -> Result<Encoded, Finding> {
+    if wishes.photometry.is_some() && format != Some(Format::Ies) {
+        let message = "only IES files have photometry of types A and B";
+        return Err(Finding::error("convert-option", message).fix("write an .ies, or leave --photometry out"));
+    }
     match format {
         Some(Format::Json) => {
             let mut text = serde_json::to_vec(&distribution.to_json())
@@ -185,7 +192,7 @@ fn encode_distribution(
             if let Some(asked) = &wishes.generation {
                 facts.generation = Some(generation(asked, edition)?);
             }
-            let written = ies::write(&distribution.intensity, &facts, edition);
+            let written = ies::write_as(distribution, &facts, edition, wishes.photometry);
             Ok((written.bytes, with_losses(written.findings, distribution, Format::Ies)))
         }
         Some(Format::Tm33) => {

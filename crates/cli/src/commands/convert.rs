@@ -3,7 +3,7 @@
 use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::convert::{self, Interpolation, Wishes};
+use isolux_app::convert::{self, Interpolation, Photometry, Wishes};
 use isolux_app::files::Overwrite;
 
 use super::reading::{Reading, compiler_style};
@@ -27,6 +27,9 @@ pub struct Convert {
     /// File generation type of LM-63-2019, such as 1.10000; without it the source's own, else 1.00001 (undefined).
     #[arg(long, value_name = "TYPE")]
     generation: Option<String>,
+    /// Coordinates of an IES file: type A, B or C; without it those of the source. Types A and B hold the half-space in front.
+    #[arg(long, value_enum, ignore_case = true)]
+    photometry: Option<Type>,
     /// Series of a spectrum that has several.
     #[arg(long)]
     series: Option<String>,
@@ -41,6 +44,17 @@ pub struct Convert {
     force: bool,
     #[command(flatten)]
     reading: Reading,
+}
+
+/// Photometric types of LM-63.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Type {
+    /// H about the vertical axis, V the elevation.
+    A,
+    /// V about the horizontal axis, H the elevation.
+    B,
+    /// C half-planes and γ.
+    C,
 }
 
 /// Ways to resample.
@@ -58,6 +72,11 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
         read: arguments.reading.options(),
         edition: arguments.edition.clone(),
         generation: arguments.generation.clone(),
+        photometry: arguments.photometry.map(|photometry| match photometry {
+            Type::A => Photometry::A,
+            Type::B => Photometry::B,
+            Type::C => Photometry::C,
+        }),
         series: arguments.series.clone(),
         resample: arguments.step_nm.map(|step_nm| {
             let how = match arguments.interpolation {

@@ -6,7 +6,9 @@
 //! I. Ashdown's parser; the standard itself is not free.
 
 mod angles;
+mod grid;
 mod layout;
+mod photometry;
 mod preamble;
 mod read;
 mod shape;
@@ -14,9 +16,10 @@ mod write;
 
 use crate::text::Text;
 
+pub use photometry::Photometry;
 pub use read::{read, read_beside};
 pub use shape::Shape;
-pub use write::{Facts, TiltFactors, write};
+pub use write::{Facts, TiltFactors, write, write_as};
 
 /// An edition of LM-63.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

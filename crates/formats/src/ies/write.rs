@@ -1,8 +1,10 @@
 //! LM-63-2002 and LM-63-2019 to the byte.
 
-use isolux_photometry::{IntensityDistribution, Symmetry};
+use isolux_photometry::IntensityDistribution;
 
-use super::{Edition, GENERATION_TYPES};
+use super::grid::Grid;
+use super::{Edition, GENERATION_TYPES, Photometry};
+use crate::distribution::Distribution;
 use crate::eulumdat::Written;
 use crate::finding::{Finding, Findings};
 use crate::number;
@@ -40,10 +42,38 @@ pub struct TiltFactors {
 /// Longest line of LM-63-2002, CR LF included.
 const LINE: usize = 256;
 
-/// Writes a distribution in candela, multiplier and factors 1. The symmetry that the intensities really have is kept
-/// where LM-63 has a class for it.
+/// Writes a distribution in candela as type C, multiplier and factors 1. The symmetry that the intensities really have is
+/// kept where LM-63 has a class for it.
 pub fn write(intensity: &IntensityDistribution, facts: &Facts, edition: Edition) -> Written {
     let mut findings = Findings::new();
+    let grid = Grid::type_c(intensity, &mut findings);
+    lay_out(&grid, facts, edition, findings)
+}
+
+/// Writes what was read in the coordinates that are asked for, or in its own: a table of type A or B stays what it is, to the
+/// digit; anything else is turned.
+pub fn write_as(
+    distribution: &Distribution,
+    facts: &Facts,
+    edition: Edition,
+    photometry: Option<Photometry>,
+) -> Written {
+    let mut findings = Findings::new();
+    let own = distribution
+        .native
+        .as_ref()
+        .and_then(|native| Some((native, Photometry::of(native.photometry_type)?)));
+    let intensity = &distribution.intensity;
+    let grid = match (photometry, own) {
+        (None, Some((native, own))) => Grid::native(native, own),
+        (Some(asked), Some((native, own))) if asked == own => Grid::native(native, own),
+        (None | Some(Photometry::C), _) => Grid::type_c(intensity, &mut findings),
+        (Some(asked), _) => Grid::turned(intensity, asked, &mut findings),
+    };
+    lay_out(&grid, facts, edition, findings)
+}
+
+fn lay_out(grid: &Grid<'_>, facts: &Facts, edition: Edition, mut findings: Findings) -> Written {
     let mut lines: Vec<String> = Vec::new();
     lines.push(
         if edition >= Edition::E2019 {
@@ -70,13 +100,6 @@ pub fn write(intensity: &IntensityDistribution, facts: &Facts, edition: Edition)
             );
         }
     }
-    let (planes, horizontal) = stored(intensity, &mut findings);
-    let gamma = intensity.gamma_deg();
-    let ends = [gamma.first().copied(), gamma.last().copied()];
-    if !matches!(ends, [Some(0.0 | 90.0), Some(90.0 | 180.0)]) {
-        let message = "vertical angles of LM-63 begin at 0° or 90° and end at 90° or 180°; these do not";
-        findings.push(Finding::warning("ies-vertical-range", message).assumed("the angles as they are"));
-    }
     let (count, per_lamp) = match facts.lamp_flux_lm {
         Some(flux) if facts.lamp_count > 0.0 => (facts.lamp_count, flux / facts.lamp_count),
         Some(flux) => (1.0, flux),
@@ -87,9 +110,9 @@ pub fn write(intensity: &IntensityDistribution, facts: &Facts, edition: Edition)
         number::plain(count),
         number::significant(per_lamp, 10),
         "1".into(),
-        gamma.len().to_string(),
-        horizontal.len().to_string(),
-        "1".into(),
+        grid.vertical_deg.len().to_string(),
+        grid.horizontal_deg.len().to_string(),
+        grid.photometry.code().into(),
         "2".into(),
         number::significant(width, 9),
         number::significant(length, 9),
@@ -110,19 +133,11 @@ pub fn write(intensity: &IntensityDistribution, facts: &Facts, edition: Edition)
         "1".into()
     };
     lines.push(format!("1 {third} {}", number::significant(facts.watts, 9)));
-    wrap(&mut lines, gamma.iter().map(|&angle| number::significant(angle, 10)));
-    wrap(
-        &mut lines,
-        horizontal.iter().map(|&angle| number::significant(angle, 10)),
-    );
-    for plane in planes {
-        wrap(
-            &mut lines,
-            intensity
-                .row(plane)
-                .iter()
-                .map(|&candela| number::significant(candela, 9)),
-        );
+    for angles in [&*grid.vertical_deg, &grid.horizontal_deg] {
+        wrap(&mut lines, angles.iter().map(|&angle| number::significant(angle, 10)));
+    }
+    for row in &grid.rows_cd {
+        wrap(&mut lines, row.iter().map(|&candela| number::significant(candela, 9)));
     }
     let mut bytes = Vec::new();
     for line in &lines {
@@ -134,41 +149,6 @@ pub fn write(intensity: &IntensityDistribution, facts: &Facts, edition: Edition)
         bytes,
         findings: findings.into_vec(),
     }
-}
-
-/// Plane indices and horizontal angles to write: 0, 0–90, 0–180 or 0–360 with C0 repeated at 360.
-fn stored(intensity: &IntensityDistribution, findings: &mut Findings) -> (Vec<usize>, Vec<f64>) {
-    let c_deg = intensity.c_deg();
-    let tolerance = intensity.peak().intensity.value().abs() * 1e-9;
-    let has = |angle: f64| c_deg.contains(&angle);
-    let last = match intensity.detect_symmetry(tolerance) {
-        Symmetry::Rotational => 0.0,
-        Symmetry::Quadrant if has(0.0) && has(90.0) => 90.0,
-        Symmetry::C0C180 | Symmetry::Quadrant if has(0.0) && has(180.0) => 180.0,
-        Symmetry::C90C270 => {
-            findings.push(Finding::note(
-                "ies-symmetry",
-                "LM-63-2002 has no class for symmetry about C90–C270; all planes are written",
-            ));
-            360.0
-        }
-        _ => 360.0,
-    };
-    if last == 0.0 {
-        return (vec![0], vec![0.0]);
-    }
-    let mut planes: Vec<usize> = (0..c_deg.len()).filter(|&plane| c_deg[plane] <= last).collect();
-    let mut angles: Vec<f64> = planes.iter().map(|&plane| c_deg[plane]).collect();
-    if last == 360.0 {
-        if angles.first() == Some(&0.0) {
-            planes.push(0);
-            angles.push(360.0);
-        } else {
-            let message = "horizontal angles of LM-63 begin at 0°; these do not";
-            findings.push(Finding::warning("ies-horizontal-range", message).assumed("the angles as they are"));
-        }
-    }
-    (planes, angles)
 }
 
 /// Numbers joined by blanks into lines that stay within the limit.
