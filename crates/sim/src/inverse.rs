@@ -10,14 +10,14 @@ use crate::local::{self, Local, Rule};
 use crate::number::Care;
 use crate::patch::{self, Light, Patch, Scratch};
 use crate::polar::Polar;
+use crate::rows::Rows;
 use crate::sensor::Sensor;
 use crate::source::{Shape, Source};
-use crate::spans::Rows;
 use crate::{strips, tiles};
 
+pub use crate::bound::Bound;
 pub use crate::number::Number;
 pub use crate::rules::Estimate;
-pub use crate::spans::Bound;
 
 /// What a rule's estimate of its own error is worth. Estimates are differences of rules, and two rules can agree by chance; the
 /// stated bound is `safety` times the estimate, and `slack` of the value for what an estimate does not see. Both are set by the
