@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 
-use crate::emission::{Cell, Emission, SERIES, sin_versine, small_sin_versine};
+use crate::emission::{Cell, Emission};
 use crate::random::{Random, unit32};
 use crate::sensor::Sensor;
+use crate::sines::{SERIES, sin_versine, small_sin_versine};
 use crate::source::Shape;
 
 /// Rays side by side.

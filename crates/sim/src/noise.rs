@@ -1,6 +1,7 @@
 //! What counting rays does to a map: standard errors, the maximum that noise alone makes, and what is left without it.
 
 use crate::random::ln_factorial;
+use crate::sum::Sum;
 
 /// A quantity with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -43,7 +44,7 @@ pub fn moments(values: &[f64]) -> Option<Moments> {
 
 /// Compensated sum (Neumaier), whatever the length.
 pub fn sum(values: impl Iterator<Item = f64>) -> f64 {
-    let mut total = crate::emission::Sum::default();
+    let mut total = Sum::default();
     for value in values {
         total.add(value);
     }
