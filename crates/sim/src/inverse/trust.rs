@@ -1,0 +1,59 @@
+//! How far a rule's estimate of its own error is trusted.
+
+use crate::rules::Estimate;
+
+/// What a rule's estimate of its own error is worth. Estimates are differences of rules, and two rules can agree by chance; the
+/// stated bound is `safety` times the estimate, and `slack` of the value for what an estimate does not see. Both are set by the
+/// largest errors of thousands of pixels against far tighter solutions, with a margin (decision 0049).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Trust {
+    /// Relative error, by its own estimate, that the rule aims at.
+    pub aim: f64,
+    safety: f64,
+    slack: f64,
+}
+
+/// Product rules over pixel and emitter.
+pub(super) const PRODUCT: Trust = Trust {
+    aim: 1.6e-7,
+    safety: 5.0,
+    slack: 1e-7,
+};
+/// Lines across a pixel, cut at every bend, for points.
+pub(super) const LINES: Trust = Trust {
+    aim: 9e-8,
+    safety: 4.0,
+    slack: 2e-7,
+};
+/// Outlines of emitters, and an adaptive rule over the pixel.
+pub(super) const OUTLINES: Trust = Trust {
+    aim: 6.5e-8,
+    safety: 8.0,
+    slack: 1e-7,
+};
+/// Chords of pixel and emitter, and an adaptive rule across them: where an emitter is small against a coarse pixel, its kinks can lie
+/// between all nodes.
+pub(super) const CHORDS: Trust = Trust {
+    aim: 2.2e-7,
+    safety: 25.0,
+    slack: 1e-7,
+};
+/// What the rules inside a rule may miss of the value, however little is aimed at.
+const INNER: f64 = 2e-9;
+
+impl Trust {
+    /// The estimate as a bound, where `scale` times the aim was asked for: no error is smaller than `unseen` (lx), light that no
+    /// node may have met.
+    pub fn stated(self, found: Estimate, scale: f64, unseen: f64) -> Estimate {
+        let slack = (self.slack * scale).max(INNER);
+        Estimate {
+            value: found.value,
+            error: self.safety * found.error + slack * found.value.abs() + unseen,
+        }
+    }
+}
+
+/// Share of the brightest light that could reach a pixel below which a pixel's error is no longer relative to itself.
+pub(super) const DARK: f64 = 1e-7;
+/// Share of the same that adaptive rules may not meet at all: a sliver in a corner of a dark pixel.
+pub(super) const UNSEEN: f64 = 1e-10;
