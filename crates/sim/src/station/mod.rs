@@ -1,12 +1,15 @@
 //! What stands beside the direct path (`isolux_model::optics`), as factors of a pixel and as a change of the spectrum. Every
 //! part has a closed form; `crate::optics` holds them and tests them.
 
+mod mesh;
+
 use glam::DVec3;
 use isolux_model::optics::{Lens, Optics, Share, Target, Vapour, Window};
 use isolux_spectrum::Spectrum;
 
 use rayon::prelude::*;
 
+use self::mesh::Mesh;
 use crate::optics;
 use crate::sensor::Sensor;
 
@@ -303,56 +306,6 @@ fn bilinear(rows: &[f64], columns: &[f64], values: &[f64], row: f64, column: f64
     let ((r, r1, s), (c, c1, t)) = (place(rows, row), place(columns, column));
     let at = |r: usize, c: usize| values[r * columns.len() + c];
     (1.0 - s) * ((1.0 - t) * at(r, c) + t * at(r, c1)) + s * ((1.0 - t) * at(r1, c) + t * at(r1, c1))
-}
-
-/// A smooth function over the sensor, at Chebyshev points along both sides (barycentric interpolation).
-struct Mesh {
-    nodes: Vec<f64>,
-    values: Vec<f64>,
-    size: [f64; 2],
-}
-
-/// Points along each side.
-const NODES: usize = 12;
-
-impl Mesh {
-    fn new(sensor: &Sensor, law: impl Fn(DVec3) -> f64) -> Self {
-        let nodes: Vec<f64> = (0..NODES)
-            .map(|k| 0.5 - 0.5 * (std::f64::consts::PI * (k as f64 + 0.5) / NODES as f64).cos())
-            .collect();
-        let size = [sensor.nx as f64, sensor.ny as f64];
-        let mut values = Vec::with_capacity(NODES * NODES);
-        for y in &nodes {
-            for x in &nodes {
-                values.push(law(sensor.point(x * size[0], y * size[1])));
-            }
-        }
-        Self { nodes, values, size }
-    }
-
-    fn at(&self, x: f64, y: f64) -> f64 {
-        let (wx, wy) = (self.weights(x / self.size[0]), self.weights(y / self.size[1]));
-        (0..NODES)
-            .map(|iy| wy[iy] * (0..NODES).map(|ix| wx[ix] * self.values[iy * NODES + ix]).sum::<f64>())
-            .sum()
-    }
-
-    fn weights(&self, at: f64) -> [f64; NODES] {
-        let mut weights = [0.0; NODES];
-        let mut sum = 0.0;
-        for (k, node) in self.nodes.iter().enumerate() {
-            let away = at - node;
-            if away == 0.0 {
-                let mut only = [0.0; NODES];
-                only[k] = 1.0;
-                return only;
-            }
-            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-            weights[k] = sign * (std::f64::consts::PI * (k as f64 + 0.5) / NODES as f64).sin() / away;
-            sum += weights[k];
-        }
-        weights.map(|weight| weight / sum)
-    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,168 @@
+//! What a simulation states about its map: `result.json`.
+
+use serde::Serialize;
+
+use crate::noise::Interval;
+
+/// `result.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Facts {
+    /// `inverse` or `direct`.
+    pub method: &'static str,
+    /// `traced`, `thinned`, `expected`; null for inverse.
+    pub sampling: Option<&'static str>,
+    /// Rays over the whole sphere.
+    pub rays: Option<u64>,
+    /// Seed.
+    pub seed: Option<u64>,
+    /// `W/m2` or `lx`.
+    pub unit: &'static str,
+    /// Mean over the sensor.
+    pub mean: f64,
+    /// Inverse: bound on the error of the quadrature; direct: standard error by ray counting.
+    pub u_mean_numeric: f64,
+    /// Number format of the inverse method, `f64` or `f32`; null for direct.
+    pub precision: Option<&'static str>,
+    /// What the error of no pixel exceeds; null for direct.
+    pub pixel_error_bound: Option<PixelBound>,
+    /// Standard uncertainty with what the model knows of its measurement; null if it knows nothing.
+    pub u_mean: Option<f64>,
+    /// Smallest pixel.
+    pub min: f64,
+    /// Largest pixel.
+    pub max: f64,
+    /// Standard deviation over the pixels, divided by n.
+    pub std: f64,
+    /// Smallest pixel over mean.
+    pub uniformity_min_over_mean: f64,
+    /// Rays that reached the sensor.
+    pub rays_on_sensor: Option<u64>,
+    /// Standard error of a mean pixel by ray counting, relative; from the upper limit of 3 rays where none arrived.
+    pub relative_error_per_pixel: Option<f64>,
+    /// Largest pixel that ray noise alone would give on the noise-free map.
+    pub max_ray_noise: Option<Interval>,
+    /// Largest pixel of the noise-free map.
+    pub max_noise_free: Option<f64>,
+    /// Effects of the model that the map contains.
+    pub effects_applied: Vec<&'static str>,
+    /// Effects of the model that belong elsewhere.
+    pub effects_not_applicable: Vec<&'static str>,
+    /// Seconds of the solver alone.
+    pub elapsed_s: f64,
+    /// Standard deviation without the part that ray counting adds.
+    pub std_without_ray_noise: Option<f64>,
+    /// Rays over the whole sphere that would bring a mean pixel to 1 %.
+    pub rays_for_1_percent_per_pixel: Option<f64>,
+    /// Pixels that no ray reached; each is known to be below 3.0 rays at 95 %.
+    pub empty_pixels: Option<usize>,
+    /// What one ray adds to a pixel.
+    pub one_ray_in_a_pixel: Option<f64>,
+    /// Flux of the luminaire, lm.
+    pub flux_lm: f64,
+    /// Luminous efficacy of radiation that links lx and W/m².
+    pub ler_lm_per_w: Option<f64>,
+    /// Pixels along x and y.
+    pub pixels: [usize; 2],
+    /// Width and height of the sensor, mm.
+    pub size_mm: [f64; 2],
+    /// Mean photon irradiance, 1/(m²·s), 360–830 nm; null without a spectrum.
+    pub photon_irradiance_per_m2_s: Option<f64>,
+    /// Mean illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Mean irradiance in bands of 50 nm, W/m²; empty without a spectrum.
+    pub bands: Vec<Band>,
+    /// Mean electrons per second and pixel, with the scene's responsivity; null without one.
+    pub electrons_per_s_per_pixel: Option<f64>,
+    /// One exposure of the scene's camera; null without one.
+    pub camera: Option<CameraFacts>,
+    /// Colour over the sensor, where the scene has spectra over angle.
+    pub colour: Option<ColourFacts>,
+    /// Smallest pixel over mean without the part that ray counting adds: that of the noise-free map.
+    pub uniformity_without_ray_noise: Option<f64>,
+    /// The verdict beside an earlier simulation, where one was given.
+    pub against: Option<Against>,
+    /// What the operator should know.
+    pub findings: Vec<String>,
+}
+
+/// Bounds on the error of the inverse method that hold in every pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PixelBound {
+    /// In the map's unit.
+    pub absolute: f64,
+    /// Relative to the pixel itself.
+    pub relative: f64,
+}
+
+/// Whether a simulation differs from an earlier one by more than their noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Against {
+    /// Where the earlier one lies.
+    pub folder: String,
+    /// Its mean.
+    pub mean: f64,
+    /// This mean less that.
+    pub difference: f64,
+    /// Standard uncertainty of the difference, by quadrature and counted rays.
+    pub u_difference: f64,
+    /// Difference over its uncertainty.
+    pub sigma: f64,
+    /// Probability of such a difference or a larger one without any real one.
+    pub p_value: f64,
+    /// Whether that probability is below 1 %.
+    pub differs: bool,
+    /// Whether both drew the same random numbers: they are not independent then, and the probability does not hold.
+    pub same_rays: bool,
+}
+
+/// What one exposure holds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CameraFacts {
+    /// Mean electrons of a pixel, dark current included, full well applied.
+    pub mean_electrons: f64,
+    /// Mean digital number.
+    pub mean_dn: f64,
+    /// Pixels whose expected electrons fill the well.
+    pub full_well_pixels: usize,
+    /// Pixels at the converter's last number.
+    pub clipped_pixels: usize,
+    /// Mean signal over its noise in one pixel: read noise, shot noise, fixed patterns, quantisation (EMVA 1288).
+    pub signal_to_noise: Option<f64>,
+    /// Seed of the exposure.
+    pub seed: u64,
+}
+
+/// Colour over the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ColourFacts {
+    /// The middle.
+    pub centre: ColourAt,
+    /// The corner that differs most.
+    pub corner: ColourAt,
+    /// Their distance in u′v′.
+    pub delta_u_prime_v_prime: f64,
+}
+
+/// Colour of the light in one direction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ColourAt {
+    /// Where.
+    pub gamma_deg: f64,
+    /// Correlated colour temperature, where it is defined.
+    pub cct_k: Option<f64>,
+    /// CIE 1976.
+    pub u_prime: f64,
+    /// CIE 1976.
+    pub v_prime: f64,
+}
+
+/// Irradiance within a band of wavelengths.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Band {
+    /// First wavelength.
+    pub from_nm: f64,
+    /// First wavelength beyond.
+    pub to_nm: f64,
+    /// Mean over the sensor.
+    pub irradiance_w_m2: f64,
+}
