@@ -27,7 +27,9 @@ fn written(distribution: &Distribution, photometry: Option<Photometry>) -> (Dist
 fn lit(of: impl Fn(f64, f64) -> f64, gamma_end: usize) -> Distribution {
     let c_deg: Vec<f64> = (0..72).map(|plane| f64::from(plane) * 5.0).collect();
     let gamma_deg: Vec<f64> = (0..=gamma_end).map(|gamma| gamma as f64).collect();
-    let candela = c_deg.iter().flat_map(|&c| gamma_deg.iter().map(move |&gamma| (c, gamma)));
+    let candela = c_deg
+        .iter()
+        .flat_map(|&c| gamma_deg.iter().map(move |&gamma| (c, gamma)));
     let candela = candela.map(|(c, gamma)| of(c, gamma)).collect();
     Distribution {
         intensity: IntensityDistribution::new(c_deg, gamma_deg, candela).unwrap(),
@@ -43,7 +45,10 @@ fn a_table_of_type_a_or_b_is_written_as_it_was_read() {
         let original = golden(name);
         let (back, findings) = written(&original, None);
         assert_eq!(back.native, original.native, "{name}");
-        assert!(!findings.iter().any(|finding| finding.code == "ies-resampled"), "{name}");
+        assert!(
+            !findings.iter().any(|finding| finding.code == "ies-resampled"),
+            "{name}"
+        );
         // Asked for, it becomes C–γ.
         let (turned, _) = written(&original, Some(Photometry::C));
         assert!(turned.native.is_none(), "{name}");
@@ -94,5 +99,9 @@ fn left_like_right_is_kept_as_lateral_symmetry_and_light_behind_is_said() {
     assert_eq!(native.vertical_deg[0], -90.0);
     let behind = findings.iter().find(|finding| finding.code == "ies-behind").unwrap();
     // ∫ 50 (1 + cos γ) dω is 200 π, of which π·50 lie behind.
-    assert!(behind.message.starts_with("157.0") && behind.message.contains("628.3"), "{}", behind.message);
+    assert!(
+        behind.message.starts_with("157.0") && behind.message.contains("628.3"),
+        "{}",
+        behind.message
+    );
 }

@@ -17,16 +17,24 @@ pub(super) fn check(stored: &Stored<'_>, findings: &mut Findings) {
     let step = 10f64.powi(-decimals(stored));
     let peak = stored.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     let weights = zones(stored);
-    let sum = |of: &dyn Fn(f64) -> f64| -> f64 {
-        let values = stored.values.iter().zip(weights.iter().cycle());
-        values.map(|(&value, weight)| weight * of(value)).sum()
-    };
-    let light = sum(&|value| value.abs());
+    if weights.is_empty() {
+        return;
+    }
+    let (mut light, mut dark_weight, mut lit_weight) = (0.0, 0.0, 0.0);
+    for plane in stored.values.chunks_exact(weights.len()) {
+        for (value, weight) in plane.iter().zip(&weights) {
+            light += weight * value.abs();
+            *(if *value == 0.0 {
+                &mut dark_weight
+            } else {
+                &mut lit_weight
+            }) += weight;
+        }
+    }
     if light <= 0.0 {
         return;
     }
-    let zeros = sum(&|value| if value == 0.0 { 0.5 * step } else { 0.0 }) / light;
-    let others = sum(&|value| if value == 0.0 { 0.0 } else { 0.5 * step }) / light;
+    let [zeros, others] = [dark_weight, lit_weight].map(|weight| 0.5 * step * weight / light);
     let hidden = zeros + others;
     if hidden <= HIDDEN.0 {
         return;
