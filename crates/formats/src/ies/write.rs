@@ -64,9 +64,13 @@ pub fn write_as(
         .as_ref()
         .and_then(|native| Some((native, Photometry::of(native.photometry_type)?)));
     let intensity = &distribution.intensity;
-    let grid = match (photometry, own) {
-        (None, Some((native, own))) => Grid::native(native, own),
-        (Some(asked), Some((native, own))) if asked == own => Grid::native(native, own),
+    let kept = own.filter(|&(_, own)| photometry.is_none_or(|asked| asked == own));
+    let grid = match (photometry, kept) {
+        (_, Some((native, own))) => {
+            let message = format!("type {} is written as it was read, not resampled", own.letter());
+            findings.push(Finding::note("ies-type", message));
+            Grid::native(native, own)
+        }
         (None | Some(Photometry::C), _) => Grid::type_c(intensity, &mut findings),
         (Some(asked), _) => Grid::turned(intensity, asked, &mut findings),
     };
