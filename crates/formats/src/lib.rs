@@ -13,6 +13,7 @@ pub mod ies;
 mod number;
 mod plausible;
 mod quantities;
+mod ratings;
 mod read;
 mod slip;
 pub mod spectral;

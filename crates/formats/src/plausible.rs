@@ -134,15 +134,21 @@ const FLUX_APART: f64 = 0.015;
 /// No luminaire loses more than all but this part of its lamps' light; a factor of ten or more is one that was misread or left out.
 const DIMMEST: f64 = 0.1;
 
-/// The integral over the sphere against the flux that the file states. `lorl_percent`: light output ratio as stated.
+/// The integral over the sphere against the flux that the file states. `lamp_at`: one-based line and column where that stands;
+/// `lorl_percent`: light output ratio as stated.
 pub(crate) fn flux(
     grid: &IntensityDistribution,
     lamp_flux_lm: Option<f64>,
+    lamp_at: Option<(usize, usize)>,
     lorl_percent: Option<(f64, usize)>,
     findings: &mut Findings,
 ) {
     let Some(lamp) = lamp_flux_lm else { return };
     let integral = grid.flux().value();
+    let at_lamp = |finding: Finding| match lamp_at {
+        Some((line, column)) => finding.at(line, column),
+        None => finding,
+    };
     if let Some((lorl, line)) = lorl_percent {
         let stated = lamp * lorl / 100.0;
         if lorl > 0.0 && (integral - stated).abs() > FLUX_APART * stated {
@@ -161,17 +167,15 @@ pub(crate) fn flux(
     }
     if integral > 1.1 * lamp {
         let message = format!("the intensities integrate to {integral:.1} lm, more than the lamps' {lamp:.1} lm");
-        findings.push(
-            Finding::warning("flux-above-lamp", message)
-                .assumed("the intensities")
-                .fix("check lamp flux, number of lamps and multiplier"),
-        );
+        let finding = Finding::warning("flux-above-lamp", message)
+            .assumed("the intensities")
+            .fix("check lamp flux, number of lamps and multiplier");
+        findings.push(at_lamp(finding));
     } else if integral < DIMMEST * lamp {
         let message = format!("the intensities integrate to {integral:.4} lm, hardly any of the lamps' {lamp:.1} lm");
-        findings.push(
-            Finding::warning("flux-below-lamp", message)
-                .assumed("the intensities")
-                .fix("check lamp flux, number of lamps and multiplier"),
-        );
+        let finding = Finding::warning("flux-below-lamp", message)
+            .assumed("the intensities")
+            .fix("check lamp flux, number of lamps and multiplier");
+        findings.push(at_lamp(finding));
     }
 }

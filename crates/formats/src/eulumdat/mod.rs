@@ -6,6 +6,7 @@
 
 mod claims;
 mod expand;
+mod header;
 mod layout;
 mod read;
 mod write;

@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::layout::{self, HEADER, Layout, Token};
 use super::{Document, Header, LampSet, ROOM_INDICES, symmetry};
-use super::{claims, expand};
+use super::{claims, expand, header};
 use crate::distribution::{Distribution, Luminaire};
 use crate::finding::{Finding, Findings, Severity};
 use crate::number::{self, NotANumber, Number};
@@ -95,7 +95,7 @@ fn document(text: &Text<'_>, findings: &mut Findings) -> Option<(Document, Place
         gamma_deg: gamma_deg?,
         intensity_cd_klm: intensity?,
     };
-    steps(&document, &layout, findings);
+    steps(&document, &layout, text, findings);
     Some((document, places))
 }
 
@@ -240,7 +240,7 @@ impl Fields<'_, '_> {
 }
 
 /// Lines 5 and 7 against the angles that are listed.
-fn steps(document: &Document, layout: &Layout<'_>, findings: &mut Findings) {
+fn steps(document: &Document, layout: &Layout<'_>, text: &Text<'_>, findings: &mut Findings) {
     let checks = [
         (
             document.header.c_step_deg,
@@ -268,12 +268,19 @@ fn steps(document: &Document, layout: &Layout<'_>, findings: &mut Findings) {
             .windows(2)
             .position(|pair| (pair[1] - pair[0] - stated).abs() > 0.051 * stated.abs().max(0.01));
         let line = layout.lines.get(line).copied().flatten().unwrap_or(line);
+        let common = angles[1] - angles[0];
+        let even = angles.windows(2).all(|pair| (pair[1] - pair[0] - common).abs() < 1e-6);
         if stated == 0.0 {
+            if even && angles.len() > 2 {
+                let message = format!("0 means angles that are not equidistant, yet {name} has {common}° throughout");
+                let finding = Finding::warning(code, message)
+                    .at(line + 1, 1)
+                    .raw(text.line(line).trim());
+                findings.push(finding.assumed("the angles as listed").fix(format!("write {common}")));
+            }
             continue;
         }
         let Some(odd) = odd else { continue };
-        let common = angles[1] - angles[0];
-        let even = angles.windows(2).all(|pair| (pair[1] - pair[0] - common).abs() < 1e-6);
         let (from, to) = (angles[odd], angles[odd + 1]);
         let message = format!(
             "{name} goes from {from}° to {to}°, but line {} says that {name} is {stated}° apart",
@@ -414,10 +421,12 @@ fn distribution(
     plausible::flux(
         &intensity,
         Some(flux),
+        Some((flux_line + 1, 1)),
         header.lorl_percent.map(|lorl| (lorl, line_of(22) + 1)),
         findings,
     );
     stated_ratios(header, &intensity, &line_of, findings);
+    header::check(&document, &intensity, &line_of, text, findings);
     let mut json = document.header_json();
     json.insert("encoding".into(), Value::from(text.encoding));
     json.insert("line_ending".into(), Value::from(text.line_ending));

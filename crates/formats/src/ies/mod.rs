@@ -7,6 +7,7 @@
 
 mod angles;
 mod grid;
+mod header;
 mod layout;
 mod photometry;
 mod preamble;

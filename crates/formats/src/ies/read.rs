@@ -4,6 +4,7 @@ use isolux_photometry::{IntensityDistribution, Symmetry};
 use serde_json::{Map, Value, json};
 
 use super::angles;
+use super::header;
 use super::layout::{self, Layout, Token};
 use super::preamble::{self, Preamble, Tilt};
 use super::shape::Shape;
@@ -96,7 +97,17 @@ fn distribution(
         },
         findings,
     );
-    plausible::flux(&grid, lamp.flux_lm(), None, findings);
+    let lumens_at = tokens.get(start + 1).map(|token| (token.line + 1, token.column));
+    plausible::flux(&grid, lamp.flux_lm(), lumens_at, None, findings);
+    let numbers = header::Numbers {
+        tokens: &tokens,
+        start,
+        layout: &layout,
+        lamp: &lamp,
+        vertical: &vertical,
+        horizontal: &horizontal,
+    };
+    header::check(&numbers, &grid, findings);
     let header = scene.header(tilt.as_ref(), &vertical, &horizontal);
     Some(Distribution {
         intensity: grid,
@@ -160,24 +171,24 @@ fn tilt_file(name: &str, place: (usize, usize), beside: Beside<'_>, findings: &m
 
 /// The thirteen numbers, decoded. What could not be read is `None`.
 #[derive(Debug)]
-struct Lamp {
-    count: Option<f64>,
-    lumens_per_lamp: Option<f64>,
-    absolute: bool,
-    multiplier: f64,
-    photometric_type: char,
-    metres: Option<f64>,
-    units: &'static str,
-    opening: [Option<f64>; 3],
-    ballast_factor: f64,
-    third: Option<f64>,
-    third_text: Option<String>,
-    watts: Option<f64>,
+pub(super) struct Lamp {
+    pub(super) count: Option<f64>,
+    pub(super) lumens_per_lamp: Option<f64>,
+    pub(super) absolute: bool,
+    pub(super) multiplier: f64,
+    pub(super) photometric_type: char,
+    pub(super) metres: Option<f64>,
+    pub(super) units: &'static str,
+    pub(super) opening: [Option<f64>; 3],
+    pub(super) ballast_factor: f64,
+    pub(super) third: Option<f64>,
+    pub(super) third_text: Option<String>,
+    pub(super) watts: Option<f64>,
 }
 
 impl Lamp {
     /// Flux of all lamps, stated; none for absolute photometry.
-    fn flux_lm(&self) -> Option<f64> {
+    pub(super) fn flux_lm(&self) -> Option<f64> {
         let flux = self.count? * self.lumens_per_lamp?;
         (!self.absolute && flux > 0.0).then_some(flux)
     }
@@ -379,7 +390,7 @@ impl Reader<'_, '_> {
             return None;
         }
         let unusual = match code {
-            "ies-ballast-factor" => !(0.2..=2.0).contains(&factor),
+            "ies-ballast-factor" => !(0.5..=1.3).contains(&factor),
             _ => !(1e-4..=1e4).contains(&factor),
         };
         if unusual {

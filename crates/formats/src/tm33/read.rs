@@ -120,7 +120,7 @@ fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Opt
         (!all.is_empty()).then(|| all.iter().sum()).filter(|&total| total > 0.0)
     };
     let lamp_flux_lm = sum(&["RatedLumens"]);
-    plausible::flux(&grid, lamp_flux_lm, None, findings);
+    plausible::flux(&grid, lamp_flux_lm, None, None, findings);
     let absolute = first.absolute;
     let watts = sum(&["InputWattage", "InputWatts"]);
     let header_of = |name: &[&str]| {
