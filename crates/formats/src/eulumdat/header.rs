@@ -91,7 +91,7 @@ impl<L: Fn(usize) -> usize> Checks<'_, '_, L> {
             }
         }
         let (length, width) = (header.length_mm, header.width_mm);
-        let rest = [width, header.height_mm, header.luminous_length_mm];
+        let rest = [width, header.height_mm];
         if length == Some(0.0)
             && let Some(other) = rest.into_iter().flatten().find(|&other| other > 0.0)
         {
@@ -124,10 +124,8 @@ impl<L: Fn(usize) -> usize> Checks<'_, '_, L> {
             self.say(15, "ldt-size", message, fix);
         }
         let across = if width > 0.0 { width } else { length };
-        let height = header
-            .height_mm
-            .filter(|&height| height >= 0.0)
-            .unwrap_or(f64::INFINITY);
+        // 0 stands for a height that nobody knew.
+        let height = header.height_mm.filter(|&height| height > 0.0).unwrap_or(f64::INFINITY);
         let pairs = [
             (15, lum_length, length, "long"),
             (16, lum_width, across, "wide"),
@@ -252,7 +250,10 @@ impl<L: Fn(usize) -> usize> Checks<'_, '_, L> {
                 self.say(first + 5, "ldt-power", message, "write the power with gear in W");
             }
             Some(watts) => {
-                if let Some(message) = set.flux_lm.and_then(|flux| ratings::efficacy(flux, watts)) {
+                // Absolute photometry may count in other units, as for ultraviolet: too little says nothing.
+                let absolute = set.count.is_some_and(|count| count < 0.0);
+                let flux = set.flux_lm.filter(|&flux| !absolute || flux > watts);
+                if let Some(message) = flux.and_then(|flux| ratings::efficacy(flux, watts)) {
                     let fix = "compare lines 26c and 26f with the data sheet; two numbers may have changed places";
                     self.say(first + 5, "flux-efficacy", message, fix);
                 }

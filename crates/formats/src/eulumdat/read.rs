@@ -117,7 +117,7 @@ impl Fields<'_, '_> {
             return String::new();
         };
         let words = self.text.line(line).trim().to_owned();
-        if matches!(number::read(&words), Err(NotANumber::NotFinite | NotANumber::TooLarge)) {
+        if beyond_bounds(&words) {
             self.findings.push(
                 Finding::warning(
                     "ldt-text-number",
@@ -236,6 +236,16 @@ impl Fields<'_, '_> {
                 None
             }
         }
+    }
+}
+
+/// Whether a text is NaN, infinity or a power of ten beyond all bounds. Words that begin so (Information, Nano) and long
+/// catalogue numbers (EAN) are text.
+fn beyond_bounds(words: &str) -> bool {
+    match number::read(words) {
+        Err(NotANumber::NotFinite) => words.trim_start_matches(['+', '-']).parse::<f64>().is_ok(),
+        Err(NotANumber::TooLarge) => words.contains(['e', 'E']),
+        _ => false,
     }
 }
 
@@ -622,5 +632,27 @@ pub(super) const fn isym(symmetry: Symmetry) -> u8 {
         Symmetry::C0C180 => 2,
         Symmetry::C90C270 => 3,
         Symmetry::Quadrant => 4,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::beyond_bounds;
+
+    #[test]
+    fn words_are_no_numbers() {
+        for text in [
+            "INFINITY LIGHTING NO. W00006",
+            "Nano 12",
+            "4058075580602",
+            "inf.",
+            "",
+            "5E2",
+        ] {
+            assert!(!beyond_bounds(text), "{text}");
+        }
+        for number in ["NaN", "-inf", "Infinity", "1e300"] {
+            assert!(beyond_bounds(number), "{number}");
+        }
     }
 }
