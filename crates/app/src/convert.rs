@@ -62,6 +62,7 @@ pub fn run(
         readable: only.document.is_some(),
         findings: only.findings,
         quantities: serde_json::Map::new(),
+        self_check: None,
         content: only.document,
     };
     let result = written

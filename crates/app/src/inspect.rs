@@ -4,7 +4,9 @@ mod mismatch;
 pub(crate) mod rays;
 
 use camino::{Utf8Component, Utf8Path, Utf8PathBuf};
-use isolux_formats::{Content, Finding, Format, Kind, Opened, Parsed, ReadOptions, Severity, read_any_beside};
+use isolux_formats::{
+    Content, Finding, Format, Kind, Opened, Parsed, ReadOptions, SelfCheck, Severity, read_any_beside,
+};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -27,6 +29,8 @@ pub struct Inspection {
     pub findings: Vec<Finding>,
     /// What follows from the content.
     pub quantities: Map<String, Value>,
+    /// Which exchanges of two intensities the checks would tell; none without intensities.
+    pub self_check: Option<SelfCheck>,
     /// The content itself, for pictures.
     #[serde(skip)]
     pub content: Option<Content>,
@@ -44,6 +48,10 @@ pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
     if let Some(rays) = rays::file(path) {
         return vec![rays];
     }
+    let options = ReadOptions {
+        self_check: true,
+        ..options
+    };
     match read(path, options) {
         Ok(parsed) => parsed.into_iter().map(|parsed| inspection(path, parsed)).collect(),
         Err(finding) => vec![Inspection {
@@ -53,6 +61,7 @@ pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
             readable: false,
             findings: vec![finding],
             quantities: Map::new(),
+            self_check: None,
             content: None,
         }],
     }
@@ -159,6 +168,10 @@ fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
         },
         None => Map::new(),
     };
+    let self_check = match &parsed.document {
+        Some(Content::Distribution(distribution)) => distribution.self_check.clone(),
+        _ => None,
+    };
     Inspection {
         file,
         format: parsed.format,
@@ -166,6 +179,7 @@ fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
         readable: parsed.document.is_some(),
         findings: parsed.findings,
         quantities,
+        self_check,
         content: parsed.document,
     }
 }

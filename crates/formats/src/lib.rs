@@ -24,6 +24,7 @@ mod xml;
 pub use distribution::Distribution;
 pub use finding::{Finding, Findings, Severity};
 pub use number::significant;
+pub use plausible::{Exchanges, SelfCheck, Untold};
 pub use read::{
     Beside, Content, Format, Kind, LARGEST_FILE, Opened, Parsed, ReadOptions, read_any, read_any_beside, read_any_with,
 };

@@ -3,14 +3,18 @@
 mod floor;
 mod misfit;
 mod outliers;
+mod rerun;
 mod resolution;
+mod self_check;
 mod twins;
 
 use isolux_photometry::IntensityDistribution;
 
+pub use self::self_check::{Exchanges, SelfCheck, Untold};
 use crate::finding::{Finding, Findings};
 
 /// Intensities as they stand in a file.
+#[derive(Clone, Copy)]
 pub(crate) struct Stored<'s> {
     /// C or horizontal angles of the planes, one a plane.
     pub planes_deg: &'s [f64],
@@ -26,16 +30,19 @@ pub(crate) struct Stored<'s> {
     pub poles: bool,
     /// Whether the file's last line has its end.
     pub ends_with_newline: bool,
+    /// Candela of a value of 1.
+    pub unit_cd: f64,
 }
 
-/// Checks the numbers against each other.
-pub(crate) fn check(stored: &Stored<'_>, findings: &mut Findings) {
+/// Checks the numbers against each other, and where it is asked for, what these checks would tell.
+pub(crate) fn check(stored: &Stored<'_>, self_check: bool, findings: &mut Findings) -> Option<SelfCheck> {
     negative(stored, findings);
     poles(stored, findings);
     cut_short(stored, findings);
     floor::check(stored, findings);
     twins::check(stored, findings);
     outliers::check(stored, findings);
+    self_check.then(|| self_check::run(stored, findings)).flatten()
 }
 
 /// The last number may have lost digits where the file ends without a line end: it then has fewer decimals than all
@@ -89,42 +96,61 @@ fn negative(stored: &Stored<'_>, findings: &mut Findings) {
 
 /// At γ = 0 and 180 all planes meet in one direction.
 fn poles(stored: &Stored<'_>, findings: &mut Findings) {
-    let ng = stored.angles_deg.len();
-    let planes = stored.planes_deg.len();
-    if !stored.poles || planes < 2 {
-        return;
-    }
     let peak = stored.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    for (column, angle) in [(0, 0.0), (ng - 1, 180.0)] {
-        if stored.angles_deg[column] != angle {
+    for (end, angle) in POLES.into_iter().enumerate() {
+        let Some(odd) = pole(stored, stored.values, end, peak) else {
             continue;
-        }
-        let mut sorted: Vec<f64> = (0..planes).map(|plane| stored.values[plane * ng + column]).collect();
-        sorted.sort_by(f64::total_cmp);
-        let median = sorted[planes / 2];
-        let spread = sorted[planes - 1] - sorted[0];
-        if spread == 0.0 {
-            continue;
-        }
-        let away = |plane: usize| (stored.values[plane * ng + column] - median).abs();
-        let different = (0..planes).filter(|&plane| away(plane) > 0.0).count();
-        // Planes measured one after the other scatter by a few per cent.
-        let tolerance = 0.05 * median.abs().max(0.01 * peak);
-        // Where all others agree to the digit, one that does not is no scatter of a measurement.
-        let lonely = planes >= 3 && different <= (planes / 3).min(2);
-        if !lonely && spread <= tolerance {
-            continue;
-        }
-        let worst = (0..planes).max_by(|&a, &b| away(a).total_cmp(&away(b))).unwrap_or(0);
+        };
         let message = format!(
             "at γ = {angle}° all planes meet in one direction, yet their intensities go from {} to {}",
-            sorted[0],
-            sorted[planes - 1]
+            odd.least, odd.most
         );
         let finding = Finding::warning("intensity-pole", message).assumed("each plane as it stands");
-        findings
-            .push(at(stored, worst * ng + column, finding).fix("compare this value with those of the other planes"));
+        findings.push(at(stored, odd.index, finding).fix("compare this value with those of the other planes"));
     }
+}
+
+/// Values that disagree at a pole: the one farthest from the others, and between which they lie.
+struct Pole {
+    index: usize,
+    least: f64,
+    most: f64,
+}
+
+/// The angles of the two ends.
+const POLES: [f64; 2] = [0.0, 180.0];
+
+/// What the planes say where they meet, at the first or the last angle; none where they agree.
+fn pole(stored: &Stored<'_>, values: &[f64], end: usize, peak: f64) -> Option<Pole> {
+    let ng = stored.angles_deg.len();
+    let planes = stored.planes_deg.len();
+    let column = [0, ng.saturating_sub(1)][end];
+    if !stored.poles || planes < 2 || stored.angles_deg.get(column) != Some(&POLES[end]) {
+        return None;
+    }
+    let value = |plane: usize| values[plane * ng + column];
+    if (1..planes).all(|plane| value(plane) == value(0)) {
+        return None;
+    }
+    let mut sorted: Vec<f64> = (0..planes).map(value).collect();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted[planes / 2];
+    let spread = sorted[planes - 1] - sorted[0];
+    let away = |plane: usize| (value(plane) - median).abs();
+    let different = (0..planes).filter(|&plane| away(plane) > 0.0).count();
+    // Planes measured one after the other scatter by a few per cent.
+    let tolerance = 0.05 * median.abs().max(0.01 * peak);
+    // Where all others agree to the digit, one that does not is no scatter of a measurement.
+    let lonely = planes >= 3 && different <= (planes / 3).min(2);
+    if !lonely && spread <= tolerance {
+        return None;
+    }
+    let worst = (0..planes).max_by(|&a, &b| away(a).total_cmp(&away(b))).unwrap_or(0);
+    Some(Pole {
+        index: worst * ng + column,
+        least: sorted[0],
+        most: sorted[planes - 1],
+    })
 }
 
 /// Programs integrate by different rules; of 76 files by many hands whose ratio means their light, 73 are within 1 % and

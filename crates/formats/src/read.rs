@@ -106,6 +106,9 @@ pub struct ReadOptions {
     pub isym3_c90_first: bool,
     /// IES 1995 and 2002: multiply by the field that these editions keep for future use.
     pub apply_future_use: bool,
+    /// Find out which exchanges of two neighbouring intensities the checks would tell; this takes many times as long as
+    /// reading.
+    pub self_check: bool,
 }
 
 /// Another file that the file names, opened.
@@ -188,10 +191,10 @@ pub fn read_any_beside(
         return distribution(ies::read_beside(bytes, options, beside));
     }
     if tm33::looks_like(&head) {
-        return distribution(tm33::read(bytes));
+        return distribution(tm33::read(bytes, options));
     }
     if distribution::looks_like_csv(&head) {
-        return distribution(distribution::read_csv(bytes));
+        return distribution(distribution::read_csv(bytes, options));
     }
     if let Some(parsed) = spectral::read(bytes, file_name) {
         return vec![parsed.map(|spectrum| Content::Spectrum(Box::new(spectrum)))];

@@ -27,6 +27,7 @@ pub(super) fn file(path: &Utf8Path) -> Option<Inspection> {
         readable: false,
         findings: Vec::new(),
         quantities: Map::new(),
+        self_check: None,
         content: None,
     };
     if let Err(error) = look(&mut file, &mut inspection) {

@@ -87,5 +87,11 @@ fn print(inspection: &Inspection) {
     for finding in &inspection.findings {
         screen::say(super::reading::compiler_style(&inspection.file, finding));
     }
+    if let Some(check) = &inspection.self_check {
+        screen::say(format_args!("  {:20} along γ {}", "self_check", check.along_gamma));
+        if check.across_planes.exchanges > 0 {
+            screen::say(format_args!("  {:20} across planes {}", "", check.across_planes));
+        }
+    }
     super::quantities::print(inspection.quantities.iter());
 }

@@ -26,6 +26,7 @@ impl Reading {
         ReadOptions {
             isym3_c90_first: self.isym3 == Order::C90First,
             apply_future_use: self.apply_future_use,
+            self_check: false,
         }
     }
 }

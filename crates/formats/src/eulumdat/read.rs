@@ -416,7 +416,7 @@ fn distribution(
             .get(index)
             .map_or("", |&(line, _)| text.line(line - 1).trim())
     };
-    plausible::check(
+    let self_check = plausible::check(
         &Stored {
             planes_deg: &stored,
             angles_deg: &document.gamma_deg,
@@ -425,7 +425,9 @@ fn distribution(
             raw: &raw,
             poles: true,
             ends_with_newline: text.ends_with_newline,
+            unit_cd: factor,
         },
+        options.self_check,
         findings,
     );
     plausible::flux(
@@ -447,6 +449,7 @@ fn distribution(
         symmetry: symmetry(document.isym),
         lamp_flux_lm: Some(flux),
         absolute,
+        self_check,
         native: None,
         luminaire,
         header: json,

@@ -6,7 +6,13 @@
 //! planes. Evidence is a ratio of likelihoods under a Cauchy distribution, whose long tails let one misfit be large
 //! without outvoting all others.
 
+mod trial;
+
+use std::cell::Cell;
+
 use super::Stored;
+
+pub(super) use trial::Trial;
 
 /// The share of the surroundings' misfits that counts as usual: in other planes, and with few planes, where a second wrong
 /// value may stand nearby.
@@ -46,12 +52,12 @@ type Along = Option<[Beside; 4]>;
 type Across = Option<[(usize, f64); 4]>;
 
 /// Values with their misfits: along γ by a line and a cubic, across planes by a line and a cubic.
-pub(super) struct Field<'s> {
+pub(super) struct Field {
     pub planes: usize,
     pub ng: usize,
-    pub values: &'s [f64],
+    pub values: Vec<f64>,
     pub peak: f64,
-    gamma_deg: &'s [f64],
+    gamma_deg: Vec<f64>,
     round: Round,
     c_deg: Vec<f64>,
     /// The plane at C + 180°.
@@ -60,9 +66,17 @@ pub(super) struct Field<'s> {
     across: [Vec<Across>; 2],
     /// NaN where there are too few neighbours; by direction (along, across) and order (line, cubic).
     misfit: [[Vec<f32>; 2]; 2],
+    /// What is usual around each misfit, once it was asked for; table after table as [`Which::at`] counts.
+    usual: Vec<Cell<f32>>,
     /// What rounding and the finest scatter leave.
     finest: f64,
+    /// Misfits that were weighed so far.
+    work: Cell<usize>,
 }
+
+/// Marks in the table of what is usual: not asked for yet, and too little around to tell.
+const UNKNOWN: f32 = f32::NAN;
+const NOTHING: f32 = -1.0;
 
 /// One of the four misfits at one value.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,29 +87,52 @@ struct Which {
     angle: usize,
 }
 
+impl Which {
+    /// Where it stands in a table of all misfits.
+    fn at(self, field: &Field) -> usize {
+        let table = 2 * usize::from(self.across) + self.order;
+        (table * field.planes + self.plane) * field.ng + self.angle
+    }
+}
+
 /// All misfits that a change reaches, in units of what is usual.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub(super) struct Pattern {
     parts: Vec<Part>,
+    /// The logarithm of the likelihood of the misfits as they are, less a constant.
+    before: f64,
     /// Changes that would make one of the changed value's own misfits vanish.
     pub suggested: Vec<f64>,
 }
 
+#[derive(Clone)]
 struct Part {
     misfit: f64,
     /// What a unit of the change adds.
     unit: f64,
-    weight: f64,
+    order: usize,
 }
 
 impl Pattern {
     /// How much likelier the values are after the change: the logarithm of the ratio, above 0 where they fit better.
     pub fn gain(&self, change: f64) -> f64 {
-        let part = |part: &Part| {
-            let (before, after) = (part.misfit, part.misfit + change * part.unit);
-            part.weight * ((1.0 + before * before) / (1.0 + after * after)).ln()
-        };
-        self.parts.iter().map(part).sum()
+        self.before - self.unlikelihood(change)
+    }
+
+    /// Minus the logarithm of the likelihood after a change, less a constant.
+    fn unlikelihood(&self, change: f64) -> f64 {
+        const LARGE: f64 = 1e200;
+        let (mut products, mut sum) = ([1.0_f64; 2], 0.0);
+        for part in &self.parts {
+            let misfit = part.misfit + change * part.unit;
+            let product = &mut products[part.order];
+            *product *= 1.0 + misfit * misfit;
+            if *product > LARGE {
+                sum += WEIGHT[part.order] * product.ln();
+                *product = 1.0;
+            }
+        }
+        sum + WEIGHT[0] * products[0].ln() + WEIGHT[1] * products[1].ln()
     }
 
     /// The suggested change that gains most, with its gain.
@@ -105,12 +142,13 @@ impl Pattern {
     }
 }
 
-impl<'s> Field<'s> {
-    /// None where there are too few angles to compare anything; `step` is the resolution of the file's numbers.
-    pub fn new(stored: &'s Stored<'_>, step: f64) -> Option<Self> {
+impl Field {
+    /// None where there are too few angles to compare anything; `values` stand where those of the file
+    /// stood, `step` is their resolution.
+    pub fn new(stored: &Stored<'_>, values: &[f64], step: f64) -> Option<Self> {
         let ng = stored.angles_deg.len();
         let mut planes = stored.planes_deg.len();
-        if ng < 7 || planes == 0 || stored.values.len() != planes * ng {
+        if ng < 7 || planes == 0 || values.len() != planes * ng {
             return None;
         }
         let mut c_deg = stored.planes_deg.to_vec();
@@ -133,20 +171,22 @@ impl<'s> Field<'s> {
             span if span >= 360.0 - 1.5 * widest => Round::Circle,
             _ => Round::Open,
         };
-        let values = &stored.values[..planes * ng];
+        let values = values[..planes * ng].to_vec();
         let mut field = Self {
             planes,
             ng,
-            values,
             peak: values.iter().fold(0.0, |most, value| most.max(value.abs())),
-            gamma_deg: stored.angles_deg,
+            values,
+            gamma_deg: stored.angles_deg.to_vec(),
             round,
             c_deg,
             opposite: vec![None; planes],
             along: [Vec::new(), Vec::new()],
             across: [Vec::new(), Vec::new()],
             misfit: Default::default(),
+            usual: vec![Cell::new(UNKNOWN); 4 * planes * ng],
             finest: 0.0,
+            work: Cell::new(0),
         };
         if field.peak <= 0.0 {
             return None;
@@ -162,6 +202,11 @@ impl<'s> Field<'s> {
             field.misfit[1][order] = field.misfits_across(order);
         }
         Some(field)
+    }
+
+    /// How many misfits were weighed: a measure of the time that was spent.
+    pub fn work(&self) -> usize {
+        self.work.get()
     }
 
     fn opposite_of(&self, plane: usize) -> Option<usize> {
@@ -264,51 +309,45 @@ impl<'s> Field<'s> {
     }
 
     fn misfits_along(&self, order: usize) -> Vec<f32> {
-        let (ng, reach) = (self.ng, REACH[order]);
-        let mut misfits = vec![f32::NAN; self.planes * ng];
-        for (plane, misfits) in misfits.chunks_mut(ng).enumerate() {
+        let all = (0..self.planes).flat_map(|plane| {
             let row = self.row(plane);
             let opposite = self.opposite[plane].map(|other| self.row(other));
-            for (angle, beside) in self.along[order].iter().enumerate() {
-                let Some(beside) = beside else { continue };
-                let [a, b, c, d] = beside.map(|beside| beside.weight);
-                let inside = (reach..ng - reach).contains(&angle);
-                let misfit = if inside && order == 0 {
-                    row[angle] - a * row[angle - 1] - b * row[angle + 1]
-                } else if inside {
-                    row[angle] - a * row[angle - 2] - b * row[angle - 1] - c * row[angle + 1] - d * row[angle + 2]
-                } else {
-                    let value = |beside: &Beside| {
-                        let from = if beside.opposite { opposite } else { Some(row) };
-                        from.map_or(f64::NAN, |from| beside.weight * from[beside.angle])
-                    };
-                    row[angle] - beside.iter().map(value).sum::<f64>()
-                };
-                misfits[angle] = misfit as f32;
-            }
-        }
-        misfits
+            (0..self.ng).map(move |angle| self.misfit_along(order, row, opposite, angle))
+        });
+        all.collect()
+    }
+
+    fn misfit_along(&self, order: usize, row: &[f64], opposite: Option<&[f64]>, angle: usize) -> f32 {
+        let Some(beside) = &self.along[order][angle] else {
+            return f32::NAN;
+        };
+        let (reach, [a, b, c, d]) = (REACH[order], beside.map(|beside| beside.weight));
+        let inside = (reach..self.ng - reach).contains(&angle);
+        let misfit = if inside && order == 0 {
+            row[angle] - a * row[angle - 1] - b * row[angle + 1]
+        } else if inside {
+            row[angle] - a * row[angle - 2] - b * row[angle - 1] - c * row[angle + 1] - d * row[angle + 2]
+        } else {
+            let value = |beside: &Beside| {
+                let from = if beside.opposite { opposite } else { Some(row) };
+                from.map_or(f64::NAN, |from| beside.weight * from[beside.angle])
+            };
+            row[angle] - beside.iter().map(value).sum::<f64>()
+        };
+        misfit as f32
     }
 
     fn misfits_across(&self, order: usize) -> Vec<f32> {
-        let mut misfits = vec![f32::NAN; self.planes * self.ng];
-        for (plane, misfits) in misfits.chunks_mut(self.ng).enumerate() {
-            let Some(aside) = self.across[order][plane] else {
-                continue;
-            };
+        let all = (0..self.planes).flat_map(|plane| {
+            let aside = self.across[order][plane].map(|aside| aside.map(|(other, weight)| (self.row(other), weight)));
             let row = self.row(plane);
-            let [a, b, c, d] = aside.map(|(other, _)| self.row(other));
-            let [wa, wb, wc, wd] = aside.map(|(_, weight)| weight);
-            for (angle, misfit) in misfits.iter_mut().enumerate() {
-                let predicted = if order == 0 {
-                    wa * a[angle] + wb * b[angle]
-                } else {
-                    wa * a[angle] + wb * b[angle] + wc * c[angle] + wd * d[angle]
-                };
-                *misfit = (row[angle] - predicted) as f32;
-            }
-        }
-        misfits
+            (0..self.ng).map(move |angle| {
+                aside
+                    .as_ref()
+                    .map_or(f32::NAN, |aside| misfit_across(order, row[angle], aside, angle))
+            })
+        });
+        all.collect()
     }
 
     /// The misfits along γ (or across planes) of a value, by a line and by a cubic.
@@ -342,7 +381,7 @@ impl<'s> Field<'s> {
                 count += usize::from(!value.is_nan());
             }
         };
-        let few = self.planes < 4;
+        let few = self.few();
         let near = if few { 3 } else { 4 };
         let (from, to) = (angle.saturating_sub(near), (angle + near + 1).min(self.ng));
         let mut beside = |other: usize| {
@@ -373,12 +412,24 @@ impl<'s> Field<'s> {
         (count >= FEWEST).then_some((&mut around[..count], rank))
     }
 
+    /// Fewer planes than tell what is usual.
+    fn few(&self) -> bool {
+        self.planes < 4
+    }
+
     /// What is usual around a value.
     fn usual(&self, which: Which) -> Option<f64> {
-        let mut around = [0.0; 64];
-        let (around, rank) = self.around(which, &mut around)?;
-        let (_, usual, _) = around.select_nth_unstable_by(rank, f32::total_cmp);
-        Some(f64::from(*usual) + self.finest)
+        let known = &self.usual[which.at(self)];
+        if known.get().is_nan() {
+            let mut around = [0.0; 64];
+            let around = self.around(which, &mut around);
+            known.set(around.map_or(NOTHING, |(around, rank)| {
+                let (_, usual, _) = around.select_nth_unstable_by(rank, f32::total_cmp);
+                *usual
+            }));
+        }
+        let usual = known.get();
+        (usual >= 0.0).then_some(f64::from(usual) + self.finest)
     }
 
     /// Whether one of the misfits at a value is more than `times` what is usual.
@@ -448,38 +499,56 @@ impl<'s> Field<'s> {
             pattern.parts.push(Part {
                 misfit: misfit / usual,
                 unit: unit / usual,
-                weight: WEIGHT[which.order],
+                order: which.order,
             });
         }
+        self.work.set(self.work.get() + pattern.parts.len());
+        pattern.before = pattern.unlikelihood(0.0);
         pattern
     }
 
     /// The misfits in which a value takes part.
     fn reached(&self, index: usize, into: &mut Vec<Which>) {
-        let (plane, angle) = (index / self.ng, index % self.ng);
-        for (order, &reach) in REACH.iter().enumerate() {
-            let mut add = |across, plane, angle| {
-                into.push(Which {
-                    across,
-                    order,
-                    plane,
-                    angle,
+        for order in 0..2 {
+            for across in [false, true] {
+                self.near(self.which(index, across, order), |plane, angle| {
+                    into.push(Which {
+                        across,
+                        order,
+                        plane,
+                        angle,
+                    });
                 });
-            };
-            for at in angle.saturating_sub(reach)..(angle + reach + 1).min(self.ng) {
-                add(false, plane, at);
             }
-            // Past a pole the value is a neighbour of the opposite plane's first or last ones.
-            if let Some(other) = self.opposite[plane].filter(|&other| other != plane) {
-                let past = |distance: usize| (reach + 1).saturating_sub(distance);
-                (0..past(angle)).for_each(|at| add(false, other, at));
-                (0..past(self.ng - 1 - angle)).for_each(|at| add(false, other, self.ng - 1 - at));
-            }
+        }
+    }
+
+    /// The places whose values take part in a misfit; they are also the places whose misfits of this kind the value at its
+    /// place takes part in. Some are named twice.
+    fn near(&self, which: Which, mut place: impl FnMut(usize, usize)) {
+        let Which {
+            across,
+            order,
+            plane,
+            angle,
+        } = which;
+        let reach = REACH[order];
+        if across {
             for offset in -(reach as isize)..=reach as isize {
                 if let Some((_, other)) = self.plane(plane as isize + offset) {
-                    add(true, other, angle);
+                    place(other, angle);
                 }
             }
+            return;
+        }
+        for at in angle.saturating_sub(reach)..(angle + reach + 1).min(self.ng) {
+            place(plane, at);
+        }
+        // Past a pole the value is a neighbour of the opposite plane's first or last ones.
+        if let Some(other) = self.opposite[plane].filter(|&other| other != plane) {
+            let past = |distance: usize| (reach + 1).saturating_sub(distance);
+            (0..past(angle)).for_each(|at| place(other, at));
+            (0..past(self.ng - 1 - angle)).for_each(|at| place(other, self.ng - 1 - at));
         }
     }
 
@@ -506,6 +575,15 @@ impl<'s> Field<'s> {
             .filter(|b| b.angle == angle && stands(b.opposite));
         own - near.map(|b| b.weight).sum::<f64>()
     }
+}
+
+fn misfit_across(order: usize, own: f64, [a, b, c, d]: &[(&[f64], f64); 4], angle: usize) -> f32 {
+    let predicted = if order == 0 {
+        a.1 * a.0[angle] + b.1 * b.0[angle]
+    } else {
+        a.1 * a.0[angle] + b.1 * b.0[angle] + c.1 * c.0[angle] + d.1 * d.0[angle]
+    };
+    (own - predicted) as f32
 }
 
 /// Steps to the neighbours that a line or a cubic takes.

@@ -5,8 +5,10 @@
 //! exchanged. Light itself can be uneven, but then in many places: what is told stands above most others of its file.
 //! Thresholds were chosen on one half of many files by many hands and measured on the other; see decision record 0010.
 
+use std::cmp::Ordering;
+
 use super::misfit::{Field, Pattern};
-use super::resolution::resolution;
+use super::resolution::Resolution;
 use super::{Stored, at};
 use crate::finding::{Finding, Findings};
 
@@ -30,7 +32,7 @@ const LONE_PAIR: (f64, f64) = (4.0, 4.0);
 /// Two values apart: the gain of exchanging them, and how far above any other two.
 const EXCHANGE: (f64, f64) = (16.0, 6.0);
 /// Values that are tried in each other's place.
-const PARTNERS: usize = 60;
+pub(super) const PARTNERS: usize = 60;
 /// A value is looked at from this many times what is usual around it.
 const PROMINENT: f64 = 3.0;
 /// Least change: this part of the peak and of the value, or that; at least so many steps of the file's numbers.
@@ -43,14 +45,17 @@ const STEPS: f64 = 2.0;
 const SHRINKS: f64 = 0.95;
 /// With so many places that would fit better otherwise the light is rugged, and no more are looked at.
 const RUGGED: usize = 20_000;
-/// Places that are ranked.
+/// Places that are ranked, and the rank (from 0) of the one above which another must stand.
 const MOST: usize = 400;
+const SEVENTH: usize = 6;
 
 /// Looks at every value, every pair of neighbours along γ, and every two odd values.
 pub(super) fn check(stored: &Stored<'_>, findings: &mut Findings) {
-    let step = resolution(stored);
-    let Some(field) = Field::new(stored, step) else { return };
-    for suspect in suspects(&field, step) {
+    let step = Resolution::of(stored).step();
+    let Some(field) = Field::new(stored, stored.values, step) else {
+        return;
+    };
+    for suspect in Ranked::of(&field, step).suspects(&field, step) {
         let gamma = stored.angles_deg[suspect.index % field.ng];
         let (message, fix) = match suspect.what {
             What::Exchange(partner) => {
@@ -79,8 +84,8 @@ pub(super) fn check(stored: &Stored<'_>, findings: &mut Findings) {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-enum What {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum What {
     /// Another value would fit, by this change.
     Value(f64),
     /// This and the next value.
@@ -89,39 +94,98 @@ enum What {
     Exchange(usize),
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Suspect {
-    index: usize,
-    what: What,
-    gain: f64,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Suspect {
+    pub index: usize,
+    pub what: What,
+    pub gain: f64,
 }
 
-fn suspects(field: &Field<'_>, step: f64) -> Vec<Suspect> {
-    let mut odd: Vec<Suspect> = Vec::new();
-    let mut pairs = Vec::new();
-    let shares: Vec<[f64; 2]> = (0..field.ng)
-        .map(|angle| [0, 1].map(|order| field.own_share(angle, order)))
-        .collect();
-    for index in 0..field.values.len() {
-        if odd.len() + pairs.len() > RUGGED {
-            break;
+/// All places that would fit better otherwise, those that gain most first.
+#[derive(Default)]
+pub(super) struct Ranked {
+    /// Values, whatever the size of the change.
+    pub odd: Vec<Suspect>,
+    /// Values whose change matters.
+    pub values: Vec<Suspect>,
+    /// Pairs of neighbours along γ.
+    pub pairs: Vec<Suspect>,
+}
+
+impl Ranked {
+    pub fn of(field: &Field, step: f64) -> Self {
+        let mut ranked = Self::default();
+        let shares = shares(field);
+        for index in 0..field.values.len() {
+            if ranked.cut_off() {
+                break;
+            }
+            ranked.look(field, index, &shares, step);
         }
-        odd.extend(value(field, index));
-        if (index + 1) % field.ng != 0 {
-            pairs.extend(pair(field, index, shares[index % field.ng], step));
+        ranked.sort();
+        ranked
+    }
+
+    /// Adds the value at an index, and its pair with the next one.
+    pub fn look(&mut self, field: &Field, index: usize, shares: &[[f64; 2]], step: f64) {
+        if let Some(odd) = value(field, index) {
+            self.odd.push(odd);
+            self.values.extend(weighed(field, odd, LEAST_VALUE));
+        }
+        self.look_at_pair(field, index, shares, step);
+    }
+
+    pub fn look_at_pair(&mut self, field: &Field, index: usize, shares: &[[f64; 2]], step: f64) {
+        if !(index + 1).is_multiple_of(field.ng) {
+            self.pairs.extend(pair(field, index, shares[index % field.ng], step));
         }
     }
-    odd.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let exchange = exchange(field, &odd[..odd.len().min(PARTNERS)], step);
-    let values = places(
-        field,
-        odd.iter().filter_map(|&odd| weighed(field, odd, LEAST_VALUE)).collect(),
-    );
-    let pairs = places(field, pairs);
 
+    pub fn sort(&mut self) {
+        for list in [&mut self.odd, &mut self.values, &mut self.pairs] {
+            list.sort_unstable_by(by_gain);
+        }
+    }
+
+    /// Whether not every place was looked at.
+    pub fn cut_off(&self) -> bool {
+        self.odd.len() + self.pairs.len() > RUGGED
+    }
+
+    /// What is told of all that.
+    pub fn suspects(&self, field: &Field, step: f64) -> Vec<Suspect> {
+        let partners: Vec<usize> = self.odd.iter().take(PARTNERS).map(|odd| odd.index).collect();
+        let patterns: Vec<Pattern> = partners.iter().map(|&index| field.pattern(&[(index, 1.0)])).collect();
+        let exchange = exchange(&partners, |one, other| {
+            let [one, other] = [one, other].map(|rank| (partners[rank], &patterns[rank]));
+            exchanged(field, step, one, other)
+        });
+        chosen(field, exchange, self.pairs.iter().copied(), self.values.iter().copied())
+    }
+}
+
+pub(super) fn by_gain(one: &Suspect, other: &Suspect) -> Ordering {
+    other.gain.total_cmp(&one.gain).then(one.index.cmp(&other.index))
+}
+
+/// How much the misfits of a pair grow with its first value, for every angle.
+pub(super) fn shares(field: &Field) -> Vec<[f64; 2]> {
+    (0..field.ng)
+        .map(|angle| [0, 1].map(|order| field.own_share(angle, order)))
+        .collect()
+}
+
+/// What is told, in the order of the file; `pairs` and `values` come with the largest gain first.
+pub(super) fn chosen(
+    field: &Field,
+    exchange: Vec<Suspect>,
+    pairs: impl Iterator<Item = Suspect>,
+    values: impl Iterator<Item = Suspect>,
+) -> Vec<Suspect> {
+    let (pairs, values) = (places(field, pairs), places(field, values));
     let gain = |places: &[Suspect], rank: usize| places.get(rank).map_or(0.0, |place| place.gain);
     let told = |places: &[Suspect], least: &Told| {
-        let least = least.gain.max(gain(places, 6) + least.above_seventh);
+        let least = least.gain.max(gain(places, SEVENTH) + least.above_seventh);
         places.iter().take_while(|place| place.gain > least).count()
     };
     let mut told_pairs = told(&pairs, &PAIR);
@@ -142,7 +206,7 @@ fn suspects(field: &Field<'_>, step: f64) -> Vec<Suspect> {
 }
 
 /// The value, if another one would fit better.
-fn value(field: &Field<'_>, index: usize) -> Option<Suspect> {
+fn value(field: &Field, index: usize) -> Option<Suspect> {
     let [along, across] = [false, true].map(|across| field.misfits(index, across));
     // `max` passes over a direction without a prediction.
     let largest = along
@@ -159,7 +223,7 @@ fn value(field: &Field<'_>, index: usize) -> Option<Suspect> {
 }
 
 /// The pair of this and the next value along γ, if they would fit better exchanged.
-fn pair(field: &Field<'_>, index: usize, shares: [f64; 2], step: f64) -> Option<Suspect> {
+fn pair(field: &Field, index: usize, shares: [f64; 2], step: f64) -> Option<Suspect> {
     let difference = field.values[index + 1] - field.values[index];
     if difference.abs() < SMALL.0 * field.peak || difference.abs() <= STEPS * step {
         return None;
@@ -183,40 +247,26 @@ fn pair(field: &Field<'_>, index: usize, shares: [f64; 2], step: f64) -> Option<
         .and_then(|suspect| weighed(field, suspect, LEAST_PAIR))
 }
 
-/// The two values of the file that fit in each other's place, if there is one such pair and no other.
-fn exchange(field: &Field<'_>, odd: &[Suspect], step: f64) -> Vec<Suspect> {
-    let patterns: Vec<Pattern> = odd.iter().map(|odd| field.pattern(&[(odd.index, 1.0)])).collect();
-    let odd: Vec<(&Suspect, &Pattern)> = odd.iter().zip(&patterns).collect();
+/// The two of all partners that fit in each other's place, if there is one such pair and no other. `gain`: what it gains to
+/// exchange the partners of these two ranks, if each would fit better.
+pub(super) fn exchange(partners: &[usize], mut gain: impl FnMut(usize, usize) -> Option<f64>) -> Vec<Suspect> {
     let mut all = Vec::new();
-    for (rank, (one, pattern)) in odd.iter().enumerate() {
-        for (other, others) in &odd[rank + 1..] {
-            let difference = field.values[other.index] - field.values[one.index];
-            if one.index.abs_diff(other.index) <= 1 || difference.abs() <= STEPS * step {
-                continue;
-            }
-            let (here, there) = (pattern.gain(difference), others.gain(-difference));
-            if here <= 0.0 || there <= 0.0 {
-                continue;
-            }
-            let near = !apart(field, one.index, other.index);
-            let gain = if near {
-                let both = [(one.index, 1.0), (other.index, -1.0)];
-                field.pattern(&both).gain(difference)
-            } else {
-                here + there
-            };
-            all.push((gain, one.index, other.index));
+    for (rank, &one) in partners.iter().enumerate() {
+        for (other_rank, &other) in partners.iter().enumerate().skip(rank + 1) {
+            all.extend(gain(rank, other_rank).map(|gain| (gain, one, other)));
         }
     }
-    all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let Some(&(gain, one, other)) = all.first() else {
+    // The last of equals is taken by `max_by`: the first in rank.
+    let first = |two: &&(f64, usize, usize)| two.0;
+    let most = |a: &&(f64, usize, usize), b: &&(f64, usize, usize)| first(a).total_cmp(&first(b));
+    let Some(&(gain, one, other)) = all.iter().rev().max_by(most) else {
         return Vec::new();
     };
     let shares = |index: usize| index == one || index == other;
     let second = all
         .iter()
-        .find(|two| !shares(two.1) && !shares(two.2))
-        .map_or(0.0, |two| two.0);
+        .filter(|two| !shares(two.1) && !shares(two.2))
+        .fold(0.0_f64, |most, two| most.max(two.0));
     if gain <= EXCHANGE.0.max(second + EXCHANGE.1) {
         return Vec::new();
     }
@@ -229,8 +279,34 @@ fn exchange(field: &Field<'_>, odd: &[Suspect], step: f64) -> Vec<Suspect> {
         .to_vec()
 }
 
+/// What it gains to exchange two values, given the pattern of each; none where they are neighbours or one would not fit.
+pub(super) fn exchanged(
+    field: &Field,
+    step: f64,
+    (one, pattern): (usize, &Pattern),
+    (other, others): (usize, &Pattern),
+) -> Option<f64> {
+    let difference = field.values[other] - field.values[one];
+    if one.abs_diff(other) <= 1 || difference.abs() <= STEPS * step {
+        return None;
+    }
+    let here = pattern.gain(difference);
+    if here <= 0.0 {
+        return None;
+    }
+    let there = others.gain(-difference);
+    if there <= 0.0 {
+        return None;
+    }
+    Some(if apart(field, one, other) {
+        here + there
+    } else {
+        field.pattern(&[(one, 1.0), (other, -1.0)]).gain(difference)
+    })
+}
+
 /// The suspect, its gain less by what a small change must gain more; none where the change is too small to matter.
-fn weighed(field: &Field<'_>, suspect: Suspect, least: [(f64, f64); 2]) -> Option<Suspect> {
+fn weighed(field: &Field, suspect: Suspect, least: [(f64, f64); 2]) -> Option<Suspect> {
     let value = field.values[suspect.index];
     let change = match suspect.what {
         What::Value(change) => change,
@@ -246,21 +322,22 @@ fn weighed(field: &Field<'_>, suspect: Suspect, least: [(f64, f64); 2]) -> Optio
     (change >= SMALL.0 * field.peak && gain > 0.0).then_some(Suspect { gain, ..suspect })
 }
 
-/// One wrong value disturbs the predictions of its neighbours; the largest of a group speaks for it.
-fn places(field: &Field<'_>, mut all: Vec<Suspect>) -> Vec<Suspect> {
-    all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    all.truncate(MOST);
+/// One wrong value disturbs the predictions of its neighbours; the largest of a group speaks for it. The first few places.
+fn places(field: &Field, ranked: impl Iterator<Item = Suspect>) -> Vec<Suspect> {
     let mut places: Vec<Suspect> = Vec::new();
-    for suspect in all {
+    for suspect in ranked.take(MOST) {
         if places.iter().all(|other| apart(field, suspect.index, other.index)) {
             places.push(suspect);
+            if places.len() > SEVENTH {
+                break;
+            }
         }
     }
     places
 }
 
 /// Whether two values disturb no prediction together.
-fn apart(field: &Field<'_>, one: usize, other: usize) -> bool {
+fn apart(field: &Field, one: usize, other: usize) -> bool {
     let planes = (one / field.ng).abs_diff(other / field.ng);
     let angles = (one % field.ng).abs_diff(other % field.ng);
     !(planes == 0 && angles <= 3 || angles == 0 && planes <= 2)
@@ -283,6 +360,7 @@ mod tests {
             raw: &|_| "1.01",
             poles: true,
             ends_with_newline: true,
+            unit_cd: 1.0,
         };
         let mut findings = Findings::new();
         check(&stored, &mut findings);

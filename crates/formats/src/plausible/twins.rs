@@ -16,30 +16,40 @@ type Image = fn(f64) -> f64;
 
 /// Looks for the mirror at C0–C180, the one at C90–C270, half a turn, and planes that are all one.
 pub(super) fn check(stored: &Stored<'_>, findings: &mut Findings) {
-    let (planes, ng) = (stored.planes_deg.len(), stored.angles_deg.len());
-    if !stored.poles || planes < 2 || stored.values.len() != planes * ng {
-        return;
+    for image in images(stored) {
+        if let Some(odd) = odd(stored, &image.pairs) {
+            for (one, other) in odd {
+                findings.push(finding(stored, one, other, image.name));
+            }
+            return;
+        }
     }
+}
+
+/// Planes with their images.
+struct Images {
+    name: &'static str,
+    pairs: Vec<(usize, usize)>,
+}
+
+/// The first of them that almost holds decides.
+fn images(stored: &Stored<'_>) -> impl Iterator<Item = Images> {
+    let (planes, ng) = (stored.planes_deg.len(), stored.angles_deg.len());
+    let usable = stored.poles && planes >= 2 && stored.values.len() == planes * ng;
     let images: [(&str, Image); 3] = [
         ("mirrored at C0–C180", |c| -c),
         ("mirrored at C90–C270", |c| 180.0 - c),
         ("half a turn away", |c| c + 180.0),
     ];
-    for (name, image) in images {
-        let Some(pairs) = pairs(stored.planes_deg, image) else {
-            continue;
-        };
-        if let Some(odd) = odd(stored, &pairs) {
-            for (one, other) in odd {
-                findings.push(finding(stored, one, other, name));
-            }
-            return;
-        }
-    }
-    let with_first: Vec<(usize, usize)> = (1..planes).map(|plane| (0, plane)).collect();
-    for (one, other) in odd(stored, &with_first).unwrap_or_default() {
-        findings.push(finding(stored, one, other, "of the first plane"));
-    }
+    let turned = images.into_iter().filter_map(|(name, image)| {
+        let pairs = pairs(stored.planes_deg, image)?;
+        Some(Images { name, pairs })
+    });
+    let all_one = Images {
+        name: "of the first plane",
+        pairs: (1..planes).map(|plane| (0, plane)).collect(),
+    };
+    turned.chain(std::iter::once(all_one)).filter(move |_| usable)
 }
 
 /// Planes and their images, each pair once; none where a plane has no image or all are their own.
@@ -61,42 +71,142 @@ fn pairs(planes_deg: &[f64], image: Image) -> Option<Vec<(usize, usize)>> {
 
 /// Indices of values that differ from their image, where almost all others are equal.
 fn odd(stored: &Stored<'_>, pairs: &[(usize, usize)]) -> Option<Vec<(usize, usize)>> {
-    let ng = stored.angles_deg.len();
-    let mut equal = 0;
-    let mut odd = Vec::new();
-    for &(one, other) in pairs {
-        let rows = [one, other].map(|plane| &stored.values[plane * ng..(plane + 1) * ng]);
-        for angle in 0..ng {
-            let [a, b] = rows.map(|row| row[angle]);
-            if a == b {
-                equal += usize::from(a != 0.0);
-            } else if !matches!(stored.angles_deg[angle], 0.0 | 180.0) {
-                odd.push((one * ng + angle, other * ng + angle));
-                if odd.len() > DIFFER.0 {
-                    return None;
+    let tally = Tally::of(stored, pairs, DIFFER.0);
+    tally.almost().then_some(tally.odd)
+}
+
+/// How far planes equal their images.
+#[derive(Clone)]
+struct Tally {
+    equal: usize,
+    odd: Vec<(usize, usize)>,
+    /// So many are odd that the count was given up.
+    too_many: bool,
+}
+
+impl Tally {
+    fn of(stored: &Stored<'_>, pairs: &[(usize, usize)], most: usize) -> Self {
+        let ng = stored.angles_deg.len();
+        let mut tally = Self {
+            equal: 0,
+            odd: Vec::new(),
+            too_many: false,
+        };
+        for &(one, other) in pairs {
+            let rows = [one, other].map(|plane| &stored.values[plane * ng..(plane + 1) * ng]);
+            for angle in 0..ng {
+                let [a, b] = rows.map(|row| row[angle]);
+                if a == b {
+                    tally.equal += usize::from(a != 0.0);
+                } else if !matches!(stored.angles_deg[angle], 0.0 | 180.0) {
+                    tally.odd.push((one * ng + angle, other * ng + angle));
+                    if tally.odd.len() > most {
+                        tally.too_many = true;
+                        return tally;
+                    }
                 }
             }
         }
+        tally
     }
-    (!odd.is_empty() && equal >= EQUAL.max(DIFFER.1 * odd.len())).then_some(odd)
+
+    fn almost(&self) -> bool {
+        let odd = self.odd.len();
+        !self.too_many && (1..=DIFFER.0).contains(&odd) && self.equal >= EQUAL.max(DIFFER.1 * odd)
+    }
 }
 
-/// The one of the two that fits its neighbours along γ less well is named.
-fn finding(stored: &Stored<'_>, one: usize, other: usize, how: &str) -> Finding {
-    let ng = stored.angles_deg.len();
+/// The tallies of a file, to be mended where two values are exchanged.
+pub(super) struct Twins {
+    images: Vec<(Images, Tally)>,
+    angles_deg: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Twins {
+    pub fn of(stored: &Stored<'_>) -> Self {
+        // An exchange changes two angles in all pairs at most.
+        let most = 2 * stored.planes_deg.len() + DIFFER.0;
+        let tallied = |images: Images| {
+            let tally = Tally::of(stored, &images.pairs, most);
+            (images, tally)
+        };
+        Self {
+            images: images(stored).map(tallied).collect(),
+            angles_deg: stored.angles_deg.to_vec(),
+            values: stored.values.to_vec(),
+        }
+    }
+
+    /// Indices that are told in the file as it is.
+    pub fn told(&self, values: &[f64]) -> Vec<usize> {
+        let tally = self.images.iter().map(|image| &image.1).find(|tally| tally.almost());
+        self.suspects(values, tally)
+    }
+
+    /// Indices that are told when `one` and `other` were exchanged, which gave `values`.
+    pub fn exchanged(&self, values: &[f64], one: usize, other: usize) -> Vec<usize> {
+        let mended = self.images.iter().map(|image| self.mended(image, values, [one, other]));
+        self.suspects(values, mended.into_iter().find(Tally::almost).as_ref())
+    }
+
+    fn mended(&self, (images, tally): &(Images, Tally), values: &[f64], exchanged: [usize; 2]) -> Tally {
+        let ng = self.angles_deg.len();
+        let mut mended = tally.clone();
+        if tally.too_many {
+            return mended;
+        }
+        let mut compared: Vec<(usize, usize)> = Vec::new();
+        for index in exchanged {
+            let (plane, angle) = (index / ng, index % ng);
+            let with = images.pairs.iter().filter(|pair| pair.0 == plane || pair.1 == plane);
+            compared.extend(with.map(|pair| (pair.0 * ng + angle, pair.1 * ng + angle)));
+        }
+        compared.sort_unstable();
+        compared.dedup();
+        for (one, other) in compared {
+            if self.values[one] == self.values[other] {
+                mended.equal -= usize::from(self.values[one] != 0.0);
+            }
+            mended.odd.retain(|&pair| pair != (one, other));
+            if values[one] == values[other] {
+                mended.equal += usize::from(values[one] != 0.0);
+            } else if !matches!(self.angles_deg[one % ng], 0.0 | 180.0) {
+                mended.odd.push((one, other));
+            }
+        }
+        mended
+    }
+
+    fn suspects(&self, values: &[f64], tally: Option<&Tally>) -> Vec<usize> {
+        let odd = tally.map_or(&[][..], |tally| &tally.odd);
+        let ng = self.angles_deg.len();
+        odd.iter()
+            .map(|&(one, other)| suspect(values, ng, one, other).0)
+            .collect()
+    }
+}
+
+/// The one of the two that fits its neighbours along γ less well, and the other.
+fn suspect(values: &[f64], ng: usize, one: usize, other: usize) -> (usize, usize) {
     let bend = |index: usize| {
         let inside = (1..ng - 1).contains(&(index % ng));
         if inside {
-            (stored.values[index - 1] - 2.0 * stored.values[index] + stored.values[index + 1]).abs()
+            (values[index - 1] - 2.0 * values[index] + values[index + 1]).abs()
         } else {
             0.0
         }
     };
-    let (suspect, twin) = if bend(one) > bend(other) {
+    if bend(one) > bend(other) {
         (one, other)
     } else {
         (other, one)
-    };
+    }
+}
+
+fn finding(stored: &Stored<'_>, one: usize, other: usize, how: &str) -> Finding {
+    let ng = stored.angles_deg.len();
+    let (suspect, twin) = suspect(stored.values, ng, one, other);
     let line = stored.places.get(twin).map_or(1, |place| place.0);
     let message = format!(
         "all other intensities equal their image {how}; this one (γ = {}°) differs from {} in line {line}",
