@@ -2,9 +2,21 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// `aᵀ·b` for wide matrices, by the blocked product (`tr_mul` takes one column at a time).
-pub fn product<T: nalgebra::RealField + Copy>(a: &DMatrix<T>, b: &DMatrix<T>) -> DMatrix<T> {
-    if b.ncols() < 8 { a.tr_mul(b) } else { a.transpose() * b }
+/// Rows whose products are summed at a time.
+const SUMMED: usize = 8192;
+
+/// `aᵀ·b` for wide matrices, by the blocked product (`tr_mul` takes one column at a time), which wants a transposed copy of a few
+/// thousand rows at a time.
+pub fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    if b.ncols() < 8 {
+        return a.tr_mul(b);
+    }
+    let mut sum = DMatrix::zeros(a.ncols(), b.ncols());
+    for start in (0..a.nrows()).step_by(SUMMED) {
+        let rows = SUMMED.min(a.nrows() - start);
+        sum.gemm(1.0, &a.rows(start, rows).transpose(), &b.rows(start, rows), 1.0);
+    }
+    sum
 }
 
 /// An orthonormal basis of a subspace of the readings' space, one column a direction, one row a reading.
@@ -35,7 +47,8 @@ impl Basis {
     pub fn extend(&mut self, columns: &DMatrix<f64>, tolerance: f64) {
         let rows = self.q.nrows();
         let had = self.q.ncols();
-        let mut q = self.q.clone().resize_horizontally(had + columns.ncols(), 0.0);
+        let known = std::mem::replace(&mut self.q, DMatrix::zeros(rows, 0));
+        let mut q = known.resize_horizontally(had + columns.ncols(), 0.0);
         let mut rank = had;
         for column in columns.column_iter() {
             let before = column.norm();

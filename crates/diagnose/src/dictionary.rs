@@ -1,13 +1,16 @@
 //! Every effect of the catalogue on its grid of shapes, and every rival without a name, as columns over the readings.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::basis::Basis;
+use crate::basis::{Basis, product};
 use crate::forward::{Forward, Hypothesis};
+use crate::pattern::Pattern;
 use crate::rivals::Rival;
 use crate::scan::{BLIND, Candidate, Who};
-use crate::table::Coordinate;
+use crate::table::{Coordinate, Row};
 
 /// Prior probability, given that there is something, that the catalogue has no name for it.
 pub const OUTSIDE_CATALOGUE: f64 = 0.15;
@@ -16,20 +19,54 @@ const SAME_PATTERN: f64 = 0.98;
 /// An effect with more shapes than this is a search through frequencies, not a smooth pattern.
 const MANY_SHAPES: usize = 60;
 
-/// The columns, and who makes them.
+/// Generic patterns that are compared with the names at a time.
+const COMPARED: usize = 16;
+
+/// The columns, and who makes them. Of most columns only the law is kept: with many readings their values would not fit.
 #[derive(Debug)]
-pub struct Dictionary {
-    /// Change of each reading for a unit amplitude, readings × columns.
-    pub columns: DMatrix<f64>,
+pub struct Dictionary<'a> {
+    rows: &'a [Row],
+    columns: Vec<Column<'a>>,
     /// The candidates.
     pub candidates: Vec<Candidate>,
 }
 
-impl Dictionary {
+/// Change of each reading for a unit amplitude.
+#[derive(Debug)]
+enum Column<'a> {
+    /// A difference of predictions.
+    Tangent(DVector<f64>),
+    /// An oscillation of all light: its change for frequency nought, the times, the frequency, sine or cosine.
+    Wave(Arc<DVector<f64>>, &'a [f64], f64, fn(f64) -> f64),
+    /// A pattern without a name.
+    Generic(Pattern),
+}
+
+impl Column<'_> {
+    fn write(&self, rows: &[Row], target: &mut [f64]) {
+        match self {
+            Self::Tangent(values) => target.copy_from_slice(values.as_slice()),
+            Self::Wave(light, times, frequency, law) => {
+                for ((target, light), time) in target.iter_mut().zip(light.iter()).zip(*times) {
+                    let value = light * law(std::f64::consts::TAU * frequency * time);
+                    *target = if value.is_finite() { value } else { 0.0 };
+                }
+            }
+            Self::Generic(pattern) => {
+                for (target, value) in target.iter_mut().zip(pattern.values(rows)) {
+                    *target = value;
+                }
+            }
+        }
+    }
+}
+
+impl<'a> Dictionary<'a> {
     /// Named tangents around the baseline `prediction`, then the rivals, whose columns move here. `refitted` are the derivatives to the nuisance: two
     /// patterns are alike where they are alike in what it leaves.
     pub fn new<F: Forward + ?Sized>(
-        forward: &F,
+        forward: &'a F,
+        rows: &'a [Row],
         nuisance: &[f64],
         prediction: &DVector<f64>,
         rivals: &mut [Rival],
@@ -37,7 +74,7 @@ impl Dictionary {
         refitted: &DMatrix<f64>,
     ) -> Self {
         let effects = forward.effects();
-        let mut tangents: Vec<(Who, Vec<DVector<f64>>)> = effects
+        let mut tangents: Vec<(Who, Vec<Column<'a>>)> = effects
             .iter()
             .enumerate()
             .filter(|(_, searchable)| searchable.oscillates.is_none())
@@ -46,6 +83,7 @@ impl Dictionary {
             .into_par_iter()
             .filter_map(|(effect, shape)| {
                 let columns = tangent(forward, nuisance, prediction, effect, shape)?;
+                let columns = columns.into_iter().map(Column::Tangent).collect();
                 Some((Who::Named { effect, shape }, columns))
             })
             .collect();
@@ -57,7 +95,7 @@ impl Dictionary {
             }
         }
         let share = (1.0 - OUTSIDE_CATALOGUE) / effects.len().max(1) as f64;
-        let mut all: Vec<DVector<f64>> = Vec::new();
+        let mut all: Vec<Column<'a>> = Vec::new();
         let mut candidates = Vec::new();
         for (who, columns) in tangents {
             let Who::Named { effect, .. } = who else { continue };
@@ -79,29 +117,28 @@ impl Dictionary {
             column.component_mul_assign(row_scale);
         }
         let known = Basis::spanning(&known, 1e-9);
-        let unit = |column: &DVector<f64>| {
-            let mut pattern = column.component_mul(row_scale);
+        let unit = |column: &Column<'_>| {
+            let mut pattern = DVector::zeros(rows.len());
+            column.write(rows, pattern.as_mut_slice());
+            pattern.component_mul_assign(row_scale);
             let whole = pattern.norm();
             known.project_out_vector(&mut pattern);
             let left = pattern.norm();
             (left > BLIND * whole).then(|| pattern / left)
         };
-        let named: Vec<DVector<f64>> = names
+        let single: Vec<&Column<'_>> = names
             .iter()
             .filter(|candidate| candidate.columns.len() == 1 && !many(candidate.who))
-            .filter_map(|candidate| unit(&all[candidate.columns.start]))
+            .map(|candidate| &all[candidate.columns.start])
             .collect();
-        let distinct: Vec<bool> = rivals
-            .par_iter()
-            .map(|rival| {
-                rival.columns.len() != 1 || {
-                    let Some(pattern) = unit(&rival.columns[0]) else {
-                        return false;
-                    };
-                    named.iter().all(|name| name.dot(&pattern).powi(2) < SAME_PATTERN)
-                }
-            })
-            .collect();
+        let mut named = DMatrix::zeros(rows.len(), single.len());
+        for (mut target, pattern) in named
+            .column_iter_mut()
+            .zip(single.iter().filter_map(|column| unit(column)))
+        {
+            target.copy_from(&pattern);
+        }
+        let distinct = distinct(rivals, named, |pattern| unit(&Column::Generic(pattern.clone())));
         let mut families: Vec<(Coordinate, &str, usize)> = Vec::new();
         for (rival, _) in rivals.iter().zip(&distinct).filter(|(_, distinct)| **distinct) {
             match families
@@ -130,7 +167,7 @@ impl Dictionary {
                 .find(|(coordinate, family, _)| (*coordinate, *family) == (rival.coordinate, rival.family))
                 .map_or(1, |(.., count)| *count);
             let start = all.len();
-            all.extend(columns);
+            all.extend(columns.into_iter().map(Column::Generic));
             let prior = OUTSIDE_CATALOGUE / (coordinates.len() * own * count) as f64;
             candidates.push(Candidate {
                 who: Who::Unnamed { rival: number },
@@ -140,14 +177,27 @@ impl Dictionary {
                 plausible: None,
             });
         }
-        // One column after the other, each freed as it is copied: with many readings two dictionaries would not fit.
-        let mut values = Vec::with_capacity(prediction.len() * all.len());
-        let count = all.len();
-        for column in all {
-            values.extend_from_slice(column.as_slice());
+        Self {
+            rows,
+            columns: all,
+            candidates,
         }
-        let columns = DMatrix::from_vec(prediction.len(), count, values);
-        Self { columns, candidates }
+    }
+
+    /// Number of columns.
+    pub fn width(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// The columns of these numbers, readings × columns.
+    pub fn columns(&self, numbers: &[usize]) -> DMatrix<f64> {
+        let mut columns = DMatrix::zeros(self.rows.len(), numbers.len());
+        columns
+            .as_mut_slice()
+            .par_chunks_mut(self.rows.len().max(1))
+            .zip(numbers)
+            .for_each(|(target, &number)| self.columns[number].write(self.rows, target));
+        columns
     }
 
     /// Numbers of the columns that describe what is smooth: all named effects but searches through frequencies, then the
@@ -168,6 +218,41 @@ impl Dictionary {
         }
         columns
     }
+}
+
+/// Which rivals are no likeness of a `named` pattern; those and the rivals' as `unit` vectors over the readings.
+#[expect(clippy::needless_pass_by_value, reason = "the named patterns are large and end here")]
+fn distinct(
+    rivals: &[Rival],
+    named: DMatrix<f64>,
+    unit: impl Fn(&Pattern) -> Option<DVector<f64>> + Sync,
+) -> Vec<bool> {
+    rivals
+        .par_chunks(COMPARED)
+        .flat_map_iter(|some| {
+            let units: Vec<Option<DVector<f64>>> = some
+                .iter()
+                .map(|rival| match rival.columns.as_slice() {
+                    [one] => unit(one),
+                    _ => None,
+                })
+                .collect();
+            let patterns: Vec<DVector<f64>> = units.iter().flatten().cloned().collect();
+            let mut alike = if patterns.is_empty() {
+                Vec::new()
+            } else {
+                let products = product(&named, &DMatrix::from_columns(&patterns));
+                products.column_iter().map(|column| column.amax().powi(2)).collect()
+            }
+            .into_iter();
+            let kept = |(rival, unit): (&Rival, &Option<DVector<f64>>)| match (rival.columns.len(), unit) {
+                (1, None) => false,
+                (1, Some(_)) => alike.next().is_none_or(|most| most < SAME_PATTERN),
+                _ => true,
+            };
+            some.iter().zip(&units).map(kept).collect::<Vec<_>>()
+        })
+        .collect()
 }
 
 /// Change of every row for a unit of each linear amplitude, from a difference of predictions at the effect's own step.
@@ -220,16 +305,16 @@ fn change<F: Forward + ?Sized>(
 }
 
 /// The [`tangent`]s of all frequencies of an oscillation of the light: what one of frequency nought changes, times sine and cosine.
-fn oscillations<F: Forward + ?Sized>(
-    forward: &F,
+fn oscillations<'a, F: Forward + ?Sized>(
+    forward: &'a F,
     nuisance: &[f64],
     prediction: &DVector<f64>,
     effect: usize,
-    times: &[f64],
-) -> Option<Vec<Vec<DVector<f64>>>> {
+    times: &'a [f64],
+) -> Option<Vec<Vec<Column<'a>>>> {
     const STILL: f64 = 1e-15;
     let step = &forward.effects()[effect].step;
-    let light = change(
+    let light = Arc::new(change(
         forward,
         nuisance,
         prediction,
@@ -237,18 +322,12 @@ fn oscillations<F: Forward + ?Sized>(
         &[STILL],
         step.len() - 1,
         *step.last()?,
-    )?;
-    let wave = |frequency: f64, law: fn(f64) -> f64| {
-        let values = light.iter().zip(times).map(|(light, time)| {
-            let value = light * law(std::f64::consts::TAU * frequency * time);
-            if value.is_finite() { value } else { 0.0 }
-        });
-        DVector::from_iterator(light.len(), values)
-    };
+    )?);
+    let wave = |frequency: f64, law: fn(f64) -> f64| Column::Wave(Arc::clone(&light), times, frequency, law);
     let shapes = &forward.effects()[effect].shapes;
     Some(
         shapes
-            .par_iter()
+            .iter()
             .map(|shape| vec![wave(shape[0], f64::sin), wave(shape[0], f64::cos)])
             .collect(),
     )

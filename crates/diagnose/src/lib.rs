@@ -12,6 +12,7 @@ pub mod forward;
 pub mod held_out;
 pub mod next;
 pub mod observe;
+pub mod pattern;
 pub mod reference;
 pub mod rivals;
 mod rivals_maps;

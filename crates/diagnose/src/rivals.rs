@@ -3,8 +3,9 @@
 //! Where one of them explains the data better than every named effect, the verdict is "unexplained" and this pattern says
 //! where. `relative` patterns multiply the expected signal; `absolute` ones add to it.
 
-use nalgebra::DVector;
+use std::sync::Arc;
 
+use crate::pattern::{Acts, Pattern};
 use crate::table::{Coordinate, Light, Row, Source};
 
 /// One generic pattern: up to a few columns over one range of one coordinate.
@@ -18,15 +19,15 @@ pub struct Rival {
     pub range: [f64; 2],
     /// In words, for people.
     pub note: String,
-    /// Change of the signal for a unit amplitude, one vector a direction.
-    pub columns: Vec<DVector<f64>>,
+    /// Change of the signal for a unit amplitude, one a direction.
+    pub columns: Vec<Pattern>,
 }
 
 /// All rivals that these rows allow. `level` is the model's expectation, `order` the rows in time order.
 pub fn rivals(rows: &[Row], level: &[f64], order: &[usize]) -> Vec<Rival> {
     let mut build = Builder {
         rows,
-        level,
+        level: level.into(),
         found: Vec::new(),
     };
     if rows.iter().any(|row| row.source == Source::Reading) {
@@ -54,39 +55,25 @@ pub fn rivals(rows: &[Row], level: &[f64], order: &[usize]) -> Vec<Rival> {
 /// Collects patterns; knows how to turn a function of a row into a column.
 pub(crate) struct Builder<'a> {
     pub(crate) rows: &'a [Row],
-    pub(crate) level: &'a [f64],
+    pub(crate) level: Arc<[f64]>,
     pub(crate) found: Vec<Rival>,
 }
 
-/// Whether a pattern multiplies the expected signal or adds to it, and on which records.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Acts {
-    /// × expected signal.
-    Relative,
-    /// + on every record that sees the room (not capped).
-    Light,
-    /// + on every record.
-    Everywhere,
-}
-
 impl Builder<'_> {
-    /// The column `f(row)`, NaN read as 0, acting on rows of `source`.
-    pub(crate) fn column(&self, source: Source, acts: Acts, f: impl Fn(usize, &Row) -> f64) -> DVector<f64> {
-        DVector::from_iterator(
-            self.rows.len(),
-            self.rows.iter().enumerate().map(|(i, row)| {
-                if row.source != source {
-                    return 0.0;
-                }
-                let strength = match acts {
-                    Acts::Relative => self.level[i],
-                    Acts::Light if row.light == Light::Capped => 0.0,
-                    Acts::Light | Acts::Everywhere => 1.0,
-                };
-                let value = strength * f(i, row);
-                if value.is_finite() { value } else { 0.0 }
-            }),
-        )
+    /// The pattern `law(row)`, NaN read as 0, acting on rows of `source`.
+    pub(crate) fn column(
+        &self,
+        source: Source,
+        acts: Acts,
+        law: impl Fn(usize, &Row) -> f64 + Send + Sync + 'static,
+    ) -> Pattern {
+        Pattern::new(source, acts, &self.level, law)
+    }
+
+    /// As [`column`](Self::column), for a law of the expected signal.
+    fn of_level(&self, source: Source, acts: Acts, law: impl Fn(f64, &Row) -> f64 + Send + Sync + 'static) -> Pattern {
+        let level = Arc::clone(&self.level);
+        self.column(source, acts, move |i, row| law(level[i], row))
     }
 
     pub(crate) fn add(
@@ -95,9 +82,10 @@ impl Builder<'_> {
         family: &'static str,
         range: [f64; 2],
         note: impl Into<String>,
-        columns: Vec<DVector<f64>>,
+        columns: Vec<Pattern>,
     ) {
-        if columns.iter().all(|column| column.amax() == 0.0) {
+        let nothing = |column: &Pattern| column.values(self.rows).all(|value| value == 0.0);
+        if columns.iter().all(nothing) {
             return;
         }
         self.found.push(Rival {
@@ -114,7 +102,7 @@ impl Builder<'_> {
         let mut values: Vec<f64> = self
             .rows
             .iter()
-            .zip(self.level)
+            .zip(self.level.iter())
             .filter(|(row, _)| row.source == source && row.light == Light::Lit)
             .map(|(row, &level)| row.coordinate(coordinate, level))
             .filter(|value| value.is_finite())
@@ -146,21 +134,21 @@ fn time(build: &mut Builder<'_>, order: &[usize]) {
         return;
     }
     let at = |quantile: f64| times[((times.len() - 1) as f64 * quantile) as usize];
-    let place = |row: &Row| (row.time_s - first) / (last - first);
+    let place = move |row: &Row| (row.time_s - first) / (last - first);
     for acts in [Acts::Relative, Acts::Light, Acts::Everywhere] {
         // The constant is the level (relative) or has a name (stray light, offset).
         let from = 1;
         for terms in [2, 4] {
             let columns: Vec<_> = (from..from + terms)
                 .map(|k| std::f64::consts::PI * k as f64)
-                .map(|turn| build.column(Source::Reading, acts, |_, row| (turn * place(row)).cos()))
+                .map(|turn| build.column(Source::Reading, acts, move |_, row| (turn * place(row)).cos()))
                 .collect();
             let note = format!("{} that varies smoothly", word(acts));
             build.add(Coordinate::TimeS, "smooth", [first, last], note, columns);
         }
         for step in 1..40 {
             let from = at(step as f64 / 40.0);
-            let column = build.column(Source::Reading, acts, |_, row| f64::from(row.time_s > from));
+            let column = build.column(Source::Reading, acts, move |_, row| f64::from(row.time_s > from));
             build.add(
                 Coordinate::TimeS,
                 "jump",
@@ -173,7 +161,7 @@ fn time(build: &mut Builder<'_>, order: &[usize]) {
             for half in 0..2 * parts - 1 {
                 let from = at(half as f64 / (2 * parts) as f64);
                 let to = at((half + 2) as f64 / (2 * parts) as f64);
-                let column = build.column(Source::Reading, acts, |_, row| {
+                let column = build.column(Source::Reading, acts, move |_, row| {
                     f64::from(row.time_s >= from && row.time_s <= to)
                 });
                 build.add(
@@ -185,7 +173,7 @@ fn time(build: &mut Builder<'_>, order: &[usize]) {
                 );
                 if acts != Acts::Everywhere {
                     let (centre, width) = (0.5 * (from + to), 0.35 * (to - from).max(1e-9));
-                    let column = build.column(Source::Reading, acts, |_, row| {
+                    let column = build.column(Source::Reading, acts, move |_, row| {
                         (-0.5 * ((row.time_s - centre) / width).powi(2)).exp()
                     });
                     let note = format!("{} that rises and falls", word(acts));
@@ -199,8 +187,8 @@ fn time(build: &mut Builder<'_>, order: &[usize]) {
                 continue; // a relative oscillation has a name: modulated light
             }
             let columns = vec![
-                build.column(Source::Reading, acts, |_, row| (turn * place(row)).cos()),
-                build.column(Source::Reading, acts, |_, row| (turn * place(row)).sin()),
+                build.column(Source::Reading, acts, move |_, row| (turn * place(row)).cos()),
+                build.column(Source::Reading, acts, move |_, row| (turn * place(row)).sin()),
             ];
             build.add(
                 Coordinate::TimeS,
@@ -239,18 +227,21 @@ fn memory(build: &mut Builder<'_>, order: &[usize]) {
     let mut found = Vec::new();
     for steps in [0.4, 1.0, 3.0, 10.0, 40.0] {
         // Exponential average of the signal before this reading.
+        let level = Arc::clone(&build.level);
         let mut before = vec![0.0; build.rows.len()];
-        let mut average = build.level[in_time[0]];
+        let mut average = level[in_time[0]];
         for pair in in_time.windows(2) {
             let keep = (-(time(pair[1]) - time(pair[0])) / (steps * typical)).exp();
             before[pair[0]] = average;
-            average = keep * average + (1.0 - keep) * build.level[pair[0]];
+            average = keep * average + (1.0 - keep) * level[pair[0]];
             before[pair[1]] = average;
         }
-        before[in_time[0]] = build.level[in_time[0]];
-        let lag = build.column(Source::Reading, Acts::Light, |i, _| before[i] - build.level[i]);
+        before[in_time[0]] = level[in_time[0]];
+        let before: Arc<[f64]> = before.into();
+        let again = Arc::clone(&before);
+        let lag = build.column(Source::Reading, Acts::Light, move |i, _| before[i] - level[i]);
         found.push(("a reading that lags behind the light", lag));
-        let fatigue = build.column(Source::Reading, Acts::Relative, |i, _| before[i] / top);
+        let fatigue = build.column(Source::Reading, Acts::Relative, move |i, _| again[i] / top);
         found.push(("a response that remembers the light before", fatigue));
     }
     // Previous reading's level exactly: a meter read before it settled.
@@ -263,7 +254,7 @@ fn memory(build: &mut Builder<'_>, order: &[usize]) {
             0.0
         };
     }
-    let unsettled = build.column(Source::Reading, Acts::Everywhere, |i, _| previous[i]);
+    let unsettled = build.column(Source::Reading, Acts::Everywhere, move |i, _| previous[i]);
     found.push(("a reading that keeps a part of the one before", unsettled));
     let mut since = vec![f64::INFINITY; build.rows.len()];
     let mut start = time(in_time[0]);
@@ -274,8 +265,10 @@ fn memory(build: &mut Builder<'_>, order: &[usize]) {
         since[pair[1]] = time(pair[1]) - start;
     }
     since[in_time[0]] = 0.0;
+    let since: Arc<[f64]> = since.into();
     for steps in [2.0, 6.0, 20.0] {
-        let column = build.column(Source::Reading, Acts::Relative, |i, _| {
+        let since = Arc::clone(&since);
+        let column = build.column(Source::Reading, Acts::Relative, move |i, _| {
             (-since[i] / (steps * typical)).exp()
         });
         found.push(("a transient after every pause", column));
@@ -300,14 +293,14 @@ fn gamma(build: &mut Builder<'_>) {
             let count = ((high - low) / spacing).round() as usize;
             for k in 0..=count {
                 let centre = low + k as f64 * spacing;
-                let bump = |gamma: f64| (-0.5 * ((gamma - centre) / width).powi(2)).exp();
-                let lit = |row: &Row| f64::from(row.light == Light::Lit);
-                let column = build.column(Source::Reading, acts, |_, row| lit(row) * bump(row.gamma_deg));
+                let bump = move |gamma: f64| (-0.5 * ((gamma - centre) / width).powi(2)).exp();
+                let lit = move |row: &Row| f64::from(row.light == Light::Lit);
+                let column = build.column(Source::Reading, acts, move |_, row| lit(row) * bump(row.gamma_deg));
                 let range = [centre - 1.5 * width, centre + 1.5 * width];
                 let note = format!("{} near one signed γ", word(acts));
                 build.add(Coordinate::GammaDeg, "bump", range, note, vec![column]);
                 if centre > 0.0 && acts == Acts::Relative {
-                    let column = build.column(Source::Reading, acts, |_, row| bump(row.gamma_deg.abs()));
+                    let column = build.column(Source::Reading, acts, move |_, row| bump(row.gamma_deg.abs()));
                     let note = format!("{} near one |γ|", word(acts));
                     build.add(Coordinate::GammaDeg, "bump", range, note, vec![column]);
                 }
@@ -315,7 +308,7 @@ fn gamma(build: &mut Builder<'_>) {
         }
     }
     for &edge in angles.iter().step_by((angles.len() / 16).max(1)) {
-        let column = build.column(Source::Reading, Acts::Relative, |_, row| {
+        let column = build.column(Source::Reading, Acts::Relative, move |_, row| {
             f64::from(row.gamma_deg > edge)
         });
         build.add(
@@ -330,7 +323,7 @@ fn gamma(build: &mut Builder<'_>) {
     let odd: Vec<_> = [1, 3, 5]
         .iter()
         .map(|&power| {
-            build.column(Source::Reading, Acts::Relative, |_, row| {
+            build.column(Source::Reading, Acts::Relative, move |_, row| {
                 (row.gamma_deg / reach).powi(power)
             })
         })
@@ -355,8 +348,12 @@ fn gamma(build: &mut Builder<'_>) {
         }
         let turn = std::f64::consts::TAU / period;
         let columns = vec![
-            build.column(Source::Reading, Acts::Relative, |_, row| (turn * row.gamma_deg).cos()),
-            build.column(Source::Reading, Acts::Relative, |_, row| (turn * row.gamma_deg).sin()),
+            build.column(Source::Reading, Acts::Relative, move |_, row| {
+                (turn * row.gamma_deg).cos()
+            }),
+            build.column(Source::Reading, Acts::Relative, move |_, row| {
+                (turn * row.gamma_deg).sin()
+            }),
         ];
         let note = format!("a relative change that repeats every {period}°");
         build.add(Coordinate::GammaDeg, "periodic", [low, high], note, columns);
@@ -374,14 +371,14 @@ fn azimuth(build: &mut Builder<'_>) {
     for harmonic in 1..=6 {
         let order = f64::from(harmonic);
         for power in [0, harmonic] {
-            let shape = |row: &Row| row.gamma_deg.to_radians().sin().abs().powi(power);
+            let shape = move |row: &Row| row.gamma_deg.to_radians().sin().abs().powi(power);
             // Azimuth in the luminaire: (C, −γ) is (C + 180°, γ).
-            let azimuth = |row: &Row| (row.c_deg + if row.gamma_deg < 0.0 { 180.0 } else { 0.0 }).to_radians();
+            let azimuth = move |row: &Row| (row.c_deg + if row.gamma_deg < 0.0 { 180.0 } else { 0.0 }).to_radians();
             let columns = vec![
-                build.column(Source::Reading, Acts::Relative, |_, row| {
+                build.column(Source::Reading, Acts::Relative, move |_, row| {
                     (order * azimuth(row)).cos() * shape(row)
                 }),
-                build.column(Source::Reading, Acts::Relative, |_, row| {
+                build.column(Source::Reading, Acts::Relative, move |_, row| {
                     (order * azimuth(row)).sin() * shape(row)
                 }),
             ];
@@ -394,10 +391,10 @@ fn azimuth(build: &mut Builder<'_>) {
             build.add(Coordinate::CDeg, "harmonic", [0.0, 360.0], note, columns);
             if harmonic % 2 == 1 && power == 0 {
                 let columns = vec![
-                    build.column(Source::Reading, Acts::Relative, |_, row| {
+                    build.column(Source::Reading, Acts::Relative, move |_, row| {
                         (order * row.c_deg.to_radians()).cos()
                     }),
-                    build.column(Source::Reading, Acts::Relative, |_, row| {
+                    build.column(Source::Reading, Acts::Relative, move |_, row| {
                         (order * row.c_deg.to_radians()).sin()
                     }),
                 ];
@@ -412,7 +409,7 @@ fn azimuth(build: &mut Builder<'_>) {
             if width == planes.len() {
                 continue;
             }
-            let column = build.column(Source::Reading, Acts::Relative, |_, row| {
+            let column = build.column(Source::Reading, Acts::Relative, move |_, row| {
                 f64::from(row.c_deg >= from && row.c_deg <= to)
             });
             build.add(
@@ -423,7 +420,7 @@ fn azimuth(build: &mut Builder<'_>) {
                 vec![column],
             );
             for side in [-1.0, 1.0] {
-                let column = build.column(Source::Reading, Acts::Relative, |_, row| {
+                let column = build.column(Source::Reading, Acts::Relative, move |_, row| {
                     f64::from(row.c_deg >= from && row.c_deg <= to && row.gamma_deg * side > 0.0)
                 });
                 build.add(
@@ -436,18 +433,20 @@ fn azimuth(build: &mut Builder<'_>) {
             }
         }
     }
-    for edge in planes.iter().take(planes.len() - 1) {
-        let column = build.column(Source::Reading, Acts::Relative, |_, row| f64::from(row.c_deg > *edge));
+    for &edge in planes.iter().take(planes.len() - 1) {
+        let column = build.column(Source::Reading, Acts::Relative, move |_, row| {
+            f64::from(row.c_deg > edge)
+        });
         build.add(
             Coordinate::CDeg,
             "jump",
-            [*edge, high],
+            [edge, high],
             "a relative change beyond one C",
             vec![column],
         );
     }
     let span = (high - low).max(1.0);
-    let column = build.column(Source::Reading, Acts::Relative, |_, row| (row.c_deg - low) / span);
+    let column = build.column(Source::Reading, Acts::Relative, move |_, row| (row.c_deg - low) / span);
     build.add(
         Coordinate::CDeg,
         "smooth",
@@ -463,8 +462,8 @@ fn distance(build: &mut Builder<'_>, source: Source) {
         return;
     }
     for &here in &distances {
-        let at = |row: &Row| f64::from(row.distance_mm == here);
-        let column = build.column(source, Acts::Relative, |_, row| at(row));
+        let at = move |row: &Row| f64::from(row.distance_mm == here);
+        let column = build.column(source, Acts::Relative, move |_, row| at(row));
         build.add(
             Coordinate::DistanceMm,
             "jump",
@@ -472,7 +471,7 @@ fn distance(build: &mut Builder<'_>, source: Source) {
             "a relative change at one distance",
             vec![column],
         );
-        let column = build.column(source, Acts::Light, |_, row| {
+        let column = build.column(source, Acts::Light, move |_, row| {
             at(row) * f64::from(row.light == Light::Lit)
         });
         build.add(
@@ -483,7 +482,7 @@ fn distance(build: &mut Builder<'_>, source: Source) {
             vec![column],
         );
         if source == Source::Reading {
-            let column = build.column(source, Acts::Relative, |_, row| {
+            let column = build.column(source, Acts::Relative, move |_, row| {
                 at(row) * row.gamma_deg.to_radians().sin()
             });
             build.add(
@@ -493,7 +492,7 @@ fn distance(build: &mut Builder<'_>, source: Source) {
                 "an odd change over γ at one distance",
                 vec![column],
             );
-            let column = build.column(source, Acts::Relative, |_, row| {
+            let column = build.column(source, Acts::Relative, move |_, row| {
                 at(row) * row.gamma_deg.to_radians().sin().powi(2)
             });
             build.add(
@@ -506,8 +505,8 @@ fn distance(build: &mut Builder<'_>, source: Source) {
         }
     }
     let reach = [distances[0], distances[distances.len() - 1]];
-    let logarithm = |row: &Row| (row.distance_mm / reach[0]).ln();
-    let column = build.column(source, Acts::Relative, |_, row| logarithm(row));
+    let logarithm = move |row: &Row| (row.distance_mm / reach[0]).ln();
+    let column = build.column(source, Acts::Relative, move |_, row| logarithm(row));
     build.add(
         Coordinate::DistanceMm,
         "smooth",
@@ -515,7 +514,7 @@ fn distance(build: &mut Builder<'_>, source: Source) {
         "another power of the distance",
         vec![column],
     );
-    let column = build.column(source, Acts::Light, |_, row| {
+    let column = build.column(source, Acts::Light, move |_, row| {
         f64::from(row.light == Light::Lit) * (reach[0] / row.distance_mm)
     });
     build.add(
@@ -533,7 +532,7 @@ fn travel(build: &mut Builder<'_>) {
         return;
     }
     let reach = [ways[0], ways[ways.len() - 1]];
-    let column = build.column(Source::Reading, Acts::Relative, |_, row| row.travel);
+    let column = build.column(Source::Reading, Acts::Relative, move |_, row| row.travel);
     build.add(
         Coordinate::Travel,
         "jump",
@@ -541,7 +540,7 @@ fn travel(build: &mut Builder<'_>) {
         "a relative change with the direction of travel",
         vec![column],
     );
-    let column = build.column(Source::Reading, Acts::Light, |_, row| row.travel);
+    let column = build.column(Source::Reading, Acts::Light, move |_, row| row.travel);
     build.add(
         Coordinate::Travel,
         "jump",
@@ -549,7 +548,7 @@ fn travel(build: &mut Builder<'_>) {
         "an added signal with the direction of travel",
         vec![column],
     );
-    let column = build.column(Source::Reading, Acts::Relative, |_, row| {
+    let column = build.column(Source::Reading, Acts::Relative, move |_, row| {
         row.travel * row.gamma_deg.to_radians().sin().powi(2)
     });
     build.add(
@@ -559,7 +558,9 @@ fn travel(build: &mut Builder<'_>) {
         "a change with travel that grows with γ",
         vec![column],
     );
-    let column = build.column(Source::Reading, Acts::Relative, |_, row| f64::from(row.travel == 0.0));
+    let column = build.column(Source::Reading, Acts::Relative, move |_, row| {
+        f64::from(row.travel == 0.0)
+    });
     build.add(
         Coordinate::Travel,
         "jump",
@@ -575,9 +576,9 @@ fn range(build: &mut Builder<'_>) {
         return;
     }
     for &here in &ranges {
-        let at = |row: &Row| f64::from(row.range == here);
+        let at = move |row: &Row| f64::from(row.range == here);
         for acts in [Acts::Relative, Acts::Everywhere] {
-            let column = build.column(Source::Reading, acts, |_, row| at(row));
+            let column = build.column(Source::Reading, acts, move |_, row| at(row));
             build.add(
                 Coordinate::Range,
                 "jump",
@@ -586,12 +587,17 @@ fn range(build: &mut Builder<'_>) {
                 vec![column],
             );
         }
-        let inside = |i: usize, row: &Row| at(row) * build.level[i];
-        let top = (0..build.rows.len())
-            .map(|i| inside(i, &build.rows[i]))
+        let inside = move |level: f64, row: &Row| at(row) * level;
+        let top = build
+            .rows
+            .iter()
+            .zip(build.level.iter())
+            .map(|(row, level)| inside(*level, row))
             .fold(0.0, f64::max);
         if top > 0.0 {
-            let column = build.column(Source::Reading, Acts::Relative, |i, row| inside(i, row) / top);
+            let column = build.of_level(Source::Reading, Acts::Relative, move |level, row| {
+                inside(level, row) / top
+            });
             build.add(
                 Coordinate::Range,
                 "slope",
@@ -612,8 +618,8 @@ fn ambient(build: &mut Builder<'_>, order: &[usize]) {
         return;
     }
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-    let place = |row: &Row| (row.ambient_c - middle) / half;
-    let column = build.column(Source::Reading, Acts::Relative, |_, row| place(row).powi(2));
+    let place = move |row: &Row| (row.ambient_c - middle) / half;
+    let column = build.column(Source::Reading, Acts::Relative, move |_, row| place(row).powi(2));
     build.add(
         Coordinate::AmbientC,
         "smooth",
@@ -622,7 +628,7 @@ fn ambient(build: &mut Builder<'_>, order: &[usize]) {
         vec![column],
     );
     for acts in [Acts::Light, Acts::Everywhere] {
-        let column = build.column(Source::Reading, acts, |_, row| place(row));
+        let column = build.column(Source::Reading, acts, move |_, row| place(row));
         build.add(
             Coordinate::AmbientC,
             "smooth",
@@ -632,7 +638,9 @@ fn ambient(build: &mut Builder<'_>, order: &[usize]) {
         );
     }
     for edge in [-0.5, 0.0, 0.5] {
-        let column = build.column(Source::Reading, Acts::Relative, |_, row| f64::from(place(row) > edge));
+        let column = build.column(Source::Reading, Acts::Relative, move |_, row| {
+            f64::from(place(row) > edge)
+        });
         let from = middle + edge * half;
         build.add(
             Coordinate::AmbientC,
@@ -660,7 +668,7 @@ fn ambient(build: &mut Builder<'_>, order: &[usize]) {
             average = keep * average + (1.0 - keep) * build.rows[i].ambient_c;
             lagged[i] = (build.rows[i].ambient_c - average) / half;
         }
-        let column = build.column(Source::Reading, Acts::Relative, |i, _| lagged[i]);
+        let column = build.column(Source::Reading, Acts::Relative, move |i, _| lagged[i]);
         build.add(
             Coordinate::AmbientC,
             "lag",
@@ -675,17 +683,16 @@ fn signal_level(build: &mut Builder<'_>, source: Source) {
     let top = build
         .rows
         .iter()
-        .zip(build.level)
+        .zip(build.level.iter())
         .filter(|(row, _)| row.source == source)
         .map(|(_, level)| *level)
         .fold(0.0, f64::max);
     if top <= 0.0 {
         return;
     }
-    let share = |level: f64| (level / top).max(1e-9);
-    let level = build.level;
+    let share = move |level: f64| (level / top).max(1e-9);
     for power in [0.5, 2.0, 4.0] {
-        let column = build.column(source, Acts::Relative, |i, _| share(level[i]).powf(power));
+        let column = build.of_level(source, Acts::Relative, move |level, _| share(level).powf(power));
         build.add(
             Coordinate::Level,
             "smooth",
@@ -694,7 +701,7 @@ fn signal_level(build: &mut Builder<'_>, source: Source) {
             vec![column],
         );
     }
-    let column = build.column(source, Acts::Relative, |i, _| share(level[i]).ln());
+    let column = build.of_level(source, Acts::Relative, move |level, _| share(level).ln());
     build.add(
         Coordinate::Level,
         "smooth",
@@ -703,7 +710,7 @@ fn signal_level(build: &mut Builder<'_>, source: Source) {
         vec![column],
     );
     for edge in [0.03, 0.1, 0.3, 0.5, 0.7, 0.85, 0.95] {
-        let column = build.column(source, Acts::Relative, |i, _| (share(level[i]) - edge).max(0.0));
+        let column = build.of_level(source, Acts::Relative, move |level, _| (share(level) - edge).max(0.0));
         build.add(
             Coordinate::Level,
             "knee",
@@ -711,7 +718,7 @@ fn signal_level(build: &mut Builder<'_>, source: Source) {
             "a signal that bends above one level",
             vec![column],
         );
-        let column = build.column(source, Acts::Relative, |i, _| f64::from(share(level[i]) > edge));
+        let column = build.of_level(source, Acts::Relative, move |level, _| f64::from(share(level) > edge));
         build.add(
             Coordinate::Level,
             "jump",
@@ -720,7 +727,7 @@ fn signal_level(build: &mut Builder<'_>, source: Source) {
             vec![column],
         );
         if edge <= 0.3 {
-            let column = build.column(source, Acts::Relative, |i, _| (-share(level[i]) / edge).exp());
+            let column = build.of_level(source, Acts::Relative, move |level, _| (-share(level) / edge).exp());
             build.add(
                 Coordinate::Level,
                 "knee",
@@ -740,13 +747,13 @@ fn wavelength(build: &mut Builder<'_>) {
     if high <= low {
         return;
     }
-    let place = |row: &Row| (row.wavelength_nm - low) / (high - low);
+    let place = move |row: &Row| (row.wavelength_nm - low) / (high - low);
     for acts in [Acts::Relative, Acts::Everywhere] {
         for width in [0.03, 0.1] {
             let count = (0.7 / width) as usize;
             for k in 0..=count {
                 let centre = k as f64 / count as f64;
-                let column = build.column(Source::Sample, acts, |_, row| {
+                let column = build.column(Source::Sample, acts, move |_, row| {
                     (-0.5 * ((place(row) - centre) / width).powi(2)).exp()
                 });
                 let middle = low + centre * (high - low);
@@ -764,7 +771,7 @@ fn wavelength(build: &mut Builder<'_>) {
         let columns: Vec<_> = (1..=4)
             .map(|k| {
                 let turn = std::f64::consts::PI * f64::from(k);
-                build.column(Source::Sample, acts, |_, row| (turn * place(row)).cos())
+                build.column(Source::Sample, acts, move |_, row| (turn * place(row)).cos())
             })
             .collect();
         let note = format!("{} that varies smoothly", word(acts));
@@ -772,7 +779,9 @@ fn wavelength(build: &mut Builder<'_>) {
     }
     for step in 1..12 {
         let edge = f64::from(step) / 12.0;
-        let column = build.column(Source::Sample, Acts::Relative, |_, row| f64::from(place(row) > edge));
+        let column = build.column(Source::Sample, Acts::Relative, move |_, row| {
+            f64::from(place(row) > edge)
+        });
         let from = low + edge * (high - low);
         build.add(
             Coordinate::WavelengthNm,

@@ -1,8 +1,7 @@
 //! Rivals without a name on sensor maps: patterns fixed to the sensor, to the angle of incidence, to single maps.
 
-use nalgebra::DVector;
-
-use crate::rivals::{Acts, Builder};
+use crate::pattern::{Acts, Pattern};
+use crate::rivals::Builder;
 use crate::table::{Coordinate, Light, Row, Source};
 
 /// Adds the patterns of sensor maps.
@@ -42,7 +41,9 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
         };
         for &edge in places.iter().skip(1).step_by(stride) {
             let from = edge - 0.5 * pitch;
-            let column = build.column(Source::Bin, acts, |_, row| f64::from(position(coordinate, row) > from));
+            let column = build.column(Source::Bin, acts, move |_, row| {
+                f64::from(position(coordinate, row) > from)
+            });
             build.add(
                 coordinate,
                 "jump",
@@ -55,8 +56,8 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
             let width = width * stride;
             for start in (0..places.len().saturating_sub(width)).step_by(width.div_ceil(2)) {
                 let (from, to) = (places[start] - 0.5 * pitch, places[start + width - 1] + 0.5 * pitch);
-                let inside = |row: &Row| (from..to).contains(&position(coordinate, row));
-                let column = build.column(Source::Bin, acts, |_, row| f64::from(inside(row)));
+                let inside = move |row: &Row| (from..to).contains(&position(coordinate, row));
+                let column = build.column(Source::Bin, acts, move |_, row| f64::from(inside(row)));
                 build.add(
                     coordinate,
                     "window",
@@ -74,10 +75,10 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
             }
             let turn = std::f64::consts::TAU * cycles / size;
             let columns = vec![
-                build.column(Source::Bin, acts, |_, row| {
+                build.column(Source::Bin, acts, move |_, row| {
                     (turn * (position(coordinate, row) - low)).cos()
                 }),
-                build.column(Source::Bin, acts, |_, row| {
+                build.column(Source::Bin, acts, move |_, row| {
                     (turn * (position(coordinate, row) - low)).sin()
                 }),
             ];
@@ -89,7 +90,7 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
                 columns,
             );
         }
-        let column = build.column(Source::Bin, acts, |_, row| {
+        let column = build.column(Source::Bin, acts, move |_, row| {
             let place = ((position(coordinate, row) - low) / pitch).round() as i64;
             if place % 2 == 0 { 1.0 } else { -1.0 }
         });
@@ -103,7 +104,7 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
         for side in [-1.0, 1.0] {
             let edge = if side > 0.0 { high } else { low };
             for reach in [0.1, 0.3] {
-                let column = build.column(Source::Bin, acts, |_, row| {
+                let column = build.column(Source::Bin, acts, move |_, row| {
                     (-((position(coordinate, row) - edge).abs()) / (reach * size)).exp()
                 });
                 let range = if side > 0.0 {
@@ -129,17 +130,17 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
         .abs()
         .max(ys[ys.len() - 1].abs())
         .max(f64::MIN_POSITIVE);
-    let scaled = |row: &Row| (row.x_mm / reach, row.y_mm / reach);
+    let scaled = move |row: &Row| (row.x_mm / reach, row.y_mm / reach);
     for acts in [Acts::Relative, Acts::Everywhere] {
         let what = if acts == Acts::Relative {
             "a relative change"
         } else {
             "an added signal"
         };
-        let powers = |list: &[(i32, i32)]| -> Vec<DVector<f64>> {
+        let powers = |list: &[(i32, i32)]| -> Vec<Pattern> {
             list.iter()
                 .map(|&(i, j)| {
-                    build.column(Source::Bin, acts, |_, row| {
+                    build.column(Source::Bin, acts, move |_, row| {
                         let (x, y) = scaled(row);
                         x.powi(i) * y.powi(j)
                     })
@@ -181,7 +182,7 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
                 first,
             );
         }
-        let column = build.column(Source::Bin, acts, |_, row| row.x_mm.signum() * row.y_mm.signum());
+        let column = build.column(Source::Bin, acts, move |_, row| row.x_mm.signum() * row.y_mm.signum());
         build.add(
             Coordinate::XMm,
             "quadrant",
@@ -190,7 +191,7 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
             vec![column],
         );
         for (sx, sy) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
-            let column = build.column(Source::Bin, acts, |_, row| {
+            let column = build.column(Source::Bin, acts, move |_, row| {
                 f64::from(row.x_mm * sx > 0.0 && row.y_mm * sy > 0.0)
             });
             let range = if sx > 0.0 { [0.0, high] } else { [low, 0.0] };
@@ -201,7 +202,7 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
                 format!("{what} of one quadrant"),
                 vec![column],
             );
-            let column = build.column(Source::Bin, acts, |_, row| {
+            let column = build.column(Source::Bin, acts, move |_, row| {
                 let (x, y) = scaled(row);
                 (-((x - sx).hypot(y - sy)) / 0.5).exp()
             });
@@ -221,7 +222,7 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
                     for j in 0..count {
                         let centre = |k: i32| -0.85 + 1.7 * f64::from(k) / f64::from(count - 1);
                         let (cx, cy) = (centre(i), centre(j));
-                        let column = build.column(Source::Bin, acts, |_, row| {
+                        let column = build.column(Source::Bin, acts, move |_, row| {
                             let (x, y) = scaled(row);
                             (-0.5 * ((x - cx).powi(2) + (y - cy).powi(2)) / (width * width)).exp()
                         });
@@ -239,7 +240,7 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
         }
         for ring in 0..6 {
             let centre = 0.2 * f64::from(ring) + 0.1;
-            let column = build.column(Source::Bin, acts, |_, row| {
+            let column = build.column(Source::Bin, acts, move |_, row| {
                 let (x, y) = scaled(row);
                 (-0.5 * ((x.hypot(y) - centre) / 0.12).powi(2)).exp()
             });
@@ -252,7 +253,7 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
                 vec![column],
             );
         }
-        let column = build.column(Source::Bin, acts, |_, row| {
+        let column = build.column(Source::Bin, acts, move |_, row| {
             let (x, y) = scaled(row);
             (x * x + y * y).powi(2)
         });
@@ -264,7 +265,7 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
             vec![column],
         );
         if acts == Acts::Everywhere {
-            let column = build.column(Source::Bin, acts, |_, row| {
+            let column = build.column(Source::Bin, acts, move |_, row| {
                 let (x, y) = scaled(row);
                 x * x + y * y
             });
@@ -288,12 +289,12 @@ fn incidence(build: &mut Builder<'_>) {
         if edge <= low || edge >= high {
             continue;
         }
-        let column = build.column(Source::Bin, Acts::Relative, |_, row| {
+        let column = build.column(Source::Bin, Acts::Relative, move |_, row| {
             f64::from(row.incidence_deg > edge)
         });
         let note = "a relative change beyond one angle of incidence";
         build.add(Coordinate::IncidenceDeg, "jump", [edge, high], note, vec![column]);
-        let column = build.column(Source::Bin, Acts::Relative, |_, row| {
+        let column = build.column(Source::Bin, Acts::Relative, move |_, row| {
             (-0.5 * ((row.incidence_deg - edge) / (0.3 * edge)).powi(2)).exp()
         });
         let note = "a relative change near one angle of incidence";
@@ -309,7 +310,7 @@ fn incidence(build: &mut Builder<'_>) {
 
 /// Single maps, and what one map leaves behind in the next.
 fn single_maps(build: &mut Builder<'_>) {
-    let key = |row: &Row| (row.file, row.group);
+    let key = move |row: &Row| (row.file, row.group);
     let mut keys: Vec<(usize, usize)> = build
         .rows
         .iter()
@@ -335,7 +336,7 @@ fn single_maps(build: &mut Builder<'_>) {
             (Coordinate::Exposure, row.exposure)
         };
         if row.light == Light::Lit {
-            let column = build.column(Source::Bin, Acts::Relative, |_, row| f64::from(key(row) == this));
+            let column = build.column(Source::Bin, Acts::Relative, move |_, row| f64::from(key(row) == this));
             build.add(
                 coordinate,
                 "one_map",
@@ -344,7 +345,7 @@ fn single_maps(build: &mut Builder<'_>) {
                 vec![column],
             );
         }
-        let column = build.column(Source::Bin, Acts::Everywhere, |_, row| f64::from(key(row) == this));
+        let column = build.column(Source::Bin, Acts::Everywhere, move |_, row| f64::from(key(row) == this));
         build.add(
             coordinate,
             "one_map",
@@ -354,7 +355,7 @@ fn single_maps(build: &mut Builder<'_>) {
         );
     }
     // Dark signal that grows with the exposure, and veiling glare that follows the mean of each map.
-    let column = build.column(Source::Bin, Acts::Everywhere, |_, row| row.exposure);
+    let column = build.column(Source::Bin, Acts::Everywhere, move |_, row| row.exposure);
     build.add(
         Coordinate::Exposure,
         "smooth",
@@ -366,17 +367,19 @@ fn single_maps(build: &mut Builder<'_>) {
         let levels: Vec<f64> = build
             .rows
             .iter()
-            .zip(build.level)
+            .zip(build.level.iter())
             .filter(|(row, _)| row.source == Source::Bin && key(row) == this)
             .map(|(_, level)| *level)
             .collect();
         levels.iter().sum::<f64>() / levels.len().max(1) as f64
     };
     let means: Vec<f64> = keys.iter().map(|&this| mean(this)).collect();
+    // Means of every row's own map and of the one before it.
     let of = |row: &Row| keys.iter().position(|&this| this == key(row));
-    let glare = build.column(Source::Bin, Acts::Everywhere, |_, row| {
-        of(row).map_or(0.0, |k| means[k])
-    });
+    let own = |row: &Row| of(row).map_or(0.0, |k| means[k]);
+    let earlier = |row: &Row| of(row).and_then(|k| k.checked_sub(1)).map_or(0.0, |k| means[k]);
+    let (own, earlier): (Vec<f64>, Vec<f64>) = build.rows.iter().map(|row| (own(row), earlier(row))).unzip();
+    let glare = build.column(Source::Bin, Acts::Everywhere, move |i, _| own[i]);
     build.add(
         Coordinate::Level,
         "memory",
@@ -384,10 +387,7 @@ fn single_maps(build: &mut Builder<'_>) {
         "an added signal ∝ the mean of the map",
         vec![glare],
     );
-    let after = build.column(Source::Bin, Acts::Everywhere, |_, row| match of(row) {
-        Some(k) if k > 0 => means[k - 1],
-        _ => 0.0,
-    });
+    let after = build.column(Source::Bin, Acts::Everywhere, move |i, _| earlier[i]);
     build.add(
         Coordinate::TimeS,
         "memory",

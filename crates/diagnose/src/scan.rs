@@ -49,13 +49,31 @@ const LN_WRONG_SIGN: f64 = -60.0;
 /// Less than this share of a pattern left by the nuisance: the data cannot see it.
 pub const BLIND: f64 = 2e-3;
 
-/// The dictionary, whitened, with nuisance and all known effects projected out, one orthonormal block a candidate.
+/// Whitened columns of the dictionary by their numbers, readings × columns: computed where they are asked for.
+pub type Whitened<'a> = &'a (dyn Fn(&[usize]) -> DMatrix<f64> + Sync);
+
+/// Values (readings × columns) that are looked at in one piece, and how many of these at a time: what a scan needs of memory whatever the number
+/// of processors is.
+const BLOCK_VALUES: usize = 1 << 20;
+const AT_A_TIME: usize = 8;
+/// Columns of a block at least and at most.
+const BLOCK_COLUMNS: (usize, usize) = (16, 512);
+/// Values of directions that simulated noise is compared with at a time: noise is drawn again for the next ones.
+const NULL_VALUES: usize = 1 << 26;
+
+/// The dictionary, whitened, with nuisance and all known effects projected out, one orthonormal block a candidate, and the residual in it.
 #[derive(Debug)]
 pub struct Scan {
-    /// Orthonormal directions, readings × directions.
-    directions: DMatrix<f64>,
-    /// The candidates that the data can see, with their columns of `directions`.
+    candidates: Vec<Candidate>,
+    /// Candidates that are looked at together.
+    blocks: Vec<Range<usize>>,
+    out: Basis,
+    rows: usize,
+    scale: f64,
+    /// The candidates that the data can see, with their directions.
     pub seen: Vec<Seen>,
+    /// The residual along every direction.
+    z: Vec<f64>,
     /// Readings less everything that was projected out when the noise was estimated.
     freedom: f64,
 }
@@ -67,6 +85,7 @@ pub struct Seen {
     pub candidate: usize,
     /// Who it is.
     pub who: Who,
+    /// Its directions.
     columns: Range<usize>,
     ln_prior: f64,
     one_sided: bool,
@@ -88,31 +107,75 @@ pub struct Found {
 }
 
 impl Scan {
-    /// Projects `out` out of the whitened `dictionary` and orthonormalises each candidate.
+    /// Projects `out` out of the `whitened` dictionary, orthonormalises each candidate and looks at the whitened `residual` in units of its own noise.
     ///
     /// `scale` is the noise in units of the whitened rows; `freedom` the rows less what was fitted to find it.
-    pub fn new(dictionary: &DMatrix<f64>, candidates: &[Candidate], out: &Basis, scale: f64, freedom: f64) -> Self {
-        let before: Vec<f64> = dictionary.column_iter().map(|column| column.norm_squared()).collect();
-        // Directions take the place of what they were made of, never ahead of it.
-        let mut directions = dictionary.clone();
-        out.project_out(&mut directions);
+    pub fn new(
+        whitened: Whitened<'_>,
+        candidates: Vec<Candidate>,
+        out: Basis,
+        residual: &DVector<f64>,
+        scale: f64,
+        freedom: f64,
+    ) -> Self {
+        let rows = residual.len();
+        let mut scan = Self {
+            blocks: blocks(&candidates, rows),
+            candidates,
+            out,
+            rows,
+            scale,
+            seen: Vec::new(),
+            z: Vec::new(),
+            freedom,
+        };
+        for some in scan.blocks.chunks(AT_A_TIME) {
+            let looked: Vec<(Vec<Seen>, Vec<f64>)> = some
+                .par_iter()
+                .map(|block| {
+                    let (directions, seen) = scan.directions(whitened, block.clone());
+                    let z = directions.tr_mul(residual);
+                    (seen, z.iter().copied().collect())
+                })
+                .collect();
+            for (seen, z) in looked {
+                let before = scan.z.len();
+                scan.seen.extend(seen.into_iter().map(|seen| seen.moved(before)));
+                scan.z.extend(z);
+            }
+        }
+        scan
+    }
+
+    /// Orthonormal directions of some candidates, readings × directions, and which of them the data can see, their directions counted from nought.
+    fn directions(&self, whitened: Whitened<'_>, candidates: Range<usize>) -> (DMatrix<f64>, Vec<Seen>) {
+        let numbers: Vec<usize> = self.candidates[candidates.clone()]
+            .iter()
+            .flat_map(|candidate| candidate.columns.clone())
+            .collect();
+        let mut directions = whitened(&numbers);
+        let before: Vec<f64> = directions.column_iter().map(|column| column.norm_squared()).collect();
+        self.out.project_out(&mut directions);
         let mut seen = Vec::with_capacity(candidates.len());
-        let mut rank = 0;
-        for (number, candidate) in candidates.iter().enumerate() {
+        // Directions take the place of what they were made of, never ahead of it.
+        let (mut rank, mut place) = (0, 0);
+        for number in candidates {
+            let candidate = &self.candidates[number];
             let start = rank;
             let mut squares = 0.0;
-            for k in candidate.columns.clone() {
-                let mut column: DVector<f64> = directions.column(k).into_owned();
+            for _ in candidate.columns.clone() {
+                let mut column: DVector<f64> = directions.column(place).into_owned();
                 squares += column.norm_squared();
                 for done in start..rank {
                     let part = directions.column(done).dot(&column);
                     column.axpy(-part, &directions.column(done), 1.0);
                 }
                 let left = column.norm_squared();
-                if before[k].is_normal() && left > BLIND * BLIND * before[k] {
+                if before[place].is_normal() && left > BLIND * BLIND * before[place] {
                     directions.set_column(rank, &(column / left.sqrt()));
                     rank += 1;
                 }
+                place += 1;
             }
             if rank > start {
                 seen.push(Seen {
@@ -122,22 +185,17 @@ impl Scan {
                     ln_prior: candidate.ln_prior,
                     one_sided: candidate.one_sided && rank - start == 1,
                     reach: candidate.plausible.map_or(f64::INFINITY, |plausible| {
-                        plausible * (squares / candidate.columns.len() as f64).sqrt() / scale
+                        plausible * (squares / candidate.columns.len() as f64).sqrt() / self.scale
                     }),
                 });
             }
         }
-        directions = directions.resize_horizontally(rank, 0.0);
-        Self {
-            directions,
-            seen,
-            freedom,
-        }
+        (directions.resize_horizontally(rank, 0.0), seen)
     }
 
-    /// Every candidate against a whitened residual in units of its own noise.
-    pub fn look(&self, residual: &DVector<f64>) -> Vec<Found> {
-        let z = self.directions.tr_mul(residual);
+    /// Every candidate against the residual.
+    pub fn look(&self) -> Vec<Found> {
+        let z = &self.z;
         self.seen
             .iter()
             .map(|seen| {
@@ -156,80 +214,224 @@ impl Scan {
 
     /// The statistic of the whole scan, ln Σ prior·Bayes factor, for `count` simulated noise-only repeats, rising.
     ///
-    /// White unit noise is drawn, because the whitened residual is that; every repeat is divided by a noise scale as
-    /// uncertain as the fitted one, and its serial correlation is as far from the fitted `rho` as that is uncertain: smooth
-    /// patterns live where a correlation that was underestimated leaves noise. Repeat `k` depends on `seed` and `k` alone.
-    pub fn nulls(&self, count: usize, seed: u64, sequence: &Sequence, rho: f64) -> Vec<f64> {
-        const BATCH: usize = 50;
-        let directions = DMatrix::from_fn(self.directions.ncols(), self.directions.nrows(), |direction, row| {
-            self.directions[(row, direction)] as f32
-        });
+    /// Repeat `k` depends on `seed` and `k` alone.
+    pub fn nulls(&self, whitened: Whitened<'_>, count: usize, seed: u64, sequence: &Sequence, rho: f64) -> Vec<f64> {
+        let noise = Noise::new(seed, sequence, rho, self.rows, self.freedom);
         let width = self.seen.iter().map(|seen| seen.columns.len()).max().unwrap_or(1);
         let table = EvidenceTable::new(width);
-        let scale = ChiSquared::new(self.freedom.max(1.0)).ok();
-        let rows = directions.ncols();
-        // A correlation of white noise's own size is none.
-        let u_rho = if sequence.has_neighbours() && rho > 0.1 {
-            (2.0 * (1.0 - rho * rho) / self.freedom.max(1.0)).sqrt()
-        } else {
-            0.0
-        };
-        let mut statistics: Vec<f64> = (0..count.div_ceil(BATCH))
-            .into_par_iter()
-            .flat_map_iter(|batch| {
-                let size = BATCH.min(count - batch * BATCH);
-                let mut noise = DMatrix::<f32>::zeros(rows, size);
-                let mut scales = vec![1.0_f64; size];
-                for (k, scale_of) in scales.iter_mut().enumerate() {
-                    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                    rng.set_stream((batch * BATCH + k) as u64 + 1);
-                    let mut values: Vec<f64> = (0..rows).map(|_| rng.sample(StandardNormal)).collect();
-                    if u_rho > 0.0 {
-                        let off: f64 = rng.sample(StandardNormal);
-                        sequence.colour((rho + u_rho * off).clamp(0.0, 0.95), &mut values);
-                        sequence.whiten_values(rho, &mut values);
-                    }
-                    for (target, value) in noise.column_mut(k).iter_mut().zip(values) {
-                        *target = value as f32;
-                    }
-                    if let Some(law) = &scale {
-                        *scale_of = law.sample(&mut rng) / self.freedom;
-                    }
-                }
-                let z = &directions * &noise;
-                let table = &table;
-                let seen = &self.seen;
-                (0..size)
-                    .map(move |k| {
-                        let column = z.column(k);
-                        let mut terms = Vec::with_capacity(seen.len());
-                        for candidate in seen {
-                            let explained: f64 = candidate
-                                .columns
-                                .clone()
-                                .map(|i| f64::from(column[i]).powi(2))
-                                .sum::<f64>()
-                                / scales[k];
-                            let factor = table.at(explained, candidate.columns.len());
-                            let sign = f64::from(column[candidate.columns.start]);
-                            terms.push(candidate.ln_prior + factor + candidate.believable(explained, sign));
-                        }
-                        ln_sum_exp(&terms)
+        let most = (NULL_VALUES / self.rows.max(1)).max(1);
+        let mut parts: Vec<Vec<f64>> = vec![Vec::new(); count];
+        let mut blocks = self.blocks.as_slice();
+        while !blocks.is_empty() {
+            let (directions, seen, rest) = self.transposed(whitened, blocks, most);
+            blocks = rest;
+            let statistics: Vec<f64> = noise.compared(&directions, count, |z, scale| {
+                let terms: Vec<f64> = seen
+                    .iter()
+                    .map(|candidate| {
+                        let columns = candidate.columns.clone();
+                        let explained = columns.map(|i| f64::from(z[i]).powi(2)).sum::<f64>() / scale;
+                        let factor = table.at(explained, candidate.columns.len());
+                        let sign = f64::from(z[candidate.columns.start]);
+                        candidate.ln_prior + factor + candidate.believable(explained, sign)
                     })
-                    .collect::<Vec<_>>()
-            })
-            .collect();
+                    .collect();
+                ln_sum_exp(&terms)
+            });
+            for (parts, statistic) in parts.iter_mut().zip(statistics) {
+                parts.push(statistic);
+            }
+        }
+        let mut statistics: Vec<f64> = parts.iter().map(|parts| ln_sum_exp(parts)).collect();
         statistics.sort_by(f64::total_cmp);
         statistics
     }
 
-    /// Orthonormal directions of a seen candidate.
-    pub fn block(&self, seen: &Seen) -> nalgebra::DMatrixView<'_, f64> {
-        self.directions.columns(seen.columns.start, seen.columns.len())
+    /// The directions of as many blocks as have up to `most` columns (of one at least), transposed, who has which of them, and the other blocks.
+    fn transposed<'a>(
+        &self,
+        whitened: Whitened<'_>,
+        blocks: &'a [Range<usize>],
+        most: usize,
+    ) -> (DMatrix<f32>, Vec<Seen>, &'a [Range<usize>]) {
+        let width = |block: &Range<usize>| -> usize {
+            self.candidates[block.clone()]
+                .iter()
+                .map(|candidate| candidate.columns.len())
+                .sum()
+        };
+        let (mut taken, mut columns) = (0, 0);
+        while taken < blocks.len() && (taken == 0 || columns + width(&blocks[taken]) <= most) {
+            columns += width(&blocks[taken]);
+            taken += 1;
+        }
+        let (these, rest) = blocks.split_at(taken);
+        let numbers = these[0].start..these[taken - 1].end;
+        let first = self.seen.partition_point(|seen| seen.candidate < numbers.start);
+        let last = self.seen.partition_point(|seen| seen.candidate < numbers.end);
+        let seen = &self.seen[first..last];
+        let (Some(start), Some(end)) = (
+            seen.first().map(|seen| seen.columns.start),
+            seen.last().map(|seen| seen.columns.end),
+        ) else {
+            return (DMatrix::zeros(0, self.rows), Vec::new(), rest);
+        };
+        let mut directions = DMatrix::<f32>::zeros(end - start, self.rows);
+        let mut place = 0;
+        for some in these.chunks(AT_A_TIME) {
+            let computed: Vec<DMatrix<f64>> = some
+                .par_iter()
+                .map(|block| self.directions(whitened, block.clone()).0)
+                .collect();
+            for block in computed {
+                for row in 0..self.rows {
+                    for k in 0..block.ncols() {
+                        directions[(place + k, row)] = block[(row, k)] as f32;
+                    }
+                }
+                place += block.ncols();
+            }
+        }
+        let seen = seen
+            .iter()
+            .map(|seen| Seen {
+                columns: seen.columns.start - start..seen.columns.end - start,
+                ..seen.clone()
+            })
+            .collect();
+        (directions, seen, rest)
+    }
+
+    /// Orthonormal directions of seen candidates (places in [`seen`](Self::seen)), one after the other, and the residual along them.
+    pub fn of(&self, whitened: Whitened<'_>, places: &[usize]) -> Vec<(DMatrix<f64>, DVector<f64>)> {
+        places
+            .par_iter()
+            .map(|&place| {
+                let seen = &self.seen[place];
+                let (directions, _) = self.directions(whitened, seen.candidate..seen.candidate + 1);
+                (directions, DVector::from_column_slice(&self.z[seen.columns.clone()]))
+            })
+            .collect()
+    }
+}
+
+/// Neighbouring candidates with so many columns that a block of them is neither much memory nor too narrow for fast products.
+fn blocks(candidates: &[Candidate], rows: usize) -> Vec<Range<usize>> {
+    let (least, most) = BLOCK_COLUMNS;
+    let wanted = (BLOCK_VALUES / rows.max(1)).clamp(least, most);
+    let mut blocks: Vec<Range<usize>> = Vec::new();
+    let mut columns = 0;
+    for (number, candidate) in candidates.iter().enumerate() {
+        match blocks.last_mut() {
+            Some(block) if columns < wanted => block.end = number + 1,
+            _ => {
+                blocks.push(number..number + 1);
+                columns = 0;
+            }
+        }
+        columns += candidate.columns.len();
+    }
+    // A rest of a few columns goes with those before it.
+    if columns < least
+        && let [.., before, last] = blocks.as_mut_slice()
+    {
+        before.end = last.end;
+        blocks.pop();
+    }
+    blocks
+}
+
+/// Simulated noise of whitened rows, one vector and one fitted scale a repeat.
+///
+/// White unit noise is drawn, because the whitened residual is that; the scale is as uncertain as the fitted one, and its serial correlation is as
+/// far from the fitted `rho` as that is uncertain: smooth patterns live where a correlation that was underestimated leaves noise.
+struct Noise<'a> {
+    seed: u64,
+    sequence: &'a Sequence,
+    rho: f64,
+    u_rho: f64,
+    rows: usize,
+    freedom: f64,
+    scale: Option<ChiSquared<f64>>,
+}
+
+impl<'a> Noise<'a> {
+    fn new(seed: u64, sequence: &'a Sequence, rho: f64, rows: usize, freedom: f64) -> Self {
+        // A correlation of white noise's own size is none.
+        let u_rho = if sequence.has_neighbours() && rho > 0.1 {
+            (2.0 * (1.0 - rho * rho) / freedom.max(1.0)).sqrt()
+        } else {
+            0.0
+        };
+        Self {
+            seed,
+            sequence,
+            rho,
+            u_rho,
+            rows,
+            freedom,
+            scale: ChiSquared::new(freedom.max(1.0)).ok(),
+        }
+    }
+
+    /// Repeats `0..count`, each along `directions` (directions × rows): what `judge` makes of that and of the repeat's variance. Repeat `k` depends on the
+    /// seed and `k` alone.
+    fn compared(&self, directions: &DMatrix<f32>, count: usize, judge: impl Fn(&[f32], f64) -> f64 + Sync) -> Vec<f64> {
+        const BATCH: usize = 50;
+        let whiten = self.sequence.whitening(self.rho);
+        let batches: Vec<usize> = (0..count).step_by(BATCH).collect();
+        let mut all = Vec::with_capacity(count);
+        for some in batches.chunks(AT_A_TIME) {
+            let judged: Vec<Vec<f64>> = some
+                .par_iter()
+                .map(|&first| {
+                    let size = BATCH.min(count - first);
+                    let mut noise = DMatrix::<f32>::zeros(self.rows, size);
+                    let scales: Vec<f64> = (0..size)
+                        .map(|k| self.draw(first + k, &whiten, noise.column_mut(k).as_mut_slice()))
+                        .collect();
+                    let z = directions * &noise;
+                    z.column_iter()
+                        .zip(scales)
+                        .map(|(z, scale)| judge(z.as_slice(), scale))
+                        .collect()
+                })
+                .collect();
+            all.extend(judged.into_iter().flatten());
+        }
+        all
+    }
+
+    /// Draws repeat `k` and returns its variance.
+    fn draw(&self, k: usize, whiten: &(impl Fn(&mut [f64]) + Sync), target: &mut [f32]) -> f64 {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        rng.set_stream(k as u64 + 1);
+        let mut values: Vec<f64> = (0..self.rows).map(|_| rng.sample(StandardNormal)).collect();
+        if self.u_rho > 0.0 {
+            let off: f64 = rng.sample(StandardNormal);
+            let rho = (self.rho + self.u_rho * off).clamp(0.0, 0.95);
+            self.sequence.colour(rho, &mut values);
+            whiten(&mut values);
+        }
+        for (target, value) in target.iter_mut().zip(values) {
+            *target = value as f32;
+        }
+        match &self.scale {
+            Some(law) => law.sample(&mut rng) / self.freedom,
+            None => 1.0,
+        }
     }
 }
 
 impl Seen {
+    /// The same with its directions so many places later.
+    fn moved(self, by: usize) -> Self {
+        Self {
+            columns: self.columns.start + by..self.columns.end + by,
+            ..self
+        }
+    }
+
     /// ln of what a sign and a size cost: beyond the plausible maximum belief falls like a normal law of that width.
     fn believable(&self, explained: f64, z: f64) -> f64 {
         let sign = if self.one_sided { sign_evidence(z) } else { 0.0 };

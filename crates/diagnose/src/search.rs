@@ -60,8 +60,10 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
     let mut bench = Bench::new(forward, rows, &sequence, settings)?;
     let baseline = bench.baseline.clone();
     let scan = bench.scan(&baseline, &[], None);
-    let first = bench.look(&scan, &baseline);
-    bench.nulls = scan.nulls(settings.nulls, settings.seed, &sequence, bench.noise.rho);
+    let first = scan.look();
+    let whitened = |numbers: &[usize]| bench.whitened(numbers);
+    let nulls = scan.nulls(&whitened, settings.nulls, settings.seed, &sequence, bench.noise.rho);
+    bench.nulls = nulls;
     let statistic = |found: &[Found]| ln_sum_exp(&found.iter().map(|f| f.ln_evidence).collect::<Vec<_>>());
     let p_global = p_value(statistic(&first), &bench.nulls);
     let places = bench.places(&first);

@@ -1,8 +1,12 @@
 //! From readings to independent unit residuals: stated uncertainties, serial correlation, outlier weights.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use crate::basis::product;
+
+/// Columns that are correlated at a time, so that many readings and many columns do not meet in memory.
+const TOGETHER: usize = 16;
 
 /// The order in which readings were taken, and how far apart, in typical steps.
 ///
@@ -60,7 +64,22 @@ impl Sequence {
 
     fn correlation(&self, place: usize, rho: f64) -> f64 {
         let step = self.steps[place];
-        if rho == 0.0 || step > 60.0 { 0.0 } else { rho.powf(step) }
+        if rho == 0.0 || step > 60.0 {
+            0.0
+        } else if step == 1.0 {
+            rho
+        } else {
+            rho.powf(step)
+        }
+    }
+
+    /// Correlation φ of every place with the one before, and √(1 − φ²).
+    fn couplings(&self, rho: f64) -> Vec<(f64, f64)> {
+        let coupling = |place: usize| {
+            let phi = self.correlation(place, rho);
+            (phi, (1.0 - phi * phi).sqrt())
+        };
+        (0..self.order.len()).map(coupling).collect()
     }
 
     /// Turns AR(1) residuals of unit variance into independent ones of unit variance, column by column.
@@ -68,14 +87,19 @@ impl Sequence {
         if rho == 0.0 {
             return;
         }
+        let couplings = self.couplings(rho);
         for mut column in matrix.column_iter_mut() {
-            for place in (1..self.order.len()).rev() {
-                let phi = self.correlation(place, rho);
-                if phi != 0.0 {
-                    let before = column[self.order[place - 1]];
-                    let here = &mut column[self.order[place]];
-                    *here = (*here - phi * before) / (1.0 - phi * phi).sqrt();
-                }
+            self.decouple(&couplings, column.as_mut_slice());
+        }
+    }
+
+    fn decouple(&self, couplings: &[(f64, f64)], values: &mut [f64]) {
+        for place in (1..self.order.len()).rev() {
+            let (phi, own) = couplings[place];
+            if phi != 0.0 {
+                let before = values[self.order[place - 1]];
+                let here = &mut values[self.order[place]];
+                *here = (*here - phi * before) / own;
             }
         }
     }
@@ -95,33 +119,28 @@ impl Sequence {
         }
     }
 
-    /// [`whiten`](Self::whiten) of one column.
-    pub fn whiten_values(&self, rho: f64, values: &mut [f64]) {
-        if rho == 0.0 {
-            return;
-        }
-        for place in (1..self.order.len()).rev() {
-            let phi = self.correlation(place, rho);
-            if phi != 0.0 {
-                let before = values[self.order[place - 1]];
-                let here = &mut values[self.order[place]];
-                *here = (*here - phi * before) / (1.0 - phi * phi).sqrt();
+    /// [`whiten`](Self::whiten) for many vectors one after the other.
+    pub fn whitening(&self, rho: f64) -> impl Fn(&mut [f64]) + Sync + '_ {
+        let couplings = if rho == 0.0 { Vec::new() } else { self.couplings(rho) };
+        move |values| {
+            if !couplings.is_empty() {
+                self.decouple(&couplings, values);
             }
         }
     }
 
     /// `R·matrix` with the AR(1) correlation matrix `R` of these rows.
-    fn correlate(&self, rho: f64, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    fn correlate(&self, couplings: &[(f64, f64)], matrix: &DMatrix<f64>) -> DMatrix<f64> {
         let mut result = matrix.clone();
         for (source, mut target) in matrix.column_iter().zip(result.column_iter_mut()) {
             let mut carried = 0.0;
             for place in 1..self.order.len() {
-                carried = self.correlation(place, rho) * (carried + source[self.order[place - 1]]);
+                carried = couplings[place].0 * (carried + source[self.order[place - 1]]);
                 target[self.order[place]] += carried;
             }
             carried = 0.0;
             for place in (1..self.order.len()).rev() {
-                carried = self.correlation(place, rho) * (carried + source[self.order[place]]);
+                carried = couplings[place].0 * (carried + source[self.order[place]]);
                 target[self.order[place - 1]] += carried;
             }
         }
@@ -143,6 +162,29 @@ impl Sequence {
         result
     }
 
+    /// `removedᵀ·law(removed)` and the sum of `law(removed)` times `L·removed`, a few columns at a time.
+    fn projected(
+        &self,
+        removed: &DMatrix<f64>,
+        law: impl Fn(&DMatrix<f64>) -> DMatrix<f64> + Sync,
+    ) -> (DMatrix<f64>, f64) {
+        let columns: Vec<usize> = (0..removed.ncols()).collect();
+        let blocks: Vec<(DMatrix<f64>, f64)> = columns
+            .par_chunks(TOGETHER)
+            .map(|numbers| {
+                let some = removed.columns(numbers[0], numbers.len()).into_owned();
+                let changed = law(&some);
+                let cross = self.neighbours(&some).component_mul(&changed).sum();
+                (product(removed, &changed), cross)
+            })
+            .collect();
+        let mut projected = DMatrix::zeros(removed.ncols(), removed.ncols());
+        for (numbers, (block, _)) in columns.chunks(TOGETHER).zip(&blocks) {
+            projected.columns_mut(numbers[0], numbers.len()).copy_from(block);
+        }
+        (projected, blocks.iter().map(|(_, cross)| cross).sum())
+    }
+
     /// The serial correlation ρ whose expected lag-one ratio, after projecting out `removed`, is the observed one.
     ///
     /// Projection alone makes white residuals look negatively correlated; matching the expectation instead of the raw
@@ -153,16 +195,14 @@ impl Sequence {
         }
         let as_matrix = DMatrix::from_column_slice(residual.len(), 1, residual.as_slice());
         let observed = residual.dot(&self.neighbours(&as_matrix).column(0)) / residual.norm_squared();
-        let neighbour_part = self.neighbours(removed);
-        let inner = product(removed, &neighbour_part);
+        let (inner, _) = self.projected(removed, |some| self.neighbours(some));
         let expected = |rho: f64| {
-            let correlated = self.correlate(rho, removed);
-            let projected = product(removed, &correlated);
+            let couplings = self.couplings(rho);
+            let (projected, cross) = self.projected(removed, |some| self.correlate(&couplings, some));
             let plain: f64 = (1..self.order.len())
                 .filter(|&place| self.steps[place] < 1.5)
-                .map(|place| self.correlation(place, rho))
+                .map(|place| couplings[place].0)
                 .sum();
-            let cross = neighbour_part.component_mul(&correlated).sum();
             let both = projected.component_mul(&inner.transpose()).sum();
             (plain - 2.0 * cross + both) / (residual.len() as f64 - projected.trace())
         };

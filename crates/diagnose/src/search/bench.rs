@@ -12,11 +12,13 @@ use crate::forward::{Forward, Hypothesis};
 use crate::reference::{Errors, Reference};
 use crate::rivals::{Rival, rivals};
 use crate::rounding::Rounding;
-use crate::scan::{Found, Scan, Who, p_value};
+use crate::scan::{Candidate, Found, Scan, Who, p_value};
 use crate::search::{Noise, Settings};
 use crate::table::Row;
 use crate::whitening::{Sequence, heavy_tail_weights};
 
+/// A whitened dictionary of up to so many values (half a gigabyte) is kept; a larger one is computed block by block wherever it is needed.
+const KEPT_VALUES: usize = 1 << 26;
 /// A stated uncertainty is not ten times too large: readings that agree better were copied, rounded or averaged.
 const LEAST_SCALE: f64 = 0.1;
 
@@ -34,14 +36,14 @@ pub(super) struct Bench<'a, F: Forward + ?Sized> {
     pub(super) least_scale: f64,
     pub(super) settings: &'a Settings,
     pub(super) rivals: Vec<Rival>,
-    pub(super) dictionary: Dictionary,
+    pub(super) dictionary: Dictionary<'a>,
     pub(super) smooth: Vec<usize>,
     /// Derivatives to the nuisance at the baseline.
     pub(super) tangents: DMatrix<f64>,
     pub(super) noise: Noise,
     pub(super) freedom: f64,
-    /// The dictionary, whitened with the present noise.
-    pub(super) whitened: DMatrix<f64>,
+    /// The dictionary, whitened with the present noise, where it is small.
+    kept: Option<DMatrix<f64>>,
     pub(super) baseline: Fit,
     pub(super) nulls: Vec<f64>,
 }
@@ -75,6 +77,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let mut rivals = rivals(rows, level.as_slice(), sequence.order());
         let dictionary = Dictionary::new(
             forward,
+            rows,
             &baseline.nuisance,
             &level,
             &mut rivals,
@@ -82,7 +85,6 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             &tangents,
         );
         let smooth = dictionary.smooth(forward.effects(), &rivals);
-        let whitened = DMatrix::zeros(n, 0);
         let mut bench = Self {
             forward,
             rows,
@@ -100,7 +102,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             tangents,
             noise,
             freedom: 1.0,
-            whitened,
+            kept: None,
             baseline,
             nulls: Vec::new(),
         };
@@ -156,19 +158,21 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
                 if basis.rank() >= limit {
                     break;
                 }
-                let mut smooth = self.dictionary.columns.select_columns(numbers);
+                let mut smooth = self.dictionary.columns(numbers);
                 whitener.apply(&mut smooth);
                 basis.extend(&smooth, 0.1);
             }
             basis
         };
+        self.kept = None;
         let basis = basis_of(&unweighted);
         let mut residual = unweighted.vector(&raw);
         basis.project_out_vector(&mut residual);
         let freedom = (n as f64 - basis.rank() as f64).max(1.0);
         let rms = (residual.norm_squared() / freedom).sqrt().max(f64::MIN_POSITIVE);
-        self.noise.weights = heavy_tail_weights(&(&residual / rms));
         let rho = self.sequence.autocorrelation(&residual, basis.directions());
+        drop(basis);
+        self.noise.weights = heavy_tail_weights(&(&residual / rms));
         // White noise has a correlation of this size by chance.
         self.noise.rho = if rho > 1.5 / freedom.sqrt() { rho } else { 0.0 };
         let whitener = Whitener::new(self.sequence, &rounding, self.row_scale(), self.noise.rho, &self.errors);
@@ -182,14 +186,20 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         } else {
             1.0
         };
-        let mut whitened = std::mem::replace(&mut self.whitened, DMatrix::zeros(0, 0));
-        if whitened.shape() == self.dictionary.columns.shape() {
-            whitened.copy_from(&self.dictionary.columns);
-        } else {
-            whitened.clone_from(&self.dictionary.columns);
+        if n * self.dictionary.width() <= KEPT_VALUES {
+            let all: Vec<usize> = (0..self.dictionary.width()).collect();
+            self.kept = Some(self.whitened(&all));
         }
-        whitener.apply(&mut whitened);
-        self.whitened = whitened;
+    }
+
+    /// Columns of the dictionary, whitened with the present noise.
+    pub(super) fn whitened(&self, numbers: &[usize]) -> DMatrix<f64> {
+        if let Some(kept) = &self.kept {
+            return kept.select_columns(numbers);
+        }
+        let mut columns = self.dictionary.columns(numbers);
+        self.whitener().apply(&mut columns);
+        columns
     }
 
     /// Unwhitened derivatives to nuisance and amplitudes.
@@ -213,12 +223,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         }
     }
 
-    /// The scan of what a fit leaves; effects that are in it already and `extra` directions are projected out.
+    /// The scan of what a fit leaves, all candidates against its residual; effects that are in it already and `extra` directions are projected out.
     pub(super) fn scan(&self, fitted: &Fit, members: &[Hypothesis], extra: Option<usize>) -> Scan {
         let mut out = Basis::spanning(&fitted.jacobian, 1e-9);
         if let Some(candidate) = extra {
-            let columns = self.dictionary.candidates[candidate].columns.clone();
-            out.extend(&self.whitened.columns(columns.start, columns.len()).into_owned(), 1e-6);
+            out.extend(&self.pattern(candidate), 1e-6);
         }
         let kept: Vec<_> = self
             .dictionary
@@ -230,11 +239,19 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             })
             .cloned()
             .collect();
-        Scan::new(&self.whitened, &kept, &out, self.noise.scale, self.freedom)
+        let residual = &fitted.residual / self.noise.scale;
+        let whitened = |numbers: &[usize]| self.whitened(numbers);
+        Scan::new(&whitened, kept, out, &residual, self.noise.scale, self.freedom)
     }
 
-    pub(super) fn look(&self, scan: &Scan, fitted: &Fit) -> Vec<Found> {
-        scan.look(&(&fitted.residual / self.noise.scale))
+    /// The whitened columns of one candidate.
+    pub(super) fn pattern(&self, candidate: usize) -> DMatrix<f64> {
+        self.whitened(
+            &self.dictionary.candidates[candidate]
+                .columns
+                .clone()
+                .collect::<Vec<_>>(),
+        )
     }
 
     /// Numbers, in the dictionary, of the candidates that a scan with these members keeps.
@@ -276,12 +293,11 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
     }
 
     /// The best shape of an effect in a scan, as a starting point for the fit.
-    pub(super) fn start(&self, scan: &Scan, fitted: &Fit, found: &[Found], effect: usize) -> Option<(Hypothesis, f64)> {
+    pub(super) fn start(&self, fitted: &Fit, found: &[Found], effect: usize) -> Option<(Hypothesis, f64)> {
         let best = found
             .iter()
             .filter(|one| matches!(one.who, Who::Named { effect: e, .. } if e == effect))
             .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
-        let _ = scan;
         let Who::Named { shape, .. } = best.who else {
             return None;
         };
@@ -292,16 +308,10 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
     pub(super) fn hypothesis(&self, fitted: &Fit, who: Who, shape: usize) -> Option<Hypothesis> {
         let Who::Named { effect, .. } = who else { return None };
         let searchable = &self.forward.effects()[effect];
-        let candidate = self
-            .dictionary
-            .candidates
-            .iter()
-            .find(|candidate| candidate.who == who)?;
+        let is_it = |candidate: &Candidate| candidate.who == who;
+        let candidate = self.dictionary.candidates.iter().position(is_it)?;
         let out = Basis::spanning(&fitted.jacobian, 1e-9);
-        let mut columns = self
-            .whitened
-            .columns(candidate.columns.start, candidate.columns.len())
-            .into_owned();
+        let mut columns = self.pattern(candidate);
         out.project_out(&mut columns);
         let mut residual = fitted.residual.clone();
         out.project_out_vector(&mut residual);

@@ -31,7 +31,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             .collect();
         let tried: Vec<Fit> = candidates
             .into_par_iter()
-            .filter_map(|effect| self.fit(&[self.start(scan, baseline, first, effect)?.0]))
+            .filter_map(|effect| self.fit(&[self.start(baseline, first, effect)?.0]))
             .collect();
         let Some(fitted) = tried.into_iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2)) else {
             return (Vec::new(), baseline.clone());
@@ -74,7 +74,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
     pub(super) fn extend(&mut self, mut members: Vec<Hypothesis>, mut fitted: Fit) -> (Vec<Hypothesis>, Fit) {
         while members.len() < 4 {
             let scan = self.scan(&fitted, &members, None);
-            let found = self.look(&scan, &fitted);
+            let found = scan.look();
             if !self.disagrees_at(&found, self.settings.significance * FURTHER) {
                 break;
             }
@@ -91,7 +91,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             if unnamed > evidence + 1.0 {
                 break;
             }
-            let Some((start, _)) = self.start(&scan, &fitted, &found, effect) else {
+            let Some((start, _)) = self.start(&fitted, &found, effect) else {
                 break;
             };
             let mut grown = members.clone();
@@ -122,7 +122,6 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         baseline: &Fit,
         least_gain: f64,
     ) -> Option<(Vec<Hypothesis>, Fit)> {
-        let residual = &baseline.residual / self.noise.scale;
         // All shapes of every effect; of a search through frequencies only the best few.
         let mut by_effect: Vec<Vec<usize>> = vec![Vec::new(); self.forward.effects().len()];
         for (place, seen) in scan.seen.iter().enumerate() {
@@ -139,29 +138,21 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             .enumerate()
             .flat_map(|(effect, places)| places.iter().map(move |&place| (effect, place)))
             .collect();
+        let whitened = |numbers: &[usize]| self.whitened(numbers);
+        let numbers: Vec<usize> = places.iter().map(|&(_, place)| place).collect();
+        let (blocks, z): (Vec<DMatrix<f64>>, Vec<DVector<f64>>) = scan.of(&whitened, &numbers).into_iter().unzip();
+        let mut own: Vec<Range<usize>> = Vec::with_capacity(blocks.len());
         let mut columns = Vec::new();
-        let own: Vec<Range<usize>> = places
-            .iter()
-            .map(|&(_, place)| {
-                let start = columns.len();
-                columns.extend(
-                    scan.block(&scan.seen[place])
-                        .column_iter()
-                        .map(nalgebra::Matrix::into_owned),
-                );
-                start..columns.len()
-            })
-            .collect();
+        for block in blocks {
+            let start = columns.len();
+            columns.extend(block.column_iter().map(nalgebra::Matrix::into_owned));
+            own.push(start..columns.len());
+        }
         if columns.is_empty() {
             return None;
         }
         let columns = DMatrix::from_columns(&columns);
         let gram = product(&columns, &columns);
-        let all = columns.tr_mul(&residual);
-        let z: Vec<DVector<f64>> = own
-            .iter()
-            .map(|own| all.rows(own.start, own.len()).into_owned())
-            .collect();
         let single = z.iter().map(nalgebra::Matrix::norm_squared).fold(0.0, f64::max);
         // A pair that gains less would not be taken, and its refits cost the most.
         let enough = single + least_gain.max(0.5 * self.settings.second_share.powi(2) * single);

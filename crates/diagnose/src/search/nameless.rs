@@ -11,7 +11,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
     /// What is left after all named effects, if it is significant and not small beside them: the best rival.
     pub(super) fn left_over(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
         let scan = self.scan(fitted, members, None);
-        let found = self.look(&scan, fitted);
+        let found = scan.look();
         if !self.disagrees(&found) {
             return None;
         }
@@ -34,8 +34,8 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
     /// The best rival in the scan of a fit, significant or not.
     pub(super) fn strongest_rival(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
         let scan = self.scan(fitted, members, None);
-        let best = self
-            .look(&scan, fitted)
+        let best = scan
+            .look()
             .into_iter()
             .filter(|one| matches!(one.who, Who::Unnamed { .. }))
             .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
@@ -53,8 +53,8 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
     ) -> Option<(usize, f64)> {
         let base = self.fit(&[])?;
         let scan = self.scan(&base, &[], None);
-        let alone = self
-            .look(&scan, &base)
+        let alone = scan
+            .look()
             .into_iter()
             .filter(|one| matches!(one.who, Who::Unnamed { .. }))
             .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
@@ -67,8 +67,8 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         }
         if let Some((candidate, more)) = extra {
             let left = self.scan(fitted, members, None);
-            let of = self
-                .look(&left, fitted)
+            let of = left
+                .look()
                 .into_iter()
                 .find(|one| matches!(one.who, Who::Unnamed { .. }) && self.kept(members)[one.candidate] == candidate)?;
             evidence += of.ln_evidence;
@@ -83,16 +83,16 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
     }
 
     pub(super) fn unexplained(&self, fitted: &Fit, candidate: usize, explained: f64) -> Unexplained {
-        let columns = self.dictionary.candidates[candidate].columns.clone();
         let Who::Unnamed { rival } = self.dictionary.candidates[candidate].who else {
             unreachable!("only rivals are unexplained")
         };
         let out = Basis::spanning(&fitted.jacobian, 1e-9);
-        let mut inside = self.whitened.columns(columns.start, columns.len()).into_owned();
+        let mut inside = self.pattern(candidate);
         out.project_out(&mut inside);
         let normal = inside.tr_mul(&inside);
         let amplitudes = inverse_of_normal(&normal, 1e-14) * inside.tr_mul(&fitted.residual);
-        let pattern = self.dictionary.columns.columns(columns.start, columns.len()) * amplitudes;
+        let numbers: Vec<usize> = self.dictionary.candidates[candidate].columns.clone().collect();
+        let pattern = self.dictionary.columns(&numbers) * amplitudes;
         Unexplained {
             rival: self.rivals[rival].clone(),
             sigma: explained.sqrt(),

@@ -1,5 +1,10 @@
 //! Where the baseline disagrees, and what these data could show at all.
 
+use std::ops::Range;
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+
 use crate::basis::Basis;
 use crate::fit::Fit;
 use crate::forward::Forward;
@@ -36,23 +41,34 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
     pub(super) fn visibility(&self, baseline: &Fit) -> Vec<(usize, usize, f64)> {
         let out = Basis::spanning(&baseline.jacobian, 1e-9);
         let effects = self.forward.effects();
-        let mut best: Vec<(usize, usize, f64)> = Vec::new();
-        for candidate in &self.dictionary.candidates {
-            let Who::Named { effect, shape } = candidate.who else {
-                continue;
-            };
-            if effects[effect].shapes.len() > 60 && shape % 16 != 0 {
-                continue;
-            }
-            for (component, k) in candidate.columns.clone().enumerate() {
-                let mut column = self.whitened.column(k).into_owned();
-                let before = column.norm();
-                out.project_out_vector(&mut column);
-                let left = if column.norm() < 1e-9 * before {
-                    0.0
-                } else {
-                    column.norm()
+        // Of a search through frequencies every sixteenth says enough.
+        let named: Vec<(usize, Range<usize>)> = self
+            .dictionary
+            .candidates
+            .iter()
+            .filter_map(|candidate| match candidate.who {
+                Who::Named { effect, shape } if effects[effect].shapes.len() <= 60 || shape % 16 == 0 => {
+                    Some((effect, candidate.columns.clone()))
+                }
+                _ => None,
+            })
+            .collect();
+        let left: Vec<Vec<f64>> = named
+            .par_iter()
+            .map(|(_, columns)| {
+                let columns = self.whitened(&columns.clone().collect::<Vec<_>>());
+                let left = |mut column: DVector<f64>| {
+                    let before = column.norm();
+                    out.project_out_vector(&mut column);
+                    let left = column.norm();
+                    if left < 1e-9 * before { 0.0 } else { left }
                 };
+                columns.column_iter().map(|column| left(column.into_owned())).collect()
+            })
+            .collect();
+        let mut best: Vec<(usize, usize, f64)> = Vec::new();
+        for ((effect, _), left) in named.into_iter().zip(left) {
+            for (component, left) in left.into_iter().enumerate() {
                 let sigma = left / self.noise.scale * effects[effect].plausible[component];
                 match best.iter_mut().find(|(e, c, _)| (*e, *c) == (effect, component)) {
                     Some(known) => known.2 = known.2.max(sigma),

@@ -109,7 +109,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         let others = all_but(members, i);
         let base = self.fit(&others)?;
         let scan = self.scan(&base, &others, extra.map(|(candidate, _)| candidate));
-        let found = self.look(&scan, &base);
+        let found = scan.look();
         let statistic = ln_sum_exp(&found.iter().map(|one| one.ln_evidence).collect::<Vec<_>>());
         let named = self.name_evidence(&found);
         let top = named.first().map_or(f64::NEG_INFINITY, |(_, evidence)| *evidence);
@@ -125,7 +125,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         let refined: Vec<(usize, Hypothesis, f64, f64)> = close
             .par_iter()
             .filter_map(|&effect| {
-                let (start, linear) = self.start(&scan, &base, &found, effect)?;
+                let (start, linear) = self.start(&base, &found, effect)?;
                 let start = if effect == members[i].effect {
                     members[i].clone()
                 } else {
