@@ -15,7 +15,6 @@ pub mod observe;
 pub mod pattern;
 pub mod reference;
 pub mod rivals;
-mod rivals_maps;
 pub mod rounding;
 pub mod scan;
 pub mod search;

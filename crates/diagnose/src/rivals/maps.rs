@@ -1,11 +1,11 @@
 //! Rivals without a name on sensor maps: patterns fixed to the sensor, to the angle of incidence, to single maps.
 
+use super::Builder;
 use crate::pattern::{Acts, Pattern};
-use crate::rivals::Builder;
 use crate::table::{Coordinate, Light, Row, Source};
 
 /// Adds the patterns of sensor maps.
-pub(crate) fn maps(build: &mut Builder<'_>) {
+pub(super) fn maps(build: &mut Builder<'_>) {
     let (xs, ys) = (
         build.distinct(Source::Bin, Coordinate::XMm),
         build.distinct(Source::Bin, Coordinate::YMm),

@@ -1,0 +1,165 @@
+//! Patterns along time, and those that remember the readings before.
+
+use std::sync::Arc;
+
+use super::{Builder, word};
+use crate::pattern::Acts;
+use crate::table::{Coordinate, Row, Source};
+
+pub(super) fn time(build: &mut Builder<'_>, order: &[usize]) {
+    let times: Vec<f64> = order
+        .iter()
+        .map(|&i| &build.rows[i])
+        .filter(|row| row.source == Source::Reading && row.time_s.is_finite())
+        .map(|row| row.time_s)
+        .collect();
+    let (Some(&first), Some(&last)) = (times.first(), times.last()) else {
+        return;
+    };
+    if last <= first {
+        return;
+    }
+    let at = |quantile: f64| times[((times.len() - 1) as f64 * quantile) as usize];
+    let place = move |row: &Row| (row.time_s - first) / (last - first);
+    for acts in [Acts::Relative, Acts::Light, Acts::Everywhere] {
+        // The constant is the level (relative) or has a name (stray light, offset).
+        let from = 1;
+        for terms in [2, 4] {
+            let columns: Vec<_> = (from..from + terms)
+                .map(|k| std::f64::consts::PI * k as f64)
+                .map(|turn| build.column(Source::Reading, acts, move |_, row| (turn * place(row)).cos()))
+                .collect();
+            let note = format!("{} that varies smoothly", word(acts));
+            build.add(Coordinate::TimeS, "smooth", [first, last], note, columns);
+        }
+        for step in 1..40 {
+            let from = at(step as f64 / 40.0);
+            let column = build.column(Source::Reading, acts, move |_, row| f64::from(row.time_s > from));
+            build.add(
+                Coordinate::TimeS,
+                "jump",
+                [from, last],
+                format!("{} from then on", word(acts)),
+                vec![column],
+            );
+        }
+        for parts in [8_usize, 16, 32] {
+            for half in 0..2 * parts - 1 {
+                let from = at(half as f64 / (2 * parts) as f64);
+                let to = at((half + 2) as f64 / (2 * parts) as f64);
+                let column = build.column(Source::Reading, acts, move |_, row| {
+                    f64::from(row.time_s >= from && row.time_s <= to)
+                });
+                build.add(
+                    Coordinate::TimeS,
+                    "window",
+                    [from, to],
+                    format!("{} for a while", word(acts)),
+                    vec![column],
+                );
+                if acts != Acts::Everywhere {
+                    let (centre, width) = (0.5 * (from + to), 0.35 * (to - from).max(1e-9));
+                    let column = build.column(Source::Reading, acts, move |_, row| {
+                        (-0.5 * ((row.time_s - centre) / width).powi(2)).exp()
+                    });
+                    let note = format!("{} that rises and falls", word(acts));
+                    build.add(Coordinate::TimeS, "bump", [from, to], note, vec![column]);
+                }
+            }
+        }
+        for cycles in 2..=20 {
+            let turn = std::f64::consts::TAU * f64::from(cycles) / 2.0;
+            if acts == Acts::Relative {
+                continue; // a relative oscillation has a name: modulated light
+            }
+            let columns = vec![
+                build.column(Source::Reading, acts, move |_, row| (turn * place(row)).cos()),
+                build.column(Source::Reading, acts, move |_, row| (turn * place(row)).sin()),
+            ];
+            build.add(
+                Coordinate::TimeS,
+                "periodic",
+                [first, last],
+                "an added signal that oscillates",
+                columns,
+            );
+        }
+    }
+}
+
+/// Patterns that depend on the readings before: lag of the reading, fatigue, transients after a pause.
+pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
+    let mut in_time: Vec<usize> = order
+        .iter()
+        .copied()
+        .filter(|&i| build.rows[i].source == Source::Reading && build.rows[i].time_s.is_finite())
+        .collect();
+    in_time.dedup();
+    if in_time.len() < 8 {
+        return;
+    }
+    let time = |i: usize| build.rows[i].time_s;
+    let span = [time(in_time[0]), time(in_time[in_time.len() - 1])];
+    let mut gaps: Vec<f64> = in_time
+        .windows(2)
+        .map(|pair| time(pair[1]) - time(pair[0]))
+        .filter(|gap| *gap > 0.0)
+        .collect();
+    gaps.sort_by(f64::total_cmp);
+    let Some(&typical) = gaps.get(gaps.len() / 2) else {
+        return;
+    };
+    let top = build.level.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+    let mut found = Vec::new();
+    for steps in [0.4, 1.0, 3.0, 10.0, 40.0] {
+        // Exponential average of the signal before this reading.
+        let level = Arc::clone(&build.level);
+        let mut before = vec![0.0; build.rows.len()];
+        let mut average = level[in_time[0]];
+        for pair in in_time.windows(2) {
+            let keep = (-(time(pair[1]) - time(pair[0])) / (steps * typical)).exp();
+            before[pair[0]] = average;
+            average = keep * average + (1.0 - keep) * level[pair[0]];
+            before[pair[1]] = average;
+        }
+        before[in_time[0]] = level[in_time[0]];
+        let before: Arc<[f64]> = before.into();
+        let again = Arc::clone(&before);
+        let lag = build.column(Source::Reading, Acts::Light, move |i, _| before[i] - level[i]);
+        found.push(("a reading that lags behind the light", lag));
+        let fatigue = build.column(Source::Reading, Acts::Relative, move |i, _| again[i] / top);
+        found.push(("a response that remembers the light before", fatigue));
+    }
+    // Previous reading's level exactly: a meter read before it settled.
+    let mut previous = vec![0.0; build.rows.len()];
+    for pair in in_time.windows(2) {
+        let near = time(pair[1]) - time(pair[0]) < 2.5 * typical;
+        previous[pair[1]] = if near {
+            build.level[pair[0]] - build.level[pair[1]]
+        } else {
+            0.0
+        };
+    }
+    let unsettled = build.column(Source::Reading, Acts::Everywhere, move |i, _| previous[i]);
+    found.push(("a reading that keeps a part of the one before", unsettled));
+    let mut since = vec![f64::INFINITY; build.rows.len()];
+    let mut start = time(in_time[0]);
+    for pair in in_time.windows(2) {
+        if time(pair[1]) - time(pair[0]) > 2.5 * typical {
+            start = time(pair[1]);
+        }
+        since[pair[1]] = time(pair[1]) - start;
+    }
+    since[in_time[0]] = 0.0;
+    let since: Arc<[f64]> = since.into();
+    for steps in [2.0, 6.0, 20.0] {
+        let since = Arc::clone(&since);
+        let column = build.column(Source::Reading, Acts::Relative, move |i, _| {
+            (-since[i] / (steps * typical)).exp()
+        });
+        found.push(("a transient after every pause", column));
+    }
+    for (note, column) in found {
+        build.add(Coordinate::TimeS, "memory", span, note, vec![column]);
+    }
+}
