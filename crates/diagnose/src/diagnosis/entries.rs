@@ -1,0 +1,206 @@
+//! What was found, as the document lists it: effects, rankings, places, blind spots.
+
+use std::collections::BTreeMap;
+
+use isolux_model::Role;
+use nalgebra::{DMatrix, DVector};
+
+use crate::believed::Believed;
+use crate::document::{BlindSpot, EffectEntry, EvidenceEntry, ParameterEntry, PlaceEntry, RankedEntry};
+use crate::forward::{Forward, Hypothesis};
+use crate::search::{Label, Outcome};
+
+/// Members of the 95 % set of each effect: its own name left out.
+pub(super) fn effect_entries(believed: &Believed, outcome: &Outcome) -> Vec<EffectEntry> {
+    let covariance = outcome.after.covariance(outcome.noise.scale);
+    let mut place = outcome.after.nuisance.len();
+    let mut entries = Vec::new();
+    for (member, rivalry) in outcome.after.hypotheses.iter().zip(&outcome.rivalries) {
+        let spec = believed.spec(member.effect);
+        let free = member.linear.len()
+            + believed.effects()[member.effect]
+                .fixed
+                .iter()
+                .filter(|fixed| !**fixed)
+                .count();
+        let own = covariance.view((place, place), (free, free)).into_owned();
+        place += free;
+        let mut equivalents = Vec::new();
+        // The set is among those that could make it: what belongs to "nothing" asks for no further names.
+        let limit = 0.95 * rivalry.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
+        let mut sum = 0.0;
+        let mut posterior = 0.0;
+        let mut sigma = 0.0;
+        for ranked in &rivalry.ranked {
+            let is_own = ranked.label == Label::Named(member.effect);
+            if is_own {
+                posterior = ranked.posterior;
+                sigma = ranked.sigma;
+            }
+            if sum < limit && !is_own {
+                equivalents.push(label(believed, ranked.label));
+            }
+            sum += ranked.posterior;
+        }
+        entries.push(EffectEntry {
+            name: spec.name,
+            standard_name: spec.standard_name,
+            equivalents,
+            parameters: parameters(believed, member, &own),
+            evidence: EvidenceEntry {
+                ln_bayes_factor: rivalry.ln_bayes_factor,
+                p_value: rivalry.p_value,
+                posterior,
+                significance_sigma: sigma,
+            },
+        });
+    }
+    entries
+}
+
+fn label(believed: &Believed, label: Label) -> String {
+    match label {
+        Label::Named(effect) => believed.spec(effect).name.to_owned(),
+        Label::Unnamed(coordinate) => format!("unnamed:{}", coordinate.name()),
+    }
+}
+
+/// Values of the keys that a fit moves, with the uncertainty that the fit's covariance leaves them.
+fn parameters(
+    believed: &Believed,
+    member: &Hypothesis,
+    covariance: &DMatrix<f64>,
+) -> BTreeMap<&'static str, ParameterEntry> {
+    let searchable = &believed.effects()[member.effect];
+    let values = believed.values(member);
+    let free_shapes: Vec<usize> = (0..member.shape.len()).filter(|&j| !searchable.fixed[j]).collect();
+    let columns: Vec<Vec<f64>> = (0..covariance.nrows())
+        .map(|k| {
+            let mut moved = member.clone();
+            let step = covariance[(k, k)].max(0.0).sqrt().max(1e-12) * 1e-2;
+            match k.checked_sub(member.linear.len()) {
+                None => moved.linear[k] += step,
+                Some(j) => moved.shape[free_shapes[j]] += step,
+            }
+            believed
+                .values(&moved)
+                .iter()
+                .zip(&values)
+                .map(|(a, b)| wrapped(a - b) / step)
+                .collect()
+        })
+        .collect();
+    let spec = believed.spec(member.effect);
+    believed
+        .moved_keys(member.effect)
+        .into_iter()
+        .map(|key| {
+            let parameter = &spec.parameters[key];
+            let slope = DVector::from_iterator(columns.len(), columns.iter().map(|column| column[key]));
+            let variance = slope.dot(&(covariance * &slope));
+            let (low, high) = parameter.plausible;
+            let entry = ParameterEntry {
+                value: values[key],
+                u: variance.max(0.0).sqrt(),
+                unit: parameter.unit,
+                plausible: [low, high],
+                before: believed.known(member.effect).map(|before| before[key]),
+                implausible: parameter.role == Role::Amplitude && !(low..=high).contains(&values[key]),
+            };
+            (parameter.key, entry)
+        })
+        .collect()
+}
+
+/// A difference of angles that jumped by a turn is a small one.
+fn wrapped(difference: f64) -> f64 {
+    if difference > 180.0 {
+        difference - 360.0
+    } else if difference < -180.0 {
+        difference + 360.0
+    } else {
+        difference
+    }
+}
+
+pub(super) fn ranked(believed: &Believed, outcome: &Outcome) -> Vec<Vec<RankedEntry>> {
+    outcome
+        .rivalries
+        .iter()
+        .map(|rivalry| {
+            let mut rows: Vec<RankedEntry> = rivalry
+                .ranked
+                .iter()
+                .enumerate()
+                .filter(|(rank, ranked)| *rank < 8 || ranked.posterior >= 0.01)
+                .map(|(_, ranked)| RankedEntry {
+                    name: label(believed, ranked.label),
+                    posterior: ranked.posterior,
+                    significance_sigma: ranked.sigma,
+                    ln_evidence: ranked.ln_evidence,
+                })
+                .collect();
+            // The row without a name is always there.
+            if !rows.iter().any(|row| row.name.starts_with("unnamed"))
+                && let Some(unnamed) = rivalry
+                    .ranked
+                    .iter()
+                    .find(|ranked| matches!(ranked.label, Label::Unnamed(_)))
+            {
+                rows.push(RankedEntry {
+                    name: label(believed, unnamed.label),
+                    posterior: unnamed.posterior,
+                    significance_sigma: unnamed.sigma,
+                    ln_evidence: unnamed.ln_evidence,
+                });
+            }
+            rows
+        })
+        .collect()
+}
+
+pub(super) fn places(outcome: &Outcome) -> Vec<PlaceEntry> {
+    let mut entries: Vec<PlaceEntry> = outcome
+        .places
+        .iter()
+        .filter(|place| place.sigma >= 3.0)
+        .map(|place| PlaceEntry {
+            coordinate: place.coordinate.name(),
+            significance_sigma: place.sigma,
+            range: place.range,
+            note: place.note.clone(),
+        })
+        .collect();
+    if outcome.p_global > 0.01 && outcome.after.hypotheses.is_empty() && outcome.unexplained.is_none() {
+        entries.clear();
+    }
+    entries
+}
+
+pub(super) fn blind_spots(believed: &Believed, outcome: &Outcome) -> Vec<BlindSpot> {
+    let mut spots: Vec<BlindSpot> = Vec::new();
+    for &(effect, component, sigma) in &outcome.visibility {
+        if component > 0 {
+            continue;
+        }
+        let spec = believed.spec(effect);
+        let Some(key) = believed.moved_keys(effect).first().copied() else {
+            continue;
+        };
+        let parameter = &spec.parameters[key];
+        let plausible_max = (parameter.plausible.1 - parameter.null)
+            .abs()
+            .max((parameter.plausible.0 - parameter.null).abs());
+        let amplitude = (sigma > 1e-9)
+            .then(|| plausible_max * (5.0 / sigma).powf(1.0 / f64::from(spec.amplitude_power)))
+            .filter(|amplitude| *amplitude < 1e4 * plausible_max);
+        spots.push(BlindSpot {
+            effect: spec.name,
+            parameter: parameter.key,
+            amplitude_at_5_sigma: amplitude,
+            plausible_max,
+            blind: amplitude.is_none_or(|amplitude| amplitude > plausible_max),
+        });
+    }
+    spots
+}

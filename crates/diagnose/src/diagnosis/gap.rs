@@ -1,0 +1,238 @@
+//! The gap before and after, on the readings that were fitted and on those kept back.
+
+use isolux_model::Model;
+use nalgebra::DVector;
+
+use crate::believed::{Believed, Part, direction_errors};
+use crate::document::{GapEntry, HeldOutEntry};
+use crate::fit::{Fit, Whitener, derivatives, fit, nuisance_tangents};
+use crate::forward::Hypothesis;
+use crate::held_out;
+use crate::observe::Observed;
+use crate::reference::{self, Errors};
+use crate::rounding::Rounding;
+use crate::search::Outcome;
+use crate::table::Row;
+
+pub(super) fn gap(
+    believed: &Believed,
+    outcome: &Outcome,
+    rows: &[Row],
+    as_given: &DVector<f64>,
+    before: &DVector<f64>,
+    left: &DVector<f64>,
+    kept_back: &[Observed],
+) -> GapEntry {
+    let n = rows.len() as f64;
+    let parameters = outcome.after.jacobian.ncols() as f64;
+    let all = |values: &DVector<f64>| rms(values.iter().copied());
+    let variance = reference::variance(&outcome.errors, rows.len());
+    let sigma = rows.iter().map(|row| outcome.noise.scale * row.u);
+    let floor = floor(variance.iter().copied().zip(sigma)) * ((n - parameters).max(1.0) / n).sqrt();
+    let (first, after) = (all(before), all(left));
+    let named = !outcome.after.hypotheses.is_empty();
+    let (held_out, held_out_note) = match (named, kept_back.is_empty()) {
+        (false, _) => (
+            None,
+            "no effect was added, so there is nothing to check on readings kept back".to_owned(),
+        ),
+        (true, false) => given_back(believed, outcome, kept_back),
+        (true, true) => by_rule(believed, outcome, rows),
+    };
+    GapEntry {
+        metric: "rms((measured − predicted)/(s·u))",
+        as_given: all(as_given),
+        before: first,
+        after,
+        floor,
+        removed: (named && first > floor).then(|| removed(first, after, floor)),
+        held_out,
+        held_out_note,
+    }
+}
+
+fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for value in values {
+        sum += value * value;
+        count += 1.0;
+    }
+    if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
+}
+
+fn removed(before: f64, after: f64, floor: f64) -> f64 {
+    (before * before - after * after) / (before * before - floor * floor)
+}
+
+/// The rms that noise alone leaves, in σ of the readings: theirs, and what the noise of the model's own distribution adds (variance, σ of each).
+fn floor(rows: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (variance, sigma) in rows {
+        sum += 1.0 + variance / (sigma * sigma);
+        count += 1.0;
+    }
+    if count > 0.0 { f64::sqrt(sum / count) } else { 1.0 }
+}
+
+/// The held-out gap is only worth saying where the added effects should show there: their change, in σ, as a whole.
+const VISIBLE_SIGMA: f64 = 3.0;
+
+fn held_out_entry(
+    before: f64,
+    after: f64,
+    floor: f64,
+    readings: usize,
+    visible: f64,
+    note: String,
+) -> (Option<HeldOutEntry>, String) {
+    if visible < VISIBLE_SIGMA || before <= floor {
+        let why = format!("{note}; the effect changes them by {visible:.1} σ in all: they cannot show it");
+        return (None, why);
+    }
+    (
+        Some(HeldOutEntry {
+            before,
+            after,
+            floor,
+            removed: removed(before, after, floor),
+            readings,
+        }),
+        note,
+    )
+}
+
+/// Readings that were given to be held out: predicted by the two models of the whole fit.
+fn given_back(believed: &Believed, outcome: &Outcome, kept_back: &[Observed]) -> (Option<HeldOutEntry>, String) {
+    let (Some(baseline), Some(after)) = (
+        believed.model(&outcome.baseline.nuisance, &[]),
+        believed.model(&outcome.after.nuisance, &outcome.after.hypotheses),
+    ) else {
+        return (None, "the held-out readings could not be predicted".to_owned());
+    };
+    let mut sums = (0.0, 0.0, 0.0, 0_usize);
+    let mut squares = 0.0;
+    for held in kept_back {
+        for error in direction_errors(&after, &held.part) {
+            let sigma = |row: usize| outcome.noise.scale * held.rows[row].u;
+            squares += error
+                .errors
+                .iter()
+                .map(|&(row, value)| (value / sigma(row)).powi(2))
+                .sum::<f64>();
+        }
+        let (Some(first), Some(second)) = (predicted(&baseline, &held.part), predicted(&after, &held.part)) else {
+            return (None, "the held-out readings could not be predicted".to_owned());
+        };
+        for ((row, a), b) in held.rows.iter().zip(first).zip(second) {
+            let sigma = outcome.noise.scale * row.u;
+            sums.0 += ((row.measured - a) / sigma).powi(2);
+            sums.1 += ((row.measured - b) / sigma).powi(2);
+            sums.2 += ((b - a) / sigma).powi(2);
+            sums.3 += 1;
+        }
+    }
+    let n = sums.3.max(1) as f64;
+    let note = format!("{} readings that were given to be held out", sums.3);
+    held_out_entry(
+        (sums.0 / n).sqrt(),
+        (sums.1 / n).sqrt(),
+        (1.0 + squares / n).sqrt(),
+        sums.3,
+        sums.2.sqrt(),
+        note,
+    )
+}
+
+fn predicted(model: &Model, part: &Part) -> Option<Vec<f64>> {
+    match part {
+        Part::Readings(readings) => Some(model.predict_readings(readings)),
+        Part::Maps(maps) => Some(model.predict_maps(maps)),
+        Part::Spectra(spectra, rows) => {
+            let all = model.predict_spectra(spectra).ok()?;
+            Some(rows.iter().map(|&row| all[row]).collect())
+        }
+    }
+}
+
+/// A second fit of the same effects without whole planes, maps and dark blocks, which it then predicts. Of the rules the first
+/// whose rows the remaining ones can predict.
+fn by_rule(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> (Option<HeldOutEntry>, String) {
+    let mut why = "too few half-planes or maps to keep any back".to_owned();
+    for first in held_out::RULES {
+        let Some(held) = held_out::by_rule(rows, first) else {
+            continue;
+        };
+        match without(believed, outcome, rows, held) {
+            Ok(entry) => return entry,
+            Err(note) => why = note,
+        }
+    }
+    (None, why)
+}
+
+/// A fit that cannot predict what it has not seen better than this (rms, in σ) says nothing of the effect.
+const PREDICTABLE_SIGMA: f64 = 0.5;
+
+/// As [`by_rule`], for one choice of rows; an error says why they are no test.
+fn without(
+    believed: &Believed,
+    outcome: &Outcome,
+    rows: &[Row],
+    held: held_out::HeldOut,
+) -> Result<(Option<HeldOutEntry>, String), String> {
+    let scale = DVector::from_iterator(
+        rows.len(),
+        rows.iter().zip(&held.rows).zip(&outcome.noise.weights).map(
+            |((row, &held), weight)| {
+                if held { 0.0 } else { weight.sqrt() / row.u }
+            },
+        ),
+    );
+    let (sequence, rounding) = (&outcome.sequence, &outcome.rounding);
+    let whitener = Whitener::new(sequence, rounding, scale, outcome.noise.rho, &outcome.errors);
+    let measured = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.measured));
+    let start = &outcome.baseline.nuisance;
+    let fits = nuisance_tangents(believed, start).and_then(|tangents| {
+        let refit = |members: &[Hypothesis]| fit(believed, &measured, &whitener, start, &tangents, members);
+        Some((refit(&[])?, refit(&outcome.after.hypotheses)?))
+    });
+    let Some((baseline, after)) = fits else {
+        return Err("the second fit did not succeed".to_owned());
+    };
+    let pick: Vec<usize> = (0..rows.len()).filter(|&i| held.rows[i]).collect();
+    let sigma = |i: usize| outcome.noise.scale * rows[i].u;
+    let alone = Rounding::default();
+    let each = DVector::from_fn(rows.len(), |i, _| 1.0 / sigma(i));
+    let plain = Whitener::new(sequence, &alone, each, 0.0, &Errors::new());
+    let u_predicted = derivatives(believed, &plain, &after).map_or(0.0, |slopes| {
+        let slopes = slopes.select_rows(&pick);
+        let covariance = after.covariance(outcome.noise.scale);
+        ((&slopes * covariance).component_mul(&slopes).sum() / pick.len() as f64).sqrt()
+    });
+    if u_predicted > PREDICTABLE_SIGMA {
+        return Err(format!(
+            "{}: the others cannot predict them better than {u_predicted:.1} σ, so they are no test",
+            held.note
+        ));
+    }
+    let of = |fitted: &Fit| {
+        rms(pick
+            .iter()
+            .map(|&i| (rows[i].measured - fitted.prediction[i]) / sigma(i)))
+    };
+    let visible = pick
+        .iter()
+        .map(|&i| ((after.prediction[i] - baseline.prediction[i]) / sigma(i)).powi(2))
+        .sum::<f64>()
+        .sqrt();
+    let variance = reference::variance(&outcome.errors, rows.len());
+    let floor = floor(pick.iter().map(|&i| (variance[i], sigma(i))));
+    Ok(held_out_entry(
+        of(&baseline),
+        of(&after),
+        floor,
+        pick.len(),
+        visible,
+        held.note,
+    ))
+}

@@ -1,0 +1,110 @@
+//! The verdict, and the one sentence that says it.
+
+use crate::document::{EffectEntry, UnexplainedEntry, Verdict};
+use crate::search::Outcome;
+
+pub(super) fn verdict(outcome: &Outcome, effects: &[EffectEntry]) -> Verdict {
+    if outcome.unexplained.is_some() {
+        Verdict::Unexplained
+    } else if effects.iter().any(|effect| !effect.equivalents.is_empty()) {
+        Verdict::Ambiguous
+    } else if effects.is_empty() {
+        Verdict::Consistent
+    } else {
+        Verdict::Named
+    }
+}
+
+pub(super) fn sentence(
+    verdict: Verdict,
+    effects: &[EffectEntry],
+    unexplained: Option<&UnexplainedEntry>,
+    outcome: &Outcome,
+) -> String {
+    let sets: Vec<String> = effects
+        .iter()
+        .map(|effect| {
+            let mut set = vec![format!("{}{}", effect.name, changes(effect))];
+            set.extend(effect.equivalents.iter().cloned());
+            set.join(" or ")
+        })
+        .collect();
+    let named = sets.join(", and ");
+    match verdict {
+        Verdict::Consistent => format!(
+            "model and measurement agree within noise (p = {:.3}, noise {:.2} × stated)",
+            outcome.p_global, outcome.noise.scale
+        ),
+        Verdict::Named => format!("the data single out {named}"),
+        Verdict::Ambiguous => format!("something is missing, and these data cannot tell which: {named}"),
+        Verdict::Unexplained => {
+            let place = unexplained.map_or_else(String::new, |u| {
+                format!(
+                    "{}, along {} between {} and {} ({:.1} σ)",
+                    u.note,
+                    u.coordinate,
+                    digits(u.range[0], 4),
+                    digits(u.range[1], 4),
+                    u.significance_sigma
+                )
+            });
+            let besides = if named.is_empty() {
+                String::new()
+            } else {
+                format!("; besides: {named}")
+            };
+            format!("unexplained: {place}; no effect in the catalogue makes it{besides}")
+        }
+    }
+}
+
+/// What the amplitudes of an effect that the model has already have changed to; nothing for a new one.
+fn changes(effect: &EffectEntry) -> String {
+    let changed: Vec<String> = effect
+        .parameters
+        .iter()
+        .filter_map(|(key, parameter)| {
+            let before = parameter.before.filter(|before| *before != parameter.value)?;
+            let (from, to) = (digits(before, 3), digits(parameter.value, 3));
+            Some(format!("{key} changed from {from} to {to}"))
+        })
+        .collect();
+    if changed.is_empty() {
+        String::new()
+    } else {
+        format!(" ({})", changed.join(", "))
+    }
+}
+
+/// A number with so many significant digits: 0.00123, 12.3, 1230.
+pub fn digits(value: f64, significant: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let magnitude = value.abs().log10().floor() as i32;
+    let places = (significant as i32 - 1 - magnitude).max(0) as usize;
+    if places > 9 {
+        return format!("{value:.*e}", significant - 1);
+    }
+    let text = format!("{value:.places$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::digits;
+
+    #[test]
+    fn numbers_keep_their_digits_and_lose_their_noughts() {
+        assert_eq!(digits(0.0, 3), "0");
+        assert_eq!(digits(0.000_123_456, 2), "0.00012");
+        assert_eq!(digits(-12.34, 3), "-12.3");
+        assert_eq!(digits(1234.56, 3), "1235");
+        assert_eq!(digits(0.5, 3), "0.5");
+        assert_eq!(digits(3e-12, 2), "3.0e-12");
+    }
+}
