@@ -1,0 +1,99 @@
+//! The rows of parts: which are whose, how far they reach, and what they share.
+
+use std::ops::Range;
+
+use isolux_model::{DirectionError, Model};
+use isolux_record::ReadingKind;
+
+use super::Part;
+
+/// Angles closer than this count as one: what a term does between two of them no reading sees but through the emitter's extent.
+const APART_DEG: f64 = 0.5;
+
+/// The largest |γ| of the readings, at least 1°.
+pub(super) fn reach(parts: &[Part]) -> f64 {
+    let mut largest: f64 = 1.0;
+    for part in parts {
+        if let Part::Readings(readings) = part {
+            largest = readings.iter().fold(largest, |most, at| most.max(at.gamma_deg.abs()));
+        }
+    }
+    largest.min(180.0)
+}
+
+/// How many |γ| of lit readings are apart from each other: a shape of more terms than that would wiggle between them as it likes, and through the
+/// parallax of an extended emitter such a wiggle looks like a distance.
+pub(super) fn distinct_gammas(parts: &[Part]) -> usize {
+    let mut gammas: Vec<f64> = parts
+        .iter()
+        .flat_map(|part| match part {
+            Part::Readings(readings) => readings.as_slice(),
+            _ => &[],
+        })
+        .filter(|at| at.kind == ReadingKind::Lit)
+        .map(|at| at.gamma_deg.abs())
+        .collect();
+    gammas.sort_by(f64::total_cmp);
+    let (mut count, mut last) = (0, f64::NEG_INFINITY);
+    for gamma in gammas {
+        if gamma > last + APART_DEG {
+            (count, last) = (count + 1, gamma);
+        }
+    }
+    count
+}
+
+/// What the noise of each direction of the model's distribution does to the rows of a part.
+pub fn direction_errors(model: &Model, part: &Part) -> Vec<DirectionError> {
+    match part {
+        Part::Readings(readings) => model.direction_errors_of_readings(readings),
+        Part::Maps(maps) => model.direction_errors_of_maps(maps),
+        Part::Spectra(..) => Vec::new(),
+    }
+}
+
+/// The range of rows of each part.
+pub fn row_ranges(parts: &[Part]) -> Vec<Range<usize>> {
+    let mut start = 0;
+    parts
+        .iter()
+        .map(|part| {
+            let length = match part {
+                Part::Readings(readings) => readings.len(),
+                Part::Maps(maps) => maps.cells().len(),
+                Part::Spectra(_, rows) => rows.len(),
+            };
+            start += length;
+            start - length..start
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use isolux_record::observation::ReadingCoordinates;
+
+    use super::*;
+
+    #[test]
+    fn a_shape_has_no_more_terms_than_angles_that_hold_it() {
+        let at = |gamma_deg: f64, kind: ReadingKind| ReadingCoordinates {
+            kind,
+            time_s: None,
+            c_deg: 0.0,
+            gamma_deg,
+            distance_mm: 2000.0,
+            travel: 0,
+            range: None,
+            ambient_c: None,
+        };
+        // Four angles, both signs, read back with an encoder's dust; darks hold no shape.
+        let mut readings: Vec<ReadingCoordinates> = (-3..=3)
+            .map(|k| at(8.0 * f64::from(k) + 0.01 * f64::from(k % 2), ReadingKind::Lit))
+            .collect();
+        readings.extend((0..9).map(|k| at(10.0 * f64::from(k), ReadingKind::Baffled)));
+        assert_eq!(distinct_gammas(&[Part::Readings(readings)]), 4);
+        let fine = (0..400).map(|k| at(0.2 * f64::from(k), ReadingKind::Lit)).collect();
+        assert!(distinct_gammas(&[Part::Readings(fine)]) > 100);
+    }
+}
