@@ -165,4 +165,12 @@ mod tests {
         let columns = DMatrix::from_fn(20, 2, |i, _| i as f64);
         assert_eq!(Basis::spanning(&columns, 1e-9).rank(), 1);
     }
+
+    #[test]
+    fn the_blocked_product_is_the_product() {
+        let value = |i: usize, k: usize| ((i * (2 * k + 1)) as f64 * 1e-3).sin();
+        let a = DMatrix::from_fn(2 * SUMMED + 5, 7, value);
+        let b = DMatrix::from_fn(2 * SUMMED + 5, 9, |i, k| value(i, k + 11));
+        assert!((product(&a, &b) - a.tr_mul(&b)).amax() < 1e-10);
+    }
 }
