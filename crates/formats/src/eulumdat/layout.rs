@@ -596,6 +596,20 @@ fn angle_break(tokens: &[Token<'_>], at: usize, name: &str, token: &Token<'_>) -
     let doubled = at > 0 && tokens[at - 1].value().is_some() && tokens[at - 1].value() == token.value();
     let gap = gap(tokens, at).filter(|_| !doubled && at + 1 >= tokens.len());
     let token = gap.map_or(token, |gap| &tokens[gap]);
+    // Without the angle before, the rise goes on: that one is too large.
+    if gap.is_none()
+        && !doubled
+        && at > 1
+        && let (Some(this), Some(before)) = (token.value(), tokens[at - 2].value())
+        && this > before
+    {
+        let odd = &tokens[at - 1];
+        let message = format!("this {name} angle is larger than the one after it; two angles may have changed places");
+        return Finding::error("ldt-angles", message)
+            .at(odd.line + 1, odd.column)
+            .raw(odd.text)
+            .fix("compare the angles with lines 4 to 7");
+    }
     let message = if gap.is_some() {
         format!("one {name} angle is missing before this one, where the step is twice that of all others")
     } else if doubled {

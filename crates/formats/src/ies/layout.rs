@@ -300,10 +300,20 @@ fn blame(tokens: &[Token<'_>], stated: &Layout, text: &Text<'_>, findings: &mut 
             && !broken
         {
             broken = true;
+            // Without the angle before, the rise goes on: that one is too large.
+            let at = from + length;
+            let before = (length > 1).then(|| tokens[at - 2].value()).flatten();
+            let previous = &tokens[at - 1];
+            let too_large = token.text != previous.text && token.value().zip(before).is_some_and(|(this, b)| this > b);
+            let (token, word) = if too_large {
+                (previous, "is larger than the one after it")
+            } else {
+                (token, "does not go on rising")
+            };
             findings.push(
                 Finding::error(
                     "ies-angles",
-                    format!("{count} rising {name} angles are needed; this one does not go on rising"),
+                    format!("{count} rising {name} angles are needed; this one {word}"),
                 )
                 .at(token.line + 1, token.column)
                 .raw(token.text)
