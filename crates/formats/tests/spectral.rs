@@ -371,6 +371,30 @@ fn a_comment_about_another_unit_does_not_move_the_numbers() {
 }
 
 #[test]
+fn a_letter_e_in_place_of_a_digit_is_told_where_no_other_number_has_one() {
+    let row = |k: u32| format!("{},{:.4}\n", 380 + 5 * k, 0.05 + f64::from(k) * 0.01);
+    let rows: Vec<String> = (0..81).map(row).collect();
+    let good = rows.concat();
+    let told = |text: &str| {
+        let list = read(text.as_bytes(), "s.csv").findings;
+        let found = list.into_iter().find(|finding| finding.code == "number-exponent");
+        found.map(|finding| (finding.line, finding.column))
+    };
+    assert_eq!(told(&good), None);
+    assert_eq!(
+        told(&good.replacen("395,0.0800", "395,0e0800", 1)),
+        Some((Some(4), Some(5)))
+    );
+    assert_eq!(
+        told(&good.replacen("395,0.0800", "395,0.08E0", 1)),
+        Some((Some(4), Some(5)))
+    );
+    // A program that writes so writes it everywhere.
+    let all = good.replace('\n', "E0\n");
+    assert_eq!(told(&all), None);
+}
+
+#[test]
 fn swapped_values_in_a_smooth_curve_are_told() {
     let value = |w: f64| (-((w - 480.0) / 40.0).powi(2)).exp();
     let rows: Vec<(f64, f64)> = (0..60)

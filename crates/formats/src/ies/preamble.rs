@@ -51,7 +51,7 @@ pub(super) fn read(text: &Text<'_>, findings: &mut Findings) -> Option<Preamble>
     let (mut keywords, mut labels) = (Vec::<Keyword>::new(), Vec::new());
     for index in from..until {
         let line = text.line(index).trim_end();
-        if index > from && line.trim().len() > 8 && line == text.line(index - 1).trim_end() {
+        if index > first && line.trim().len() > 5 && line == text.line(index - 1).trim_end() {
             findings.push(
                 Finding::warning("ies-line-repeated", "this line repeats the one before it")
                     .at(index + 1, 1)

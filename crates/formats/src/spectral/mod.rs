@@ -2,6 +2,7 @@
 
 mod axis;
 mod cgats;
+mod exponents;
 mod jcamp;
 mod json;
 mod points;
@@ -110,28 +111,39 @@ impl SpectrumFile {
 pub fn read(bytes: &[u8], file_name: &str) -> Option<Parsed<SpectrumFile>> {
     let mut findings = Findings::new();
     let text = Text::decode(bytes, &mut findings);
+    let mut parsed = read_text(&text, findings, file_name)?;
+    if !json::looks_like(&text) {
+        parsed.findings.extend(exponents::alone(&text));
+        parsed
+            .findings
+            .sort_by_key(|finding| finding.line.unwrap_or(usize::MAX));
+    }
+    Some(parsed)
+}
+
+fn read_text(text: &Text<'_>, findings: Findings, file_name: &str) -> Option<Parsed<SpectrumFile>> {
     let extension = file_name
         .rsplit_once('.')
         .map_or(String::new(), |(_, end)| end.to_ascii_lowercase());
     let extension = extension.as_str();
     let is = |names: &[&str]| names.contains(&extension);
-    if jcamp::looks_like(&text) || is(&["jdx", "dx", "jcamp"]) {
-        return Some(jcamp::read(&text, findings));
+    if jcamp::looks_like(text) || is(&["jdx", "dx", "jcamp"]) {
+        return Some(jcamp::read(text, findings));
     }
-    if json::looks_like(&text) {
-        return Some(json::read(&text, findings));
+    if json::looks_like(text) {
+        return Some(json::read(text, findings));
     }
-    if spdx::looks_like(&text) || extension == "spdx" {
-        return Some(spdx::read(&text, findings));
+    if spdx::looks_like(text) || extension == "spdx" {
+        return Some(spdx::read(text, findings));
     }
     if text.content().trim_start().starts_with('<') {
         return None;
     }
-    if speos::looks_like(&text) || extension == "spectrum" {
-        return Some(speos::read(&text, findings));
+    if speos::looks_like(text) || extension == "spectrum" {
+        return Some(speos::read(text, findings));
     }
-    if cgats::looks_like(&text) {
-        return Some(cgats::read(&text, findings));
+    if cgats::looks_like(text) {
+        return Some(cgats::read(text, findings));
     }
     if is(&["ldt", "eul", "ies", "xml", "gldf", "tm33", "atla"]) {
         return None;
@@ -141,9 +153,9 @@ pub fn read(bytes: &[u8], file_name: &str) -> Option<Parsed<SpectrumFile>> {
         "sp" => Format::Sp,
         _ => Format::Csv,
     };
-    let (parsed, rising) = table::read(&text, findings, format);
+    let (parsed, rising) = table::read(text, findings, format);
     // A text under another name must show that it is a spectrum, also a damaged one; EULUMDAT content is none.
-    let named = is(&["spd", "sp", "csv", "tsv"]) || table::looks_like_vendor_text(&text);
+    let named = is(&["spd", "sp", "csv", "tsv"]) || table::looks_like_vendor_text(text);
     let shown = rising >= 8 && parsed.findings.iter().all(|f| f.code != "csv-no-heading");
     (named || shown).then_some(parsed)
 }
