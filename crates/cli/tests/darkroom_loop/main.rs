@@ -9,6 +9,8 @@
 #![expect(clippy::print_stdout, reason = "the table is what a person runs this for")]
 
 mod cases;
+#[path = "../folder/mod.rs"]
+mod folder;
 mod maps;
 mod workshop;
 

@@ -1,12 +1,13 @@
 //! A folder with a healthy room, its scan and the operator's model, and the two loops.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::ops::Deref;
+use std::path::Path;
 
 use serde_json::Value;
 
 use crate::cases::Case;
+use crate::folder::{Folder, said};
 use crate::maps;
 
 /// An ordinary room: a lamp of binned LEDs that warms up and is steady then. At 3.6 m its axis has four digits of the lux
@@ -160,9 +161,14 @@ pub const HEADING: &str = "\
 effect            verdict      named (and what cannot be told from it)      parameters                              \
 held out        maps in the room";
 
-pub struct Workshop {
-    folder: PathBuf,
-    _keep: tempfile::TempDir,
+pub struct Workshop(Folder);
+
+impl Deref for Workshop {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.0
+    }
 }
 
 /// What one loop found.
@@ -182,19 +188,7 @@ impl Workshop {
             Thoroughness::Quick => ("[0, 100]", "12", "20", "4"),
             Thoroughness::Full => ("[0, 60, 100, 200, 290]", "16", "10", "10"),
         };
-        // Every reading is synced to the disk before the next move; a folder in memory spares minutes of that.
-        let memory = Path::new("/dev/shm");
-        let keep = if memory.is_dir() {
-            tempfile::tempdir_in(memory)
-        } else {
-            tempfile::tempdir()
-        }
-        .expect("a folder");
-        let folder = match std::env::var_os("ISOLUX_LOOP_DIR") {
-            Some(folder) => PathBuf::from(folder),
-            None => keep.path().to_owned(),
-        };
-        let workshop = Self { folder, _keep: keep };
+        let workshop = Self(Folder::new());
         let distribution = |step: &str, repeats: &str| {
             let last = (360 - step.parse::<i32>().expect("a number")).to_string();
             DISTRIBUTION
@@ -215,7 +209,7 @@ impl Workshop {
         }
         workshop.room("healthy", 7, None);
         workshop.scan("healthy", "reference.plan.toml", "run");
-        workshop.isolux(&["reduce", "healthy/run"]);
+        workshop.isolux(&["reduce", "healthy/run"], 0);
         workshop.drawn("healthy/run/results/luminaire.model.toml", "reference.model.toml");
         workshop
     }
@@ -227,18 +221,15 @@ impl Workshop {
         self.room(name, 8, Some(case));
         self.scan(name, "telling.plan.toml", "telling");
         let out = format!("{name}/diagnosis");
-        self.isolux(&[
-            "diagnose",
-            "reference.model.toml",
-            &format!("{name}/telling"),
-            "--out",
-            &out,
-        ]);
+        self.diagnose(&format!("{name}/telling"), &out);
 
         self.scan(name, "distribution.plan.toml", "run");
         let (run, after) = (format!("{name}/run"), format!("{out}/model.after.toml"));
-        self.isolux(&["reduce", &run]);
-        self.isolux(&["reduce", &run, "--with", &after, "--out", &format!("{name}/mended")]);
+        self.isolux(&["reduce", &run], 0);
+        self.isolux(
+            &["reduce", &run, "--with", &after, "--out", &format!("{name}/mended")],
+            0,
+        );
         self.capture(name, "screen.toml", "screen", &[]);
         let gaps = [format!("{run}/results"), format!("{name}/mended")].map(|results| {
             let model = format!("{results}/drawn.model.toml");
@@ -255,13 +246,7 @@ impl Workshop {
         self.capture(&name, "scene.toml", "maps", &["--designed"]);
         self.capture(&name, "held-out.toml", "held", &[]);
         let out = format!("{name}/diagnosis");
-        self.isolux(&[
-            "diagnose",
-            "reference.model.toml",
-            &format!("{name}/maps.toml"),
-            "--out",
-            &out,
-        ]);
+        self.diagnose(&format!("{name}/maps.toml"), &out);
         let gaps = ["baseline", "after"].map(|which| {
             let model = format!("{out}/model.{which}.toml");
             self.gap(&model, "held-out.toml", &format!("{name}/held.csv"))
@@ -272,13 +257,16 @@ impl Workshop {
     /// What a camera in the room `name` records at `poses`.
     fn capture(&self, name: &str, poses: &str, to: &str, more: &[&str]) {
         let (room, out) = (format!("{name}/darkroom.toml"), format!("{name}/{to}.toml"));
-        self.isolux(&[&["virtual", "capture", &room, poses, "--out", &out], more].concat());
+        self.isolux(
+            &[&["virtual", "capture", &room, poses, "--out", &out], more].concat(),
+            0,
+        );
     }
 
     /// How far what `model` predicts at `poses` is from what was recorded there, in the camera's noise.
     fn gap(&self, model: &str, poses: &str, recorded: &str) -> f64 {
         let predicted = format!("{model}.predicted.csv");
-        self.isolux(&["predict", model, poses, "--out", &predicted]);
+        self.isolux(&["predict", model, poses, "--out", &predicted], 0);
         maps::gap(&self.path(recorded), &self.path(&predicted)).0
     }
 
@@ -301,8 +289,7 @@ impl Workshop {
     }
 
     fn found(&self, diagnosis: &str, maps: [f64; 2]) -> Found {
-        let text = std::fs::read_to_string(self.path(&format!("{diagnosis}/diagnosis.json"))).expect("a diagnosis");
-        let document: Value = serde_json::from_str(&text).expect("JSON");
+        let document = self.json(&format!("{diagnosis}/diagnosis.json"));
         let word = |value: &Value| value.as_str().unwrap_or_default().to_owned();
         let mut parameters = String::new();
         let effects = document["effects"].as_array().expect("effects");
@@ -337,7 +324,7 @@ impl Workshop {
     /// Scans the room `name`.
     fn scan(&self, name: &str, plan: &str, run: &str) {
         let station = format!("{name}/station.toml");
-        self.isolux(&["scan", &station, plan, "--out", &format!("{name}/{run}")]);
+        self.isolux(&["scan", &station, plan, "--out", &format!("{name}/{run}")], 0);
     }
 
     /// A room with one flaw more than every room has, and the station in it.
@@ -361,12 +348,15 @@ impl Workshop {
         std::fs::create_dir_all(self.path(name)).expect("a folder");
         let (room, station) = (format!("{name}/darkroom.toml"), format!("{name}/station.toml"));
         self.write(&room, &text);
-        self.isolux(&["virtual", "darkroom", &room, "--in-memory", "--station-out", &station]);
+        self.isolux(
+            &["virtual", "darkroom", &room, "--in-memory", "--station-out", &station],
+            0,
+        );
     }
 
     /// The model `from` with the rings of the lamp's drawing in place of its disc, its files named from the new place.
     fn drawn(&self, from: &str, to: &str) {
-        let text = std::fs::read_to_string(self.path(from)).expect("a model");
+        let text = self.read(from);
         let beside = Path::new(from)
             .parent()
             .filter(|folder| Path::new(to).parent() != Some(folder));
@@ -383,29 +373,12 @@ impl Workshop {
         self.write(to, &text);
     }
 
-    /// Runs a command; its exit status must be 0, or 1 for an honest no.
-    fn isolux(&self, arguments: &[&str]) -> Output {
-        let output = Command::new(env!("CARGO_BIN_EXE_isolux"))
-            .args(arguments)
-            .current_dir(&self.folder)
-            .output()
-            .expect("the program runs");
-        assert!(
-            matches!(output.status.code(), Some(0 | 1)),
-            "isolux {}: {}\n{}",
-            arguments.join(" "),
-            output.status,
-            String::from_utf8_lossy(&output.stderr)
-        );
-        output
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.path(name), text).expect("a file");
+    /// Diagnoses `record` against the healthy model; an honest no is an answer as well.
+    fn diagnose(&self, record: &str, out: &str) {
+        let diagnose = ["diagnose", "reference.model.toml", record, "--out", out];
+        let output = self.start(&diagnose).wait_with_output().expect("the program runs");
+        let no = output.status.code() == Some(1);
+        said(output, Some(i32::from(no)));
     }
 }
 
