@@ -413,6 +413,47 @@ fn swapped_values_in_a_smooth_curve_are_told() {
 }
 
 #[test]
+fn what_a_heading_states_of_its_data_is_checked() {
+    let rows: String = (0..31).fold(String::new(), |rows, k| {
+        let value = if k == 4 { -0.5 } else { f64::from(k) };
+        rows + &format!(" {}  {value:.3E}\n", 400 + 10 * k)
+            .replace('E', "E+0")
+            .replace("E+0-", "E-0")
+    });
+    let heading = "\"FILE:A\"\n\"REM: lamp\"\n\"LIMS: 400- 700NM\"\n\"INT: 10NM\"\n\"MIN:  440NM -5.000E-01\"\n\"MAX:  700NM  3.000E+01\"\n";
+    let good = format!("{heading}{rows}");
+    let told = |text: &str| -> Vec<Option<usize>> {
+        let list = read(text.as_bytes(), "lamp.prn").findings;
+        list.iter()
+            .filter(|finding| finding.code == "spectrum-limits")
+            .map(|finding| finding.line)
+            .collect()
+    };
+    assert_eq!(told(&good), []);
+    assert_eq!(told(&good.replace(" 440  -5", " 440  5")), [Some(5)]);
+    let cut = good.find(" 650").unwrap();
+    assert_eq!(told(&good[..cut]), [Some(3), Some(6)]);
+}
+
+#[test]
+fn a_value_that_lost_its_sign_among_few_of_its_kind_is_told() {
+    let value = |k: f64| if k < 30.0 { 5.0 + k } else { -(k - 29.0) * 0.5 - 3.0 };
+    let rows: Vec<String> = (0..48)
+        .map(f64::from)
+        .map(|k| format!("{},{}\n", 400.0 + 5.0 * k, value(k)))
+        .collect();
+    let good = rows.concat();
+    assert!(
+        read(good.as_bytes(), "x.csv")
+            .findings
+            .iter()
+            .all(|finding| finding.code != "spectrum-sign")
+    );
+    let lost = good.replacen(",-8", ",8", 1);
+    assert_eq!(finding(&lost, "x.csv", "spectrum-sign").line, Some(40));
+}
+
+#[test]
 fn a_photometric_file_is_no_spectrum() {
     let parsed = read(b"some\ntext\nof no kind\n", "x.txt");
     assert!(parsed.document.is_none());

@@ -5,6 +5,7 @@ mod cgats;
 mod exponents;
 mod jcamp;
 mod json;
+mod limits;
 mod points;
 mod resample;
 mod smooth;
@@ -114,6 +115,8 @@ pub fn read(bytes: &[u8], file_name: &str) -> Option<Parsed<SpectrumFile>> {
     let mut parsed = read_text(&text, findings, file_name)?;
     if !json::looks_like(&text) {
         parsed.findings.extend(exponents::alone(&text));
+        let limits = parsed.document.as_ref().map(|file| limits::check(&text, file));
+        parsed.findings.extend(limits.unwrap_or_default());
         parsed
             .findings
             .sort_by_key(|finding| finding.line.unwrap_or(usize::MAX));

@@ -24,6 +24,9 @@ const CANDIDATES: usize = 16;
 const MOST: usize = 2;
 /// Points on either side that all have the other sign.
 const ALONE: usize = 20;
+/// A lone sign among fewer neighbours leaves the curve by this, in units of what is usual, and by no more than the second with
+/// the other sign.
+const SIGN: (f64, f64) = (8.0, 2.0);
 /// Points on either side that tell the level.
 const LEVEL: usize = 4;
 /// Points on either side that tell the noise.
@@ -205,12 +208,25 @@ impl Curve {
                         (low.min(size), high.max(size))
                     })
                 };
-                // As large as the two beside it, where the values around are of one size: noise about zero is not.
                 let ((low, high), (least, most)) = (sizes(1), sizes(LEVEL));
-                let fits = (0.5 * low..=2.0 * high).contains(&v.abs()) && least > 0.1 * most;
-                2 * count > ALONE && other && fits
+                let alike = (0.5 * low..=2.0 * high).contains(&v.abs());
+                // As large as the two beside it, where the values around are of one size: noise about zero is not.
+                let alone = other && least > 0.1 * most;
+                2 * count > ALONE && alike && (alone || self.lone_sign(i))
             })
             .collect()
+    }
+
+    /// The few values beside all have the other sign, and with it this one is on their curve.
+    fn lone_sign(&self, i: usize) -> bool {
+        if !self.inner().contains(&i) {
+            return false;
+        }
+        let v = self.value[i];
+        let near = i.saturating_sub(LEVEL)..(i + LEVEL + 1).min(self.value.len());
+        let other = near.filter(|&k| k != i).all(|k| self.value[k] * v < 0.0);
+        let flipped = (self.distance(&self.value, i) - 2.0 * v).abs();
+        other && self.off[i] > SIGN.0 * self.usual[i] && flipped < SIGN.1 * self.usual[i]
     }
 
     /// Points off the cubic whose neighbours are on it once the point is put there.
