@@ -27,6 +27,7 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
     let mut planes: Vec<f64> = lit.iter().map(|row| nominal(row.c_deg)).collect();
     planes.sort_by(f64::total_cmp);
     planes.dedup();
+    let Some(&first_plane) = planes.first() else { return };
     let level = |gamma: f64, distance_mm: f64| {
         let near = lit.iter().min_by(|a, b| {
             ((a.gamma_deg - gamma).abs() + (a.distance_mm - distance).abs())
@@ -34,50 +35,53 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
         });
         near.map_or(peak, |row| row.measured * (row.distance_mm / distance_mm).powi(2))
     };
-    let at = |kind, c_deg: f64, gamma_deg: f64, distance_mm: f64, travel: i8, k: usize| ReadingCoordinates {
+    // Expected light, and the range that the reading nearest to it was taken in.
+    let look = |gamma_deg: f64, distance_mm: f64| {
+        let level = level(gamma_deg, distance_mm);
+        let off = |row: &Row| (row.measured - level).abs();
+        let near = lit.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        (level, near.map(|row| row.range as i32))
+    };
+    let (_, range_ahead) = look(0.0, distance);
+    let ahead = |kind, k: usize| ReadingCoordinates {
         kind,
-        time_s: Some(end + 60.0 + 4.0 * k as f64),
-        c_deg,
-        gamma_deg,
-        distance_mm,
-        travel,
-        range: lit
-            .iter()
-            .min_by(|a, b| {
-                (a.measured - level(gamma_deg, distance_mm))
-                    .abs()
-                    .total_cmp(&(b.measured - level(gamma_deg, distance_mm)).abs())
-            })
-            .map(|row| row.range as i32),
+        time_s: Some(end + 60.0 + READING_S * k as f64),
+        c_deg: first_plane,
+        gamma_deg: 0.0,
+        distance_mm: distance,
+        travel: 0,
+        range: range_ahead,
         ambient_c: temperature,
     };
     let mut scan = |what: &'static str, c: &[f64], distance_mm: f64, travel: i8| {
         let count = ((high - low) / step).round() as usize;
         let repeats = repeats.min(MOST_READINGS / ((count + 1) * c.len())).max(1);
-        let mut coordinates = Vec::new();
-        for &plane in c {
-            for k in 0..=count {
+        let looks: Vec<(f64, (f64, Option<i32>))> = (0..=count)
+            .map(|k| {
                 let gamma = if travel >= 0 {
                     low + k as f64 * step
                 } else {
                     high - k as f64 * step
                 };
+                (gamma, look(gamma, distance_mm))
+            })
+            .collect();
+        let (mut coordinates, mut sigma) = (Vec::new(), Vec::new());
+        for &c_deg in c {
+            for &(gamma_deg, (level, range)) in &looks {
                 for _ in 0..repeats {
-                    coordinates.push(at(
-                        ReadingKind::Lit,
-                        plane,
-                        gamma,
+                    coordinates.push(ReadingCoordinates {
+                        c_deg,
+                        gamma_deg,
                         distance_mm,
                         travel,
-                        coordinates.len(),
-                    ));
+                        range,
+                        ..ahead(ReadingKind::Lit, coordinates.len())
+                    });
+                    sigma.push((u_rel * level).hypot(u_floor));
                 }
             }
         }
-        let sigma = coordinates
-            .iter()
-            .map(|at| (u_rel * level(at.gamma_deg, at.distance_mm)).hypot(u_floor))
-            .collect();
         let order = if travel >= 0 { "forward" } else { "reverse" };
         let list = c.iter().map(|c| format!("{c:?}")).collect::<Vec<_>>().join(", ");
         let plan = format!(
@@ -93,10 +97,9 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
             plan,
         });
     };
-    let two: Vec<f64> = match (planes.first(), planes.get(planes.len() / 2)) {
-        (Some(&a), Some(&b)) if a != b => vec![a, b],
-        (Some(&a), _) => vec![a],
-        _ => return,
+    let two: Vec<f64> = match planes.get(planes.len() / 2) {
+        Some(&other) if other != first_plane => vec![first_plane, other],
+        _ => vec![first_plane],
     };
     let has_way = |way: f64| lit.iter().any(|row| row.travel == way);
     let reverse = if has_way(-1.0) && !has_way(1.0) { 1 } else { -1 };
@@ -120,7 +123,7 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
     let dark: Vec<ReadingCoordinates> = [ReadingKind::LampOff, ReadingKind::Capped]
         .into_iter()
         .flat_map(|kind| (0..darks).map(move |k| (kind, k)))
-        .map(|(kind, k)| at(kind, two[0], 0.0, distance, 0, k))
+        .map(|(kind, k)| ahead(kind, k))
         .collect();
     blocks.push(Block {
         what: "dark",
@@ -128,17 +131,16 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
         minutes: dark.len() as f64 * 4.0 / 60.0 + 2.0,
         part: Part::Readings(dark),
         plan: format!(
-            "format = \"isolux-plan/1\"\nname = \"dark\"\n\n[[block]]\nname = \"lamp_off\"\nkind = \"lamp_off\"\nc_deg = [{c:?}]\n\
-             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {darks}\n\n[[block]]\nname = \"capped\"\nkind = \"capped\"\nc_deg = [{c:?}]\n\
-             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {darks}\n",
-            c = two[0]
+            "format = \"isolux-plan/1\"\nname = \"dark\"\n\n[[block]]\nname = \"lamp_off\"\nkind = \"lamp_off\"\nc_deg = [{first_plane:?}]\n\
+             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {darks}\n\n[[block]]\nname = \"capped\"\nkind = \"capped\"\nc_deg = [{first_plane:?}]\n\
+             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {darks}\n"
         ),
     });
     // References from switch-on, as fast as the meter reads: the lamp is cold first.
     let start: Vec<ReadingCoordinates> = (0..REFERENCES)
         .map(|k| ReadingCoordinates {
             time_s: Some(20.0 + READING_S * k as f64),
-            ..at(ReadingKind::Lit, two[0], 0.0, distance, 0, k)
+            ..ahead(ReadingKind::Lit, k)
         })
         .collect();
     blocks.push(Block {
@@ -147,10 +149,9 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
         minutes: 30.0 + REFERENCES as f64 * READING_S / 60.0,
         part: Part::Readings(start),
         plan: format!(
-            "format = \"isolux-plan/1\"\nname = \"reference_repeats\"\n\n[[block]]\nname = \"reference\"\nkind = \"lit\"\nc_deg = [{c:?}]\n\
+            "format = \"isolux-plan/1\"\nname = \"reference_repeats\"\n\n[[block]]\nname = \"reference\"\nkind = \"lit\"\nc_deg = [{first_plane:?}]\n\
              gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {REFERENCES}\n\
-             prompt = \"Let the lamp cool for half an hour, switch it on and confirm at once.\"\n",
-            c = two[0]
+             prompt = \"Let the lamp cool for half an hour, switch it on and confirm at once.\"\n"
         ),
     });
 }
