@@ -55,18 +55,20 @@ impl Lobe {
             .map(|node| node.weight)
             .sum();
         let (sin, cos) = aim_deg.to_radians().sin_cos();
-        let places: Vec<f64> = (0..NODES)
-            .flat_map(|i| {
-                let (sin_gamma, cos_gamma) = (i as f64 * STEP_DEG).to_radians().sin_cos();
-                (0..AZIMUTHS).map(move |k| {
-                    let azimuth = std::f64::consts::PI * (k as f64 + 0.5) / AZIMUTHS as f64;
-                    (cos * cos_gamma + sin * sin_gamma * azimuth.cos())
-                        .clamp(-1.0, 1.0)
-                        .acos()
-                        .to_degrees()
-                        / STEP_DEG
-                })
+        // What LEDs at these azimuths send to one γ left them at other angles from their own axes.
+        let cos_azimuth: [f64; AZIMUTHS] =
+            std::array::from_fn(|k| (std::f64::consts::PI * (k as f64 + 0.5) / AZIMUTHS as f64).cos());
+        let ring_deg = |gamma_deg: f64| {
+            let (sin_gamma, cos_gamma) = gamma_deg.to_radians().sin_cos();
+            cos_azimuth.map(|cos_azimuth| {
+                (cos * cos_gamma + sin * sin_gamma * cos_azimuth)
+                    .clamp(-1.0, 1.0)
+                    .acos()
+                    .to_degrees()
             })
+        };
+        let places: Vec<f64> = (0..NODES)
+            .flat_map(|i| ring_deg(i as f64 * STEP_DEG).map(|deg| deg / STEP_DEG))
             .collect();
         let sum_of = |lobe: &[f64]| -> Vec<f64> {
             (0..NODES)
@@ -97,19 +99,8 @@ impl Lobe {
         let lobe = finer(&lobe);
         let sum = if on_circles {
             let sum_at = |index: usize| {
-                let (sin_gamma, cos_gamma) = (index as f64 * FINE_DEG).to_radians().sin_cos();
-                let at = |k: usize| {
-                    let azimuth = std::f64::consts::PI * (k as f64 + 0.5) / AZIMUTHS as f64;
-                    linear(
-                        &lobe,
-                        (cos * cos_gamma + sin * sin_gamma * azimuth.cos())
-                            .clamp(-1.0, 1.0)
-                            .acos()
-                            .to_degrees()
-                            / FINE_DEG,
-                    )
-                };
-                let ring: f64 = (0..AZIMUTHS).map(at).sum();
+                let places = ring_deg(index as f64 * FINE_DEG);
+                let ring: f64 = places.iter().map(|deg| linear(&lobe, deg / FINE_DEG)).sum();
                 upright * lobe[index] + (1.0 - upright) * ring / AZIMUTHS as f64
             };
             Sum::Rotational((0..lobe.len()).map(sum_at).collect())
