@@ -600,8 +600,9 @@ fn angle_break(tokens: &[Token<'_>], at: usize, name: &str, token: &Token<'_>) -
     if gap.is_none()
         && !doubled
         && at > 1
-        && let (Some(this), Some(before)) = (token.value(), tokens[at - 2].value())
-        && this > before
+        && let (Some(this), Some(odd), Some(before)) = (token.value(), tokens[at - 1].value(), tokens[at - 2].value())
+        && before < this
+        && this < odd
     {
         let odd = &tokens[at - 1];
         let message = format!("this {name} angle is larger than the one after it; two angles may have changed places");

@@ -501,18 +501,24 @@ fn stated_ratios(
     if stated.iter().flatten().all(|&ratio| ratio == 0.0) {
         return;
     }
-    let falls = (1..10).find(|&at| {
-        stated[at]
-            .zip(stated[at - 1])
-            .is_some_and(|(this, last)| this < last - 1e-9)
-    });
-    if let Some(at) = falls {
-        findings.push(
-            Finding::warning("ldt-direct-ratios", "the direct ratios do not rise with the room index")
-                .at(first + at + 1, 1)
-                .assumed("as they stand")
-                .fix("compare the ratios with the source; two may be swapped"),
-        );
+    let say = |at: usize, message: &str| {
+        Finding::warning("ldt-direct-ratios", message)
+            .at(first + at + 1, 1)
+            .raw(&stated[at].unwrap_or(0.0).to_string())
+            .assumed("as they stand")
+            .fix("compare the ratios with the source; two may be swapped")
+    };
+    // A share of the flux; programs round up.
+    let share = |ratio: Option<f64>| ratio.is_none_or(|ratio| (0.0..=1.05).contains(&ratio));
+    if let Some(at) = (0..10).find(|&at| !share(stated[at])) {
+        findings.push(say(at, "a direct ratio is a share of the flux, from 0 to 1"));
+        return;
+    }
+    let falls = |a: usize, b: usize| stated[a].zip(stated[b]).is_some_and(|(a, b)| b < a - 1e-9);
+    if let Some(at) = (1..10).find(|&at| falls(at - 1, at)) {
+        // Without the one before they go on rising: that one is too large.
+        let odd = if at > 1 && !falls(at - 2, at) { at - 1 } else { at };
+        findings.push(say(odd, "the direct ratios do not rise with the room index"));
         return;
     }
     let Some(computed) = rough_direct_ratios(intensity) else {

@@ -302,9 +302,12 @@ fn blame(tokens: &[Token<'_>], stated: &Layout, text: &Text<'_>, findings: &mut 
             broken = true;
             // Without the angle before, the rise goes on: that one is too large.
             let at = from + length;
-            let before = (length > 1).then(|| tokens[at - 2].value()).flatten();
             let previous = &tokens[at - 1];
-            let too_large = token.text != previous.text && token.value().zip(before).is_some_and(|(this, b)| this > b);
+            let values = (length > 1).then(|| (tokens[at - 2].value(), previous.value()));
+            let too_large = match (values, token.value()) {
+                (Some((Some(before), Some(odd))), Some(this)) => before < this && this < odd,
+                _ => false,
+            };
             let (token, word) = if too_large {
                 (previous, "is larger than the one after it")
             } else {
