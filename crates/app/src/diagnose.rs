@@ -65,7 +65,7 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
     if let Some(path) = &accepted {
         files::refuse_existing(path, request.overwrite)?;
     }
-    refuse_occupied(&request.out, request.overwrite)?;
+    files::refuse_occupied(&request.out, request.overwrite)?;
     progress.event(Event::Began {
         step: "diagnose",
         total: None,
@@ -215,15 +215,6 @@ pub fn words(answer: &Answer) -> Vec<String> {
 
 fn names(paths: &[Utf8PathBuf]) -> String {
     paths.iter().map(|path| path.as_str()).collect::<Vec<_>>().join(", ")
-}
-
-/// A folder with something in it is not written into.
-pub(crate) fn refuse_occupied(path: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
-    if overwrite == Overwrite::Never && std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some()) {
-        return Err(Failure::bad_input(format!("{path} is not empty"))
-            .help("choose another folder, or give --force to replace its files"));
-    }
-    Ok(())
 }
 
 fn run_directory(paths: &[Utf8PathBuf], observations: &[Observations]) -> Option<Utf8PathBuf> {

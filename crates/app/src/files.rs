@@ -70,11 +70,22 @@ pub fn refuse_existing(path: &Utf8Path, overwrite: Overwrite) -> Result<(), Fail
     Ok(())
 }
 
-/// The output folder of a command, created; refused when it already holds something and may not be overwritten.
+/// The output folder of a command, created; refused as by [`refuse_occupied`].
 ///
 /// # Errors
 /// Bad input (exit 2) when it is a file or not empty; exit 3 when it cannot be made.
 pub fn output_folder(path: &Utf8Path, overwrite: Overwrite) -> Result<Utf8PathBuf, Failure> {
+    refuse_occupied(path, overwrite)?;
+    std::fs::create_dir_all(path).map_err(|error| Failure::instrument(format!("{path}: {error}")))?;
+    Ok(path.to_owned())
+}
+
+/// Fails when the folder `path` already holds something and may not be overwritten: called before long work, as
+/// [`refuse_existing`] is.
+///
+/// # Errors
+/// Bad input (exit 2) when it is a file or not empty.
+pub fn refuse_occupied(path: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
     if path.is_file() {
         return Err(Failure::bad_input(format!("{path} is a file, not a folder")));
     }
@@ -83,8 +94,7 @@ pub fn output_folder(path: &Utf8Path, overwrite: Overwrite) -> Result<Utf8PathBu
         return Err(Failure::bad_input(format!("{path} is not empty"))
             .help("choose another folder, or give --force to replace its files"));
     }
-    std::fs::create_dir_all(path).map_err(|error| Failure::instrument(format!("{path}: {error}")))?;
-    Ok(path.to_owned())
+    Ok(())
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use isolux_scan::Operator;
 
 use crate::Failure;
 use crate::diagnose::{self, Answer, Request};
-use crate::files::Overwrite;
+use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
 use crate::scan::{self, Target};
 
@@ -43,7 +43,7 @@ pub fn run(
     progress: &dyn Progress,
 ) -> Result<(Answer, Vec<Utf8PathBuf>), Failure> {
     Station::load(&asked.station).map_err(Failure::bad_input)?;
-    diagnose::refuse_occupied(&asked.out, Overwrite::Never)?;
+    files::refuse_occupied(&asked.out, Overwrite::Never)?;
     let mut runs = vec![asked.run.clone()];
     for round in 1.. {
         let out = asked.out.join(format!("diagnosis-{round}"));

@@ -47,6 +47,7 @@ pub struct Request {
 /// Exit 2 for a scene that cannot be lit, with the reason; nothing is written then.
 pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure> {
     let scene = scene::load(&request.input, &request.changes)?;
+    files::refuse_occupied(&request.out, request.overwrite)?;
     if let Some((path, _)) = &request.rays_out {
         files::refuse_existing(path, request.overwrite)?;
     }

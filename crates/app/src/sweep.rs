@@ -122,6 +122,7 @@ pub fn run(
             )
         })
         .collect::<Result<_, _>>()?;
+    files::refuse_occupied(out, overwrite)?;
     progress.event(Event::Began {
         step: "sweep",
         total: Some(chosen.len() as u64),

@@ -147,6 +147,28 @@ fn a_precision_is_the_inverse_methods_and_one_of_two() {
 }
 
 #[test]
+fn a_folder_that_may_not_be_written_is_refused_before_the_light_is_computed() {
+    let folder = Folder::new();
+    folder.scene("file", "");
+    std::fs::create_dir(folder.path("full")).unwrap();
+    folder.scene("full/old", "");
+    // This sensor looks away, which the solver would say.
+    let away = ["simulate", "scene.toml", "--set", "sensor.tilt_x_deg=180", "--out"];
+    for (out, more, why) in [
+        ("file", &["--force"][..], "file is a file, not a folder"),
+        ("full", &[], "full is not empty"),
+        ("full", &["--force"], "looks away"),
+    ] {
+        let refused = folder.isolux(&[&away[..], &[out], more].concat());
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(
+            refused.status.code() == Some(2) && said.contains(why),
+            "{out} {more:?}: {said}"
+        );
+    }
+}
+
+#[test]
 fn ray_files_are_inspected_and_damage_is_named_with_its_bytes() {
     let folder = Folder::new();
     folder.simulate("scene.toml", "rays", &["--rays-out", "lamp.tm25ray", "500"]);
