@@ -249,6 +249,10 @@ impl<L: Fn(usize) -> usize> Checks<'_, '_, L> {
                 let message = format!("a power of {watts} W is below zero");
                 self.say(first + 5, "ldt-power", message, "write the power with gear in W");
             }
+            Some(0.0) if set.flux_lm.is_some_and(|flux| flux > 0.0) => {
+                let message = "the power is 0 W, though there is light".to_owned();
+                self.say(first + 5, "ldt-power", message, "write the power with gear in W");
+            }
             Some(watts) => {
                 // Absolute photometry may count in other units, as for ultraviolet: too little says nothing.
                 let absolute = set.count.is_some_and(|count| count < 0.0);
@@ -314,7 +318,7 @@ fn colour(words: &str) -> Option<f64> {
 fn rendering(words: &str) -> Option<f64> {
     let value = number::read(words).ok()?.value;
     let group = [0.0, 1.0, 2.0, 3.0, 4.0].contains(&value);
-    (!group && !(10.0..=100.0).contains(&value)).then_some(value)
+    (!group && !(20.0..=100.0).contains(&value)).then_some(value)
 }
 
 #[cfg(test)]
@@ -344,7 +348,13 @@ mod tests {
         for good in ["", "0", "1A", "1B/86", "Ra > 80", "25", "100", "3"] {
             assert_eq!(rendering(good), None, "{good}");
         }
-        for (odd, value) in [("4000", 4000.0), ("6.9", 6.9), ("-1", -1.0), ("101", 101.0)] {
+        for (odd, value) in [
+            ("4000", 4000.0),
+            ("6.9", 6.9),
+            ("12.1", 12.1),
+            ("-1", -1.0),
+            ("101", 101.0),
+        ] {
             assert_eq!(rendering(odd), Some(value), "{odd}");
         }
     }
