@@ -225,8 +225,8 @@ impl<L: Fn(usize) -> usize> Checks<'_, '_, L> {
             self.say(first, "ldt-lamp-count", message, fix);
         }
         let lamps = set.count.map_or(1.0, |count| count.abs().max(1.0));
-        if let Some(flux) = set.flux_lm.filter(|&flux| flux > 0.0 && flux < 0.1 * lamps) {
-            let message = format!("{flux} lm of {lamps} lamps are less than 0.1 lm a lamp");
+        if let Some(flux) = set.flux_lm.filter(|&flux| ratings::dim(lamps, flux)) {
+            let message = format!("{flux} lm are no flux of {lamps} lamps");
             self.say(
                 first + 2,
                 "ldt-lamp-flux",

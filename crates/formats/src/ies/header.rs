@@ -45,11 +45,19 @@ impl Numbers<'_, '_> {
     }
 
     fn lamps(&self, findings: &mut Findings) {
-        if let Some(count) = self.lamp.count.filter(|&count| count > MOST_LAMPS) {
-            let finding = Finding::warning("ies-lamp-count", format!("{count} are no number of lamps"));
-            let fix = "check the order of the ten numbers; the lumens of one lamp stand second";
-            findings.push(self.at(self.start, finding.assumed("as it stands").fix(fix)));
-        }
+        let Some(count) = self.lamp.count else { return };
+        let dim = self
+            .lamp
+            .lumens_per_lamp
+            .filter(|&lumens| ratings::dim(count, count * lumens));
+        let message = match dim {
+            Some(lumens) => format!("{count} lamps of {lumens} lm each"),
+            None if count > MOST_LAMPS => format!("{count} are no number of lamps"),
+            None => return,
+        };
+        let finding = Finding::warning("ies-lamp-count", message).assumed("as it stands");
+        let fix = "check the order of the ten numbers; the lumens of one lamp stand second";
+        findings.push(self.at(self.start, finding.fix(fix)));
     }
 
     /// Width, length and height: a shape that the standard has, of a size that a luminaire has.
