@@ -90,10 +90,13 @@ impl Builder<'_> {
         if columns.iter().all(nothing) {
             return;
         }
+        // An end that is nought but for rounding is nought.
+        let span = (range[1] - range[0]).abs();
+        let tidy = |end: f64| if end.abs() < 1e-9 * span { 0.0 } else { end };
         self.found.push(Rival {
             coordinate,
             family,
-            range,
+            range: range.map(tidy),
             note: note.into(),
             columns,
         });
