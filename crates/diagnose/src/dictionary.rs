@@ -19,8 +19,9 @@ const SAME_PATTERN: f64 = 0.98;
 /// An effect with more shapes than this is a search through frequencies, not a smooth pattern.
 const MANY_SHAPES: usize = 60;
 
-/// Generic patterns that are compared with the names at a time.
+/// Generic patterns that are compared with the names together, and how many of these blocks at a time.
 const COMPARED: usize = 16;
+const AT_A_TIME: usize = 8;
 
 /// The columns, and who makes them. Of most columns only the law is kept: with many readings their values would not fit.
 #[derive(Debug)]
@@ -227,32 +228,28 @@ fn distinct(
     named: DMatrix<f64>,
     unit: impl Fn(&Pattern) -> Option<DVector<f64>> + Sync,
 ) -> Vec<bool> {
-    rivals
-        .par_chunks(COMPARED)
-        .flat_map_iter(|some| {
-            let units: Vec<Option<DVector<f64>>> = some
-                .iter()
-                .map(|rival| match rival.columns.as_slice() {
-                    [one] => unit(one),
-                    _ => None,
-                })
-                .collect();
-            let patterns: Vec<DVector<f64>> = units.iter().flatten().cloned().collect();
-            let mut alike = if patterns.is_empty() {
-                Vec::new()
-            } else {
-                let products = product(&named, &DMatrix::from_columns(&patterns));
-                products.column_iter().map(|column| column.amax().powi(2)).collect()
+    let of = |some: &[Rival]| -> Vec<bool> {
+        let mut patterns = DMatrix::zeros(named.nrows(), some.len());
+        let mut kept = vec![true; some.len()];
+        for ((rival, kept), mut target) in some.iter().zip(&mut kept).zip(patterns.column_iter_mut()) {
+            if let [one] = rival.columns.as_slice() {
+                match unit(one) {
+                    Some(pattern) => target.copy_from(&pattern),
+                    None => *kept = false,
+                }
             }
-            .into_iter();
-            let kept = |(rival, unit): (&Rival, &Option<DVector<f64>>)| match (rival.columns.len(), unit) {
-                (1, None) => false,
-                (1, Some(_)) => alike.next().is_none_or(|most| most < SAME_PATTERN),
-                _ => true,
-            };
-            some.iter().zip(&units).map(kept).collect::<Vec<_>>()
-        })
-        .collect()
+        }
+        let alike = product(&named, &patterns);
+        for (kept, alike) in kept.iter_mut().zip(alike.column_iter()) {
+            *kept = *kept && alike.iter().all(|alike| alike.powi(2) < SAME_PATTERN);
+        }
+        kept
+    };
+    let mut distinct = Vec::with_capacity(rivals.len());
+    for some in rivals.chunks(COMPARED * AT_A_TIME) {
+        distinct.par_extend(some.par_chunks(COMPARED).flat_map_iter(of));
+    }
+    distinct
 }
 
 /// Change of every row for a unit of each linear amplitude, from a difference of predictions at the effect's own step.

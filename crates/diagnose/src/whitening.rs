@@ -5,8 +5,9 @@ use rayon::prelude::*;
 
 use crate::basis::product;
 
-/// Columns that are correlated at a time, so that many readings and many columns do not meet in memory.
+/// Columns that are correlated together, and how many of these blocks at a time, so that many readings and many columns do not meet in memory.
 const TOGETHER: usize = 16;
+const AT_A_TIME: usize = 4;
 
 /// The order in which readings were taken, and how far apart, in typical steps.
 ///
@@ -169,20 +170,22 @@ impl Sequence {
         law: impl Fn(&DMatrix<f64>) -> DMatrix<f64> + Sync,
     ) -> (DMatrix<f64>, f64) {
         let columns: Vec<usize> = (0..removed.ncols()).collect();
-        let blocks: Vec<(DMatrix<f64>, f64)> = columns
-            .par_chunks(TOGETHER)
-            .map(|numbers| {
-                let some = removed.columns(numbers[0], numbers.len()).into_owned();
-                let changed = law(&some);
-                let cross = self.neighbours(&some).component_mul(&changed).sum();
-                (product(removed, &changed), cross)
-            })
-            .collect();
+        let blocks: Vec<&[usize]> = columns.chunks(TOGETHER).collect();
+        let of = |numbers: &&[usize]| {
+            let some = removed.columns(numbers[0], numbers.len()).into_owned();
+            let changed = law(&some);
+            let cross = self.neighbours(&some).component_mul(&changed).sum();
+            (product(removed, &changed), cross)
+        };
+        let mut computed: Vec<(DMatrix<f64>, f64)> = Vec::with_capacity(blocks.len());
+        for some in blocks.chunks(AT_A_TIME) {
+            computed.par_extend(some.par_iter().map(of));
+        }
         let mut projected = DMatrix::zeros(removed.ncols(), removed.ncols());
-        for (numbers, (block, _)) in columns.chunks(TOGETHER).zip(&blocks) {
+        for (numbers, (block, _)) in blocks.iter().zip(&computed) {
             projected.columns_mut(numbers[0], numbers.len()).copy_from(block);
         }
-        (projected, blocks.iter().map(|(_, cross)| cross).sum())
+        (projected, computed.iter().map(|(_, cross)| cross).sum())
     }
 
     /// The serial correlation ρ whose expected lag-one ratio, after projecting out `removed`, is the observed one.
