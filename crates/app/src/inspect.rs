@@ -196,6 +196,22 @@ mod tests {
         file(&path, ReadOptions::default()).remove(0)
     }
 
+    #[test]
+    fn a_file_too_coarse_to_be_checked_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let found = inspected(Utf8Path::from_path(folder.path()).unwrap(), "NONE");
+        let json = serde_json::to_value(&found).unwrap();
+        assert_eq!(json["self_check"]["exchanges"], 2);
+        assert_eq!(json["self_check"]["told"], 0);
+        assert_eq!(json["self_check"]["largest_untold_cd"], 70.0);
+        let said = found
+            .findings
+            .iter()
+            .find(|f| f.code == "intensity-self-check")
+            .unwrap();
+        assert_eq!((said.severity, said.line), (Severity::Warning, Some(11)));
+    }
+
     fn tilt(inspection: &Inspection) -> Option<isolux_formats::ies::TiltFactors> {
         match inspection.content.as_ref()? {
             Content::Distribution(distribution) => distribution.tilt_factors(),

@@ -117,6 +117,14 @@ struct Pole {
     most: f64,
 }
 
+/// The planes at 0° and 360° are one: the first value of the last plane that differs. The readers say it, each in its way.
+pub(crate) fn closing(stored: &Stored<'_>, values: &[f64]) -> Option<usize> {
+    let (planes, ng) = (stored.planes_deg, stored.angles_deg.len());
+    let closes = stored.poles && planes.len() > 1 && (planes[planes.len() - 1] - planes[0] - 360.0).abs() < 1e-6;
+    let last = (planes.len() * ng).checked_sub(ng).filter(|_| closes)?;
+    (0..ng).find(|&at| values[last + at] != values[at]).map(|at| last + at)
+}
+
 /// The angles of the two ends.
 const POLES: [f64; 2] = [0.0, 180.0];
 

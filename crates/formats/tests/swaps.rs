@@ -91,6 +91,12 @@ impl File {
             .filter(differs)
             .collect()
     }
+
+    /// The same across planes.
+    fn across(&self, share: f64) -> Vec<usize> {
+        let differs = |at: &usize| (self.values[at + self.ng] - self.values[*at]).abs() > share * self.peak;
+        (0..self.values.len() - self.ng).filter(differs).collect()
+    }
 }
 
 fn numbers(bytes: &[u8], from: usize) -> Vec<Range<usize>> {
@@ -149,17 +155,40 @@ fn every_exchange_of_neighbours_that_matters_is_heard() {
 }
 
 #[test]
+fn exchanges_across_planes_are_heard() {
+    let own = opened(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/good"));
+    let (mut tried, mut heard) = (0, 0);
+    for file in &own {
+        for at in file.across(0.01) {
+            tried += 1;
+            let told = file.hears(at, at + file.ng);
+            heard += usize::from(told);
+            if !told {
+                let (here, next) = (file.values[at], file.values[at + file.ng]);
+                println!("{}: {here} and {next}, intensity {at}", file.name);
+            }
+        }
+    }
+    println!("{heard} of {tried} pairs across planes heard");
+    assert!(tried > 100 && heard == tried);
+}
+
+#[test]
 fn exchanges_in_the_shared_corpus_are_heard() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/corpus");
     if !folder.exists() {
         println!("shared corpus absent");
         return;
     }
-    let (mut near, mut far) = ((0, 0), (0, 0));
+    let (mut near, mut across, mut far) = ((0, 0), (0, 0), (0, 0));
     for file in opened(&folder) {
         let pairs = file.neighbours(0.01);
         for &at in pairs.iter().step_by(pairs.len() / 4 + 1) {
             near = (near.0 + 1, near.1 + usize::from(file.hears(at, at + 1)));
+        }
+        let pairs = file.across(0.01);
+        for &at in pairs.iter().step_by(pairs.len() / 3 + 1) {
+            across = (across.0 + 1, across.1 + usize::from(file.hears(at, at + file.ng)));
         }
         // Steps of the golden ratio spread over the file without a pattern.
         let count = file.values.len();
@@ -173,7 +202,13 @@ fn exchanges_in_the_shared_corpus_are_heard() {
         }
     }
     let rate = |(tried, heard): (usize, usize)| heard as f64 / f64::max(tried as f64, 1.0);
-    println!("neighbours {near:?} {:.3}, apart {far:?} {:.3}", rate(near), rate(far));
+    println!(
+        "neighbours along γ {near:?} {:.3}, across planes {across:?} {:.3}, apart {far:?} {:.3}",
+        rate(near),
+        rate(across),
+        rate(far)
+    );
     assert!(rate(near) > 0.93);
+    assert!(rate(across) > 0.85);
     assert!(rate(far) > 0.95);
 }

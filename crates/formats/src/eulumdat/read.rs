@@ -416,20 +416,31 @@ fn distribution(
             .get(index)
             .map_or("", |&(line, _)| text.line(line - 1).trim())
     };
-    let self_check = plausible::check(
-        &Stored {
-            planes_deg: &stored,
-            angles_deg: &document.gamma_deg,
-            values: &document.intensity_cd_klm,
-            places: &places.intensity,
-            raw: &raw,
-            poles: true,
-            ends_with_newline: text.ends_with_newline,
-            unit_cd: factor,
-        },
-        options.self_check,
-        findings,
-    );
+    let written = Stored {
+        planes_deg: &stored,
+        angles_deg: &document.gamma_deg,
+        values: &document.intensity_cd_klm,
+        places: &places.intensity,
+        raw: &raw,
+        poles: true,
+        ends_with_newline: text.ends_with_newline,
+        unit_cd: factor,
+    };
+    let self_check = plausible::check(&written, options.self_check, findings);
+    if let Some((index, (line, column))) =
+        plausible::closing(&written, written.values).and_then(|index| Some((index, *places.intensity.get(index)?)))
+    {
+        findings.push(
+            Finding::warning(
+                "ldt-closing-plane",
+                "the planes at C0 and C360 are one plane, yet they differ",
+            )
+            .at(line, column)
+            .raw(raw(index))
+            .assumed("the plane at C0")
+            .fix("compare both planes with the source"),
+        );
+    }
     plausible::flux(
         &intensity,
         Some(flux),

@@ -309,14 +309,18 @@ impl Field {
     }
 
     fn misfits_along(&self, order: usize) -> Vec<f32> {
-        let all = (0..self.planes).flat_map(|plane| {
+        let mut misfits = vec![f32::NAN; self.planes * self.ng];
+        for (plane, misfits) in misfits.chunks_mut(self.ng).enumerate() {
             let row = self.row(plane);
             let opposite = self.opposite[plane].map(|other| self.row(other));
-            (0..self.ng).map(move |angle| self.misfit_along(order, row, opposite, angle))
-        });
-        all.collect()
+            for (angle, misfit) in misfits.iter_mut().enumerate() {
+                *misfit = self.misfit_along(order, row, opposite, angle);
+            }
+        }
+        misfits
     }
 
+    #[inline]
     fn misfit_along(&self, order: usize, row: &[f64], opposite: Option<&[f64]>, angle: usize) -> f32 {
         let Some(beside) = &self.along[order][angle] else {
             return f32::NAN;
@@ -338,16 +342,17 @@ impl Field {
     }
 
     fn misfits_across(&self, order: usize) -> Vec<f32> {
-        let all = (0..self.planes).flat_map(|plane| {
-            let aside = self.across[order][plane].map(|aside| aside.map(|(other, weight)| (self.row(other), weight)));
-            let row = self.row(plane);
-            (0..self.ng).map(move |angle| {
-                aside
-                    .as_ref()
-                    .map_or(f32::NAN, |aside| misfit_across(order, row[angle], aside, angle))
-            })
-        });
-        all.collect()
+        let mut misfits = vec![f32::NAN; self.planes * self.ng];
+        for (plane, misfits) in misfits.chunks_mut(self.ng).enumerate() {
+            let Some(aside) = self.across[order][plane] else {
+                continue;
+            };
+            let (row, aside) = (self.row(plane), aside.map(|(other, weight)| (self.row(other), weight)));
+            for (angle, misfit) in misfits.iter_mut().enumerate() {
+                *misfit = misfit_across(order, row[angle], &aside, angle);
+            }
+        }
+        misfits
     }
 
     /// The misfits along γ (or across planes) of a value, by a line and by a cubic.
@@ -361,6 +366,22 @@ impl Field {
         let beside = self.along[order][angle].iter().flatten();
         let next = beside.filter(|beside| beside.angle == angle + 1 && !beside.opposite);
         1.0 + next.map(|beside| beside.weight).sum::<f64>()
+    }
+
+    /// How much the misfit across planes in `plane` grows with the value there and falls with that of `other`.
+    pub fn own_share_across(&self, plane: usize, other: usize, order: usize) -> f64 {
+        let weight = |of: usize| {
+            let aside = self.across[order][plane].iter().flatten();
+            aside.filter(|aside| aside.0 == of).map(|aside| aside.1).sum::<f64>()
+        };
+        1.0 - weight(plane) + weight(other)
+    }
+
+    /// The plane after a plane, the first one after the last of a circle.
+    pub fn next_plane(&self, plane: usize) -> Option<usize> {
+        let closes = self.round == Round::Circle && self.planes > 2;
+        let next = (plane + 1 < self.planes).then_some(plane + 1);
+        next.or_else(|| closes.then_some(0))
     }
 
     /// The misfits around a value, beyond its own reach: along γ in other planes, where the same edge shows at the same
@@ -577,6 +598,7 @@ impl Field {
     }
 }
 
+#[inline]
 fn misfit_across(order: usize, own: f64, [a, b, c, d]: &[(&[f64], f64); 4], angle: usize) -> f32 {
     let predicted = if order == 0 {
         a.1 * a.0[angle] + b.1 * b.0[angle]

@@ -29,6 +29,12 @@ const PAIR: Told = Told {
 };
 /// A pair far above all others of the file is told from a smaller gain on: the gain, and how far above the second.
 const LONE_PAIR: (f64, f64) = (4.0, 4.0);
+/// The same for a pair across planes.
+const ACROSS: Told = Told {
+    gain: 12.0,
+    above_seventh: 3.0,
+};
+const LONE_ACROSS: (f64, f64) = (5.0, 4.0);
 /// Two values apart: the gain of exchanging them, and how far above any other two.
 const EXCHANGE: (f64, f64) = (16.0, 6.0);
 /// Values that are tried in each other's place.
@@ -38,6 +44,7 @@ const PROMINENT: f64 = 3.0;
 /// Least change: this part of the peak and of the value, or that; at least so many steps of the file's numbers.
 const LEAST_VALUE: [(f64, f64); 2] = [(0.01, 0.02), (0.003, 0.03)];
 const LEAST_PAIR: [(f64, f64); 2] = [(0.005, 0.0), (0.003, 0.03)];
+const LEAST_ACROSS: [(f64, f64); 2] = [(0.01, 0.0); 2];
 /// Smaller changes, down to this part of the peak, must gain so much more.
 const SMALL: (f64, f64) = (0.0005, 8.0);
 const STEPS: f64 = 2.0;
@@ -58,7 +65,7 @@ pub(super) fn check(stored: &Stored<'_>, findings: &mut Findings) {
     for suspect in Ranked::of(&field, step).suspects(&field, step) {
         let gamma = stored.angles_deg[suspect.index % field.ng];
         let (message, fix) = match suspect.what {
-            What::Exchange(partner) => {
+            What::Exchange(partner) | What::Across(partner) => {
                 let (line, _) = stored.places.get(partner).copied().unwrap_or((1, 1));
                 (
                     format!(
@@ -92,6 +99,8 @@ pub(super) enum What {
     Pair,
     /// This and the one at that index.
     Exchange(usize),
+    /// This and the one at that index, in the next plane.
+    Across(usize),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,12 +119,14 @@ pub(super) struct Ranked {
     pub values: Vec<Suspect>,
     /// Pairs of neighbours along γ.
     pub pairs: Vec<Suspect>,
+    /// Pairs of neighbours across planes.
+    pub across: Vec<Suspect>,
 }
 
 impl Ranked {
     pub fn of(field: &Field, step: f64) -> Self {
         let mut ranked = Self::default();
-        let shares = shares(field);
+        let shares = Shares::of(field);
         for index in 0..field.values.len() {
             if ranked.cut_off() {
                 break;
@@ -126,30 +137,46 @@ impl Ranked {
         ranked
     }
 
-    /// Adds the value at an index, and its pair with the next one.
-    pub fn look(&mut self, field: &Field, index: usize, shares: &[[f64; 2]], step: f64) {
+    /// Adds the value at an index, and its pairs with the next one along γ and across planes.
+    pub fn look(&mut self, field: &Field, index: usize, shares: &Shares, step: f64) {
         if let Some(odd) = value(field, index) {
             self.odd.push(odd);
             self.values.extend(weighed(field, odd, LEAST_VALUE));
         }
         self.look_at_pair(field, index, shares, step);
+        self.look_across(field, index, shares, step);
     }
 
-    pub fn look_at_pair(&mut self, field: &Field, index: usize, shares: &[[f64; 2]], step: f64) {
-        if !(index + 1).is_multiple_of(field.ng) {
-            self.pairs.extend(pair(field, index, shares[index % field.ng], step));
+    #[inline]
+    pub fn look_at_pair(&mut self, field: &Field, index: usize, shares: &Shares, step: f64) {
+        let angle = index % field.ng;
+        if angle + 1 < field.ng && differ(field, index, index + 1, step) {
+            let shares = [&shares.along[angle], &WHOLE];
+            self.pairs.extend(pair(field, (index, index + 1), What::Pair, shares));
+        }
+    }
+
+    #[inline]
+    pub fn look_across(&mut self, field: &Field, index: usize, shares: &Shares, step: f64) {
+        let plane = index / field.ng;
+        let Some(next) = field.next_plane(plane) else { return };
+        let other = next * field.ng + index % field.ng;
+        if differ(field, index, other, step) {
+            let shares = [&WHOLE, &shares.across[plane]];
+            self.across
+                .extend(pair(field, (index, other), What::Across(other), shares));
         }
     }
 
     pub fn sort(&mut self) {
-        for list in [&mut self.odd, &mut self.values, &mut self.pairs] {
+        for list in [&mut self.odd, &mut self.values, &mut self.pairs, &mut self.across] {
             list.sort_unstable_by(by_gain);
         }
     }
 
     /// Whether not every place was looked at.
     pub fn cut_off(&self) -> bool {
-        self.odd.len() + self.pairs.len() > RUGGED
+        self.odd.len() + self.pairs.len() + self.across.len() > RUGGED
     }
 
     /// What is told of all that.
@@ -160,7 +187,8 @@ impl Ranked {
             let [one, other] = [one, other].map(|rank| (partners[rank], &patterns[rank]));
             exchanged(field, step, one, other)
         });
-        chosen(field, exchange, self.pairs.iter().copied(), self.values.iter().copied())
+        let lists = [&self.pairs, &self.across, &self.values].map(|list| places(field, list.iter().copied()));
+        chosen(field, exchange, &lists)
     }
 }
 
@@ -168,33 +196,60 @@ pub(super) fn by_gain(one: &Suspect, other: &Suspect) -> Ordering {
     other.gain.total_cmp(&one.gain).then(one.index.cmp(&other.index))
 }
 
-/// How much the misfits of a pair grow with its first value, for every angle.
-pub(super) fn shares(field: &Field) -> Vec<[f64; 2]> {
-    (0..field.ng)
-        .map(|angle| [0, 1].map(|order| field.own_share(angle, order)))
-        .collect()
+/// How much the misfits of two neighbours grow with their own value where it is taken from the other's.
+pub(super) struct Shares {
+    /// For every angle and the next.
+    along: Vec<Share>,
+    /// For every plane and the next.
+    across: Vec<Share>,
 }
 
-/// What is told, in the order of the file; `pairs` and `values` come with the largest gain first.
+/// By order (line, cubic), of the one and of the other.
+type Share = [[f64; 2]; 2];
+/// Where neither takes part in the other's prediction.
+const WHOLE: Share = [[1.0; 2]; 2];
+
+impl Shares {
+    pub fn of(field: &Field) -> Self {
+        let across = |plane: usize| {
+            let next = field.next_plane(plane).unwrap_or(plane);
+            [0, 1].map(|order| {
+                [(plane, next), (next, plane)].map(|(own, other)| field.own_share_across(own, other, order))
+            })
+        };
+        Self {
+            along: (0..field.ng)
+                .map(|angle| [0, 1].map(|order| [field.own_share(angle, order); 2]))
+                .collect(),
+            across: (0..field.planes).map(across).collect(),
+        }
+    }
+}
+
+/// What is told, in the order of the file; `places`: pairs along γ, pairs across planes and values, those that gain most
+/// first.
 pub(super) fn chosen(
     field: &Field,
     exchange: Vec<Suspect>,
-    pairs: impl Iterator<Item = Suspect>,
-    values: impl Iterator<Item = Suspect>,
+    [pairs, across, values]: &[Vec<Suspect>; 3],
 ) -> Vec<Suspect> {
-    let (pairs, values) = (places(field, pairs), places(field, values));
     let gain = |places: &[Suspect], rank: usize| places.get(rank).map_or(0.0, |place| place.gain);
     let told = |places: &[Suspect], least: &Told| {
         let least = least.gain.max(gain(places, SEVENTH) + least.above_seventh);
         places.iter().take_while(|place| place.gain > least).count()
     };
-    let mut told_pairs = told(&pairs, &PAIR);
-    if gain(&pairs, 0) > LONE_PAIR.0.max(gain(&pairs, 1) + LONE_PAIR.1) {
-        told_pairs = told_pairs.max(1);
-    }
-    let told_values = told(&values, &VALUE);
+    let told_pairs = [(pairs, &PAIR, &LONE_PAIR), (across, &ACROSS, &LONE_ACROSS)].map(|(pairs, least, lone)| {
+        let alone = gain(pairs, 0) > lone.0.max(gain(pairs, 1) + lone.1);
+        told(pairs, least).max(usize::from(alone))
+    });
+    let told_values = told(values, &VALUE);
+    let mut rest: Vec<Suspect> = [
+        &pairs[..told_pairs[0]],
+        &across[..told_pairs[1]],
+        &values[..told_values],
+    ]
+    .concat();
     let mut found = exchange;
-    let mut rest: Vec<Suspect> = [&pairs[..told_pairs], &values[..told_values]].concat();
     rest.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     for suspect in rest {
         if found.iter().all(|other| apart(field, suspect.index, other.index)) {
@@ -222,29 +277,33 @@ fn value(field: &Field, index: usize) -> Option<Suspect> {
     Some(Suspect { index, what, gain })
 }
 
-/// The pair of this and the next value along γ, if they would fit better exchanged.
-fn pair(field: &Field, index: usize, shares: [f64; 2], step: f64) -> Option<Suspect> {
-    let difference = field.values[index + 1] - field.values[index];
-    if difference.abs() < SMALL.0 * field.peak || difference.abs() <= STEPS * step {
-        return None;
-    }
+/// Whether two values differ enough to be looked at.
+#[inline]
+fn differ(field: &Field, one: usize, other: usize, step: f64) -> bool {
+    let difference = (field.values[other] - field.values[one]).abs();
+    difference >= SMALL.0 * field.peak && difference > STEPS * step
+}
+
+/// A pair of neighbours, if they would fit better exchanged; `shares` along γ and across planes.
+fn pair(field: &Field, (index, other): (usize, usize), what: What, shares: [&Share; 2]) -> Option<Suspect> {
+    let difference = field.values[other] - field.values[index];
     // Most pairs are told from their own misfits: exchanged, these would grow.
     let shrinks = |across: bool| {
-        let [here, next] = [index, index + 1].map(|at| field.misfits(at, across));
+        let [here, next] = [index, other].map(|at| field.misfits(at, across));
         (0..2).any(|order| {
-            let change = if across { difference } else { shares[order] * difference };
+            let [one, two] = shares[usize::from(across)][order];
             let before = here[order].abs() + next[order].abs();
-            (here[order] + change).abs() + (next[order] - change).abs() < SHRINKS * before
+            (here[order] + one * difference).abs() + (next[order] - two * difference).abs() < SHRINKS * before
         })
     };
     if !shrinks(false) && !shrinks(true) {
         return None;
     }
-    let gain = field.pattern(&[(index, 1.0), (index + 1, -1.0)]).gain(difference);
-    let what = What::Pair;
+    let gain = field.pattern(&[(index, 1.0), (other, -1.0)]).gain(difference);
+    let least = if what == What::Pair { LEAST_PAIR } else { LEAST_ACROSS };
     (gain > 0.0)
         .then_some(Suspect { index, what, gain })
-        .and_then(|suspect| weighed(field, suspect, LEAST_PAIR))
+        .and_then(|suspect| weighed(field, suspect, least))
 }
 
 /// The two of all partners that fit in each other's place, if there is one such pair and no other. `gain`: what it gains to
@@ -311,6 +370,7 @@ fn weighed(field: &Field, suspect: Suspect, least: [(f64, f64); 2]) -> Option<Su
     let change = match suspect.what {
         What::Value(change) => change,
         What::Pair => field.values[suspect.index + 1] - value,
+        What::Across(other) => field.values[other] - value,
         What::Exchange(_) => return Some(suspect),
     };
     let (change, local) = (change.abs(), value.abs().max((value + change).abs()));
@@ -323,7 +383,7 @@ fn weighed(field: &Field, suspect: Suspect, least: [(f64, f64); 2]) -> Option<Su
 }
 
 /// One wrong value disturbs the predictions of its neighbours; the largest of a group speaks for it. The first few places.
-fn places(field: &Field, ranked: impl Iterator<Item = Suspect>) -> Vec<Suspect> {
+pub(super) fn places(field: &Field, ranked: impl Iterator<Item = Suspect>) -> Vec<Suspect> {
     let mut places: Vec<Suspect> = Vec::new();
     for suspect in ranked.take(MOST) {
         if places.iter().all(|other| apart(field, suspect.index, other.index)) {

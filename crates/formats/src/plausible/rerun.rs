@@ -5,10 +5,10 @@
 use std::collections::HashMap;
 
 use super::misfit::{Field, Pattern, Trial};
-use super::outliers::{self, Ranked, Suspect, What};
+use super::outliers::{self, Ranked, Shares, Suspect, What};
 use super::resolution::Resolution;
 use super::twins::Twins;
-use super::{Stored, pole};
+use super::{Stored, closing, pole};
 
 /// A warning's place, and what it says there but for a value that is suggested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,6 +23,8 @@ pub(super) enum Told {
     Twin(usize),
     /// It differs from the other planes at a pole.
     Pole(usize),
+    /// In the plane at 360° it differs from the one at 0°.
+    Closing(usize),
 }
 
 impl Told {
@@ -30,7 +32,7 @@ impl Told {
         match suspect.what {
             What::Value(_) => Self::Value(suspect.index),
             What::Pair => Self::Pair(suspect.index),
-            What::Exchange(partner) => Self::Exchange(suspect.index, partner),
+            What::Exchange(partner) | What::Across(partner) => Self::Exchange(suspect.index, partner),
         }
     }
 
@@ -41,7 +43,8 @@ impl Told {
             | Self::Pair(index)
             | Self::Exchange(index, _)
             | Self::Twin(index)
-            | Self::Pole(index) => index,
+            | Self::Pole(index)
+            | Self::Closing(index) => index,
         }
     }
 }
@@ -56,6 +59,8 @@ pub(super) struct Rerun<'s> {
     /// None where there are too few angles, or the light is so rugged that not every place is looked at.
     outliers: Option<Outliers>,
     before: Vec<Told>,
+    /// The planes at 0° and 360° are equal.
+    closes: bool,
 }
 
 impl<'s> Rerun<'s> {
@@ -76,6 +81,7 @@ impl<'s> Rerun<'s> {
         );
         Self {
             values: stored.values.to_vec(),
+            closes: closing(stored, stored.values).is_none(),
             stored: *stored,
             peak,
             twins,
@@ -111,6 +117,9 @@ impl<'s> Rerun<'s> {
                 after.extend(pole.map(|odd| Told::Pole(odd.index)));
             }
         }
+        if self.closes {
+            after.extend(closing(&self.stored, &self.values).map(Told::Closing));
+        }
         self.values.swap(one, other);
         after.retain(|told| !self.before.contains(told));
         after.sort_unstable();
@@ -128,7 +137,7 @@ struct Outliers {
     trial: Trial,
     resolution: Resolution,
     step: f64,
-    shares: Vec<[f64; 2]>,
+    shares: Shares,
     ranked: Ranked,
     rank_of: HashMap<usize, usize>,
     patterns: Vec<Option<Pattern>>,
@@ -151,7 +160,7 @@ impl Outliers {
         let rank_of = ranked.odd[..kept].iter().enumerate();
         Some(Self {
             trial: Trial::new(&field),
-            shares: outliers::shares(&field),
+            shares: Shares::of(&field),
             rank_of: rank_of.map(|(rank, odd)| (odd.index, rank)).collect(),
             patterns: vec![None; kept],
             gains: vec![f64::NAN; kept * kept],
@@ -195,9 +204,15 @@ impl Outliers {
         let mut fresh = Ranked::default();
         for &index in &trial.touched {
             fresh.look(field, index, &self.shares, self.step);
-            // The pair with the value before is touched too.
+            // The pairs with the values before are touched too.
             if index % field.ng != 0 && !trial.touches(index - 1) {
                 fresh.look_at_pair(field, index - 1, &self.shares, self.step);
+            }
+            let plane = index / field.ng;
+            let before = plane.checked_sub(1).unwrap_or(field.planes - 1);
+            let beside = before * field.ng + index % field.ng;
+            if field.next_plane(before) == Some(plane) && !trial.touches(beside) {
+                fresh.look_across(field, beside, &self.shares, self.step);
             }
         }
         fresh.sort();
@@ -247,12 +262,16 @@ impl Outliers {
             }
             (*gain > f64::NEG_INFINITY).then_some(*gain)
         });
-        outliers::chosen(
-            field,
-            exchange,
-            merged(ranked.pairs.iter().filter(pair_stays), &fresh.pairs),
-            merged(ranked.values.iter().filter(stays), &fresh.values),
-        )
+        let across_stays = |suspect: &&Suspect| {
+            let next = field.next_plane(suspect.index / field.ng).unwrap_or(0);
+            !trial.touches(suspect.index) && !trial.touches(next * field.ng + suspect.index % field.ng)
+        };
+        let lists = [
+            outliers::places(field, merged(ranked.pairs.iter().filter(pair_stays), &fresh.pairs)),
+            outliers::places(field, merged(ranked.across.iter().filter(across_stays), &fresh.across)),
+            outliers::places(field, merged(ranked.values.iter().filter(stays), &fresh.values)),
+        ];
+        outliers::chosen(field, exchange, &lists)
     }
 }
 
@@ -361,7 +380,9 @@ mod tests {
         let places: Vec<(usize, usize)> = (0..values.len()).map(|index| (index + 1, 1)).collect();
         let raw = |index: usize| &*texts[index];
         let mut findings = Findings::new();
-        check(&stored(file, &values, &places, &raw), false, &mut findings);
+        let stored = stored(file, &values, &places, &raw);
+        check(&stored, false, &mut findings);
+        let closing = closing(&stored, &values).map(Told::Closing);
         let told = |finding: Finding| {
             let index = finding.line? - 1;
             let line = finding
@@ -378,7 +399,13 @@ mod tests {
                 _ => return None,
             })
         };
-        findings.into_vec().into_iter().filter_map(told).collect()
+        // The readers themselves compare the planes at 0° and 360°.
+        findings
+            .into_vec()
+            .into_iter()
+            .filter_map(told)
+            .chain(closing)
+            .collect()
     }
 
     #[test]
@@ -408,6 +435,10 @@ mod tests {
                 assert_eq!(odd, whole.odd, "{name}");
                 let pairs: Vec<Suspect> = merged(ranked.pairs.iter().filter(pair_stays), &fresh.pairs).collect();
                 assert_eq!(pairs, whole.pairs, "{name}");
+                let next = |index: usize| kept.field.next_plane(index / ng).unwrap_or(0) * ng + index % ng;
+                let across_stays = |pair: &&Suspect| !trial.touches(pair.index) && !trial.touches(next(pair.index));
+                let across: Vec<Suspect> = merged(ranked.across.iter().filter(across_stays), &fresh.across).collect();
+                assert_eq!(across, whole.across, "{name}");
                 kept.trial.take_back(&mut kept.field);
             }
         }

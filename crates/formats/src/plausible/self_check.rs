@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 
 use super::Stored;
 use super::rerun::Rerun;
-use crate::finding::{Finding, Findings};
+use crate::finding::{Finding, Findings, Severity};
 
 /// Which exchanges of two neighbouring intensities the checks would tell, and the largest that they would not.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -60,6 +60,10 @@ pub struct Untold {
 
 /// An exchange above this part of the peak matters to whoever uses the light.
 const MATTERS: f64 = 0.01;
+/// A file that would not tell more than this part of such exchanges is warned of. Of 137 files by many hands 88 would not tell
+/// one at least, 24 more than a tenth, 10 more than a fifth: templates of a few numbers, eight planes with an edge between
+/// them, values every 5° through a batwing's corner.
+const COARSE: f64 = 0.2;
 /// Most exchanges that are looked at, along γ and across planes, and the misfits that may be weighed for each kind. A file
 /// of the usual size is looked at whole.
 const MOST: [usize; 2] = [2500, 1000];
@@ -144,22 +148,38 @@ impl SelfCheck {
         }
     }
 
+    /// Exchanges above 1 % of the peak that would not be told, and all of them.
+    fn untold_of(&self) -> (usize, usize) {
+        let kinds = [&self.along_gamma, &self.across_planes];
+        let untold = kinds.iter().map(|kind| kind.untold_above_1_percent.len()).sum();
+        (untold, kinds.iter().map(|kind| kind.above_1_percent).sum())
+    }
+
     fn say(&self, findings: &mut Findings) {
-        for (exchanges, which) in [(&self.along_gamma, "along γ"), (&self.across_planes, "across planes")] {
-            let Some(largest) = exchanges.untold_above_1_percent.first() else {
-                continue;
-            };
-            let message = format!(
-                "two intensities beside each other {which} could be exchanged here and no check would tell: {}",
-                largest.place()
-            );
-            findings.push(
-                Finding::note("intensity-self-check", message)
-                    .at(largest.lines[0], largest.columns[0])
-                    .assumed("the values as they stand")
-                    .fix("compare the file with its source byte for byte; its light alone cannot show such a change"),
-            );
-        }
+        let (untold, all) = self.untold_of();
+        let kinds = [&self.along_gamma, &self.across_planes];
+        let largest = kinds.iter().filter_map(|kind| kind.untold_above_1_percent.first());
+        let Some(largest) = largest.max_by(|a, b| a.difference_rel.total_cmp(&b.difference_rel)) else {
+            return;
+        };
+        let coarse = untold as f64 > COARSE * all as f64;
+        let message = format!(
+            "of {all} exchanges of two neighbouring intensities above 1 % of the peak {untold} would be told by no check{}; the \
+             largest: {}",
+            if coarse {
+                ": the light is too coarse or too rugged"
+            } else {
+                ""
+            },
+            largest.place()
+        );
+        let severity = if coarse { Severity::Warning } else { Severity::Note };
+        findings.push(
+            Finding::new(severity, "intensity-self-check", message)
+                .at(largest.lines[0], largest.columns[0])
+                .assumed("the values as they stand")
+                .fix("compare the file with its source; its light alone cannot show such a change"),
+        );
     }
 }
 
