@@ -2,8 +2,11 @@
 
 use std::io::{Cursor, Read};
 
-use crate::finding::Finding;
+use crate::finding::{Finding, Findings};
 use crate::read::{Content, Format, LARGEST_FILE, Parsed, ReadOptions, read_any_with};
+use crate::spectral::embedded;
+use crate::text::Text;
+use crate::xml;
 
 /// More entries than this are no product description.
 const MOST_ENTRIES: usize = 10_000;
@@ -25,7 +28,8 @@ fn refused(finding: Finding) -> Vec<Parsed<Content>> {
     }]
 }
 
-/// One entry a photometry (`ldc/`) or spectrum (`spectrum/`) inside; their own formats and findings.
+/// One entry a photometry (`ldc/`) or spectrum (`spectrum/`, or listed in the product) inside; their own formats and
+/// findings.
 pub(crate) fn read(bytes: &[u8], options: ReadOptions) -> Vec<Parsed<Content>> {
     let mut archive = match zip::ZipArchive::new(Cursor::new(bytes)) {
         Ok(archive) => archive,
@@ -43,6 +47,7 @@ pub(crate) fn read(bytes: &[u8], options: ReadOptions) -> Vec<Parsed<Content>> {
     }
     let mut found = Vec::new();
     let mut total = 0;
+    let mut addresses = 0;
     for index in 0..archive.len() {
         let mut entry = match archive.by_index(index) {
             Ok(entry) => entry,
@@ -65,7 +70,8 @@ pub(crate) fn read(bytes: &[u8], options: ReadOptions) -> Vec<Parsed<Content>> {
             }
         };
         let lower = name.to_ascii_lowercase();
-        if entry.is_dir() || !(lower.starts_with("ldc/") || lower.starts_with("spectrum/")) {
+        let product = lower == "product.xml";
+        if entry.is_dir() || !(product || lower.starts_with("ldc/") || lower.starts_with("spectrum/")) {
             continue;
         }
         let mut inner = Vec::new();
@@ -99,19 +105,104 @@ pub(crate) fn read(bytes: &[u8], options: ReadOptions) -> Vec<Parsed<Content>> {
             )));
             continue;
         }
+        if product {
+            let (spectra, links) = listed(&inner);
+            found.extend(spectra);
+            addresses += links;
+            continue;
+        }
         for mut parsed in read_any_with(&inner, &name, options) {
             parsed.inner = Some(name.clone());
             found.push(parsed);
         }
     }
     if found.is_empty() {
-        return refused(
-            Finding::error(
-                "gldf-empty",
-                "no photometry (ldc/) and no spectrum (spectrum/) is inside",
-            )
-            .fix("check that this is a GLDF container"),
-        );
+        let message = "no photometry (ldc/) and no spectrum (spectrum/) is inside".to_owned();
+        let finding = if addresses > 0 {
+            let message = format!("{message}; files that are named by an address alone, and not fetched: {addresses}");
+            Finding::error("gldf-empty", message).fix("fetch those files, or a container that holds them")
+        } else {
+            Finding::error("gldf-empty", message).fix("check that this is a GLDF container")
+        };
+        return refused(finding);
     }
     found
+}
+
+/// Spectra that the product description lists itself, and how many of its files are addresses.
+fn listed(product: &[u8]) -> (Vec<Parsed<Content>>, usize) {
+    let text = Text::decode(product, &mut Findings::new());
+    let Ok(root) = xml::parse(text.content()) else {
+        return (Vec::new(), 0);
+    };
+    let (mut spectra, mut addresses) = (Vec::new(), 0);
+    let mut open = vec![&root];
+    while let Some(element) = open.pop() {
+        let address = element.attribute(&["type"]) == Some("url");
+        addresses += usize::from(element.name == "File" && address);
+        if element.name == "Spectrum"
+            && let Some(parsed) = embedded::read(element)
+        {
+            let id = element.attribute(&["id"]).unwrap_or("");
+            spectra.push(Parsed {
+                inner: Some(format!("product.xml#{id}")),
+                format: parsed.format,
+                kind: parsed.kind,
+                document: parsed.document.map(|file| Content::Spectrum(Box::new(file))),
+                findings: parsed.findings,
+            });
+        }
+        open.extend(element.children.iter().rev());
+    }
+    (spectra, addresses)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    fn container(product: &str) -> Vec<u8> {
+        let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        zip.start_file("product.xml", zip::write::SimpleFileOptions::default())
+            .unwrap();
+        zip.write_all(product.as_bytes()).unwrap();
+        zip.finish().unwrap().into_inner()
+    }
+
+    #[test]
+    fn a_spectrum_in_the_product_is_read_and_addresses_are_told() {
+        let rows: String = (0..9)
+            .map(|k| {
+                [
+                    r#"<Intensity wavelength=""#,
+                    &(380 + 40 * k).to_string(),
+                    r#"">0.5</Intensity>"#,
+                ]
+                .concat()
+                    + "\n"
+            })
+            .collect();
+        let product = ["<Root><Spectrum id=\"s\">\n", &rows, "</Spectrum></Root>"].concat();
+        let found = read(&container(&product), ReadOptions::default());
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].inner.as_deref(), Some("product.xml#s"));
+        let Some(Content::Spectrum(file)) = &found[0].document else {
+            panic!("no spectrum: {:?}", found[0].findings);
+        };
+        assert_eq!((file.wavelength_nm[8], file.value[8]), (700.0, 0.5));
+        let damaged = product.replacen(">0.5<", ">O.5<", 1);
+        let found = read(&container(&damaged), ReadOptions::default());
+        assert!(found[0].document.is_none());
+        assert_eq!(
+            (found[0].findings[0].code, found[0].findings[0].line),
+            ("gldf-spectrum-number", Some(2))
+        );
+
+        let linked = "<Root><File id=\"a\" type=\"url\">https://example.org/a.ldt</File></Root>";
+        let found = read(&container(linked), ReadOptions::default());
+        assert_eq!(found[0].findings[0].code, "gldf-empty");
+        assert!(found[0].findings[0].message.ends_with("not fetched: 1"));
+    }
 }

@@ -2,6 +2,7 @@
 
 mod axis;
 mod cgats;
+pub(crate) mod embedded;
 mod exponents;
 mod jcamp;
 mod json;
