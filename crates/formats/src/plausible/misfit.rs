@@ -24,6 +24,8 @@ const FINEST: f64 = 0.0002;
 const FEWEST: usize = 5;
 /// What the misfits of a line and of a cubic count; they are not independent.
 const WEIGHT: [f64; 2] = [1.0, 0.5];
+/// A cubic takes four neighbours; where planes are few as well there is nothing to compare with, and nothing is told.
+const FEWEST_ANGLES: usize = 5;
 /// How many neighbours on either side a line and a cubic take.
 const REACH: [usize; 2] = [1, 2];
 
@@ -148,7 +150,7 @@ impl Field {
     pub fn new(stored: &Stored<'_>, values: &[f64], step: f64) -> Option<Self> {
         let ng = stored.angles_deg.len();
         let mut planes = stored.planes_deg.len();
-        if ng < 7 || planes == 0 || values.len() != planes * ng {
+        if ng < FEWEST_ANGLES || planes == 0 || values.len() != planes * ng {
             return None;
         }
         let mut c_deg = stored.planes_deg.to_vec();

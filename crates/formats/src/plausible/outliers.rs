@@ -465,6 +465,31 @@ mod tests {
     }
 
     #[test]
+    fn five_angles_are_enough_where_there_are_planes() {
+        let mut values: Vec<f64> = (0..9 * 5).map(|index| 1000.0 - 250.0 * f64::from(index % 5)).collect();
+        assert!(findings(&values, 9).is_empty());
+        values.swap(22, 23);
+        assert_eq!(lines(&values, 9), [23]);
+    }
+
+    #[test]
+    fn neighbours_across_planes_are_told() {
+        // Lobes that widen from plane to plane.
+        let light = |index: usize| {
+            let power = 1.0 + 0.4 * (index / NG) as f64;
+            500.0 * ((index % NG) as f64 * 2.5).to_radians().cos().max(0.0).powf(power)
+        };
+        let mut values: Vec<f64> = (0..7 * NG).map(light).collect();
+        assert!(findings(&values, 7).is_empty());
+        values.swap(3 * NG + 20, 4 * NG + 20);
+        let found = lines(&values, 7);
+        assert!(
+            found.contains(&(3 * NG + 21)) || found.contains(&(4 * NG + 21)),
+            "{found:?}"
+        );
+    }
+
+    #[test]
     fn a_cut_off_in_all_planes_is_light() {
         let values: Vec<f64> = (0..7 * NG)
             .map(|index| if index % NG < 9 { 400.0 } else { 0.0 })
