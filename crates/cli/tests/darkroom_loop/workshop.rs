@@ -188,7 +188,7 @@ impl Workshop {
             Thoroughness::Quick => ("[0, 100]", "12", "20", "4"),
             Thoroughness::Full => ("[0, 60, 100, 200, 290]", "16", "10", "10"),
         };
-        let workshop = Self(Folder::new());
+        let workshop = Self(Folder::in_memory());
         let distribution = |step: &str, repeats: &str| {
             let last = (360 - step.parse::<i32>().expect("a number")).to_string();
             DISTRIBUTION

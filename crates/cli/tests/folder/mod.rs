@@ -1,22 +1,27 @@
 //! A folder of its own for one test, and the program run in it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 
 /// Removed when the test ends; kept below `ISOLUX_TEST_DIR` where that is set.
 pub struct Folder(tempfile::TempDir);
 
 impl Folder {
+    #[allow(dead_code, reason = "not every test that has this module is content with a disk")]
     pub fn new() -> Self {
+        Self::below(std::env::temp_dir())
+    }
+
+    /// Every reading is synced to the disk before the next move; a folder in memory spares minutes of that.
+    #[allow(dead_code, reason = "not every test that has this module scans for hours")]
+    pub fn in_memory() -> Self {
+        let memory = PathBuf::from("/dev/shm");
+        Self::below(if memory.is_dir() { memory } else { std::env::temp_dir() })
+    }
+
+    fn below(place: PathBuf) -> Self {
         let kept = std::env::var_os("ISOLUX_TEST_DIR").map(PathBuf::from);
-        // Every reading is synced to the disk before the next move; a folder in memory spares minutes of that.
-        let memory = Path::new("/dev/shm");
-        let place = match &kept {
-            Some(kept) => kept.clone(),
-            None if memory.is_dir() => memory.to_owned(),
-            None => std::env::temp_dir(),
-        };
-        let mut folder = tempfile::tempdir_in(place).unwrap();
+        let mut folder = tempfile::tempdir_in(kept.as_deref().unwrap_or(&place)).unwrap();
         folder.disable_cleanup(kept.is_some());
         Self(folder)
     }
