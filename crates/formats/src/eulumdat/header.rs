@@ -250,8 +250,12 @@ impl<L: Fn(usize) -> usize> Checks<'_, '_, L> {
                 self.say(first + 5, "ldt-power", message, "write the power with gear in W");
             }
             Some(0.0) if set.flux_lm.is_some_and(|flux| flux > 0.0) => {
-                let message = "the power is 0 W, though there is light".to_owned();
-                self.say(first + 5, "ldt-power", message, "write the power with gear in W");
+                // Programs that do not know the power write 0, since others refuse a blank.
+                let line = (self.line_of)(first + 5);
+                let note = Finding::note("ldt-power", "the power is 0 W, though there is light");
+                let note = note.at(line + 1, 1).raw(self.text.line(line).trim());
+                self.findings
+                    .push(note.assumed("not stated").fix("write the power with gear in W"));
             }
             Some(watts) => {
                 // Absolute photometry may count in other units, as for ultraviolet: too little says nothing.
