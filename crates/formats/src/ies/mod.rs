@@ -12,6 +12,7 @@ mod layout;
 mod photometry;
 mod preamble;
 mod read;
+mod scene;
 mod shape;
 mod write;
 

@@ -1,0 +1,354 @@
+//! What the numbers of an LM-63 file mean together: the light on its grid, the header, the luminaire.
+
+use isolux_photometry::{IntensityDistribution, Symmetry};
+use serde_json::{Map, Value, json};
+
+use super::angles;
+use super::layout::{Layout, Token};
+use super::preamble::{Preamble, Tilt};
+use super::read::Lamp;
+use super::shape::Shape;
+use super::write::TiltFactors;
+use super::{Edition, GENERATION_TYPES};
+use crate::distribution::{Luminaire, Native};
+use crate::finding::{Finding, Findings};
+use crate::text::Text;
+
+/// What was read, for the parts that are put together from it.
+pub(super) struct Scene<'s, 't> {
+    pub text: &'s Text<'t>,
+    pub preamble: &'s Preamble,
+    pub lamp: &'s Lamp,
+    pub layout: &'s Layout,
+    pub tokens: &'s [Token<'t>],
+}
+
+/// Planes with their horizontal angles.
+type Planes<'c> = Vec<(f64, &'c [f64])>;
+
+type Grid = (IntensityDistribution, Symmetry, Option<Native>);
+
+impl Scene<'_, '_> {
+    fn place(&self, index: usize) -> (usize, usize) {
+        self.tokens
+            .get(index)
+            .map_or((1, 1), |token| (token.line + 1, token.column))
+    }
+
+    pub fn grid(&self, vertical: &[f64], horizontal: &[f64], candela: &[f64], findings: &mut Findings) -> Option<Grid> {
+        let at_vertical = self.place(self.layout.vertical);
+        if vertical.len() < 2 {
+            let message = "one vertical angle is no distribution";
+            findings.push(
+                Finding::error("ies-angles", message)
+                    .at(at_vertical.0, at_vertical.1)
+                    .fix("at least two are needed"),
+            );
+            return None;
+        }
+        let made = match self.lamp.photometric_type {
+            'C' => self.type_c(vertical, horizontal, candela, findings),
+            other => self.type_a_or_b(other, vertical, horizontal, candela, findings),
+        };
+        match made {
+            Ok(grid) => Some(grid),
+            Err(message) => {
+                findings.push(
+                    Finding::error("ies-angles", message)
+                        .at(at_vertical.0, at_vertical.1)
+                        .fix("correct the angles or the photometric type"),
+                );
+                None
+            }
+        }
+    }
+
+    fn type_c(
+        &self,
+        vertical: &[f64],
+        horizontal: &[f64],
+        candela: &[f64],
+        findings: &mut Findings,
+    ) -> Result<Grid, String> {
+        let nv = vertical.len();
+        let (line, column) = self.place(self.layout.vertical);
+        let (first, last) = (vertical[0], vertical[nv - 1]);
+        if !(matches!(first, 0.0 | 90.0) && matches!(last, 90.0 | 180.0)) && (0.0..=180.0).contains(&first) {
+            let message =
+                format!("vertical angles go from {first}° to {last}°; the standard has 0° or 90° to 90° or 180°");
+            findings.push(
+                Finding::warning("ies-vertical-range", message)
+                    .at(line, column)
+                    .assumed("no light outside these angles"),
+            );
+        }
+        let rows: Vec<(f64, &[f64])> = horizontal.iter().copied().zip(candela.chunks(nv)).collect();
+        let (symmetry, rows) = self.circle(rows, findings)?;
+        let rows: Vec<(f64, Vec<f64>)> = rows.into_iter().map(|(c, row)| (c, row.to_vec())).collect();
+        let grid =
+            IntensityDistribution::expand(symmetry, &rows, vertical.to_vec()).map_err(|error| error.to_string())?;
+        Ok((grid, symmetry, None))
+    }
+
+    /// Symmetry class and stored planes within [0, 360).
+    fn circle<'c>(&self, rows: Planes<'c>, findings: &mut Findings) -> Result<(Symmetry, Planes<'c>), String> {
+        let (line, column) = self.place(self.layout.horizontal);
+        let first = rows.first().map_or(0.0, |row| row.0);
+        let last = rows.last().map_or(0.0, |row| row.0);
+        let odd = |message: String, assumed: &str| {
+            Finding::warning("ies-horizontal-range", message)
+                .at(line, column)
+                .assumed(assumed.to_owned())
+        };
+        if rows.len() == 1 {
+            if first != 0.0 {
+                findings.push(odd(
+                    format!("the only horizontal angle is {first}°"),
+                    "rotational symmetry",
+                ));
+            }
+            return Ok((Symmetry::Rotational, vec![(0.0, rows[0].1)]));
+        }
+        match (first, last) {
+            (0.0, 90.0) => Ok((Symmetry::Quadrant, rows)),
+            (0.0, 180.0) => Ok((Symmetry::C0C180, rows)),
+            (90.0, 270.0) => {
+                if self.preamble.edition >= Edition::E2002 {
+                    let message = "horizontal angles from 90° to 270° belong to the 1995 edition".to_owned();
+                    findings.push(odd(message, "symmetry about C90–C270"));
+                }
+                Ok((Symmetry::C90C270, rows))
+            }
+            (-90.0, 90.0) => {
+                let message = "horizontal angles from −90° to 90° in type C".to_owned();
+                findings.push(odd(message, "symmetry about C90–C270"));
+                Ok((
+                    Symmetry::C90C270,
+                    rows.into_iter().map(|(c, row)| (c.rem_euclid(360.0), row)).collect(),
+                ))
+            }
+            _ => Ok((Symmetry::None, self.full_circle(rows, findings)?)),
+        }
+    }
+
+    fn full_circle<'c>(&self, rows: Planes<'c>, findings: &mut Findings) -> Result<Planes<'c>, String> {
+        let (line, column) = self.place(self.layout.horizontal);
+        let (first, last) = (rows[0].0, rows[rows.len() - 1].0);
+        if last - first > 360.0 {
+            return Err(format!(
+                "horizontal angles from {first}° to {last}° are more than a circle"
+            ));
+        }
+        let widest = rows.windows(2).map(|pair| pair[1].0 - pair[0].0).fold(0.0, f64::max);
+        let gap = 360.0 - (last - first);
+        if first < 0.0 {
+            let message = format!("horizontal angles begin at {first}°");
+            findings.push(
+                Finding::warning("ies-horizontal-range", message)
+                    .at(line, column)
+                    .assumed("C = H + 360° below zero"),
+            );
+        }
+        if gap > 1e-6 {
+            let message = format!("horizontal angles go from {first}° to {last}°");
+            let finding = if gap <= 1.5 * widest {
+                Finding::note("ies-horizontal-range", message).assumed("a full circle")
+            } else {
+                Finding::warning("ies-horizontal-range", message)
+                    .assumed("a full circle, interpolated over the gap")
+                    .fix("the standard ends at 0°, 90°, 180° or 360°")
+            };
+            findings.push(finding.at(line, column));
+            return Ok(rows.into_iter().map(|(c, row)| (c.rem_euclid(360.0), row)).collect());
+        }
+        let mut rows = rows;
+        if let Some((_, closing)) = rows.pop()
+            && let Some((_, opening)) = rows.first()
+            && let Some(at) = (0..closing.len()).find(|&at| closing[at] != opening[at])
+        {
+            let index = self.layout.candela + rows.len() * self.layout.nv + at;
+            let (line, column) = self.place(index);
+            let token = self.tokens.get(index).map_or("", |token| token.text);
+            findings.push(
+                Finding::warning(
+                    "ies-closing-plane",
+                    format!("the planes at {first}° and {last}° are one plane, yet they differ"),
+                )
+                .at(line, column)
+                .raw(token)
+                .assumed(format!("the plane at {first}°"))
+                .fix("repeat the first plane as the last"),
+            );
+        }
+        Ok(rows.into_iter().map(|(c, row)| (c.rem_euclid(360.0), row)).collect())
+    }
+
+    fn type_a_or_b(
+        &self,
+        kind: char,
+        vertical: &[f64],
+        horizontal: &[f64],
+        candela: &[f64],
+        findings: &mut Findings,
+    ) -> Result<Grid, String> {
+        let reach = vertical
+            .iter()
+            .chain(horizontal)
+            .fold(0.0_f64, |most, angle| most.max(angle.abs()));
+        let (line, column) = self.place(self.layout.vertical);
+        if reach > 90.0 {
+            let message = format!("type {kind} has angles within ±90°; these reach {reach}°");
+            findings.push(
+                Finding::warning("ies-angle-range", message)
+                    .at(line, column)
+                    .assumed("the same coordinates beyond 90°")
+                    .fix("check the photometric type"),
+            );
+        }
+        if horizontal.len() == 1 {
+            findings.push(
+                Finding::warning("ies-horizontal-range", format!("one horizontal angle in type {kind}"))
+                    .at(line, column)
+                    .assumed("the same candela at every horizontal angle")
+                    .fix("check the photometric type"),
+            );
+        }
+        let source = angles::Native {
+            type_a: kind == 'A',
+            vertical_deg: vertical,
+            horizontal_deg: horizontal,
+            candela,
+        };
+        let grid = source.resampled().map_err(|error| error.to_string())?;
+        let step = grid.gamma_deg().get(1).copied().unwrap_or(90.0);
+        let smallest = source.smallest_step().unwrap_or(step);
+        let message = format!("type {kind} is resampled to C-γ every {step}°");
+        let finding = if step > smallest.min(30.0) + 1e-9 {
+            Finding::warning(
+                "ies-resampled",
+                format!("{message}; its smallest step, {smallest}°, is too fine"),
+            )
+        } else {
+            Finding::note("ies-resampled", format!("{message}, its smallest step"))
+        };
+        findings.push(
+            finding
+                .at(line, column)
+                .assumed("V = 0, H = 0 is γ = 0, positive H is C0, positive V is C90"),
+        );
+        let native = Native {
+            photometry_type: if kind == 'A' { "A" } else { "B" },
+            vertical_deg: vertical.to_vec(),
+            horizontal_deg: horizontal.to_vec(),
+            intensity_cd: candela.chunks(vertical.len()).map(<[f64]>::to_vec).collect(),
+            c0_axis: "horizontal_positive",
+        };
+        Ok((grid, source.symmetry(), Some(native)))
+    }
+
+    pub fn header(&self, tilt: Option<&TiltFactors>, vertical: &[f64], horizontal: &[f64]) -> Map<String, Value> {
+        let lamp = self.lamp;
+        let keywords: Vec<Value> = self
+            .preamble
+            .keywords
+            .iter()
+            .map(|keyword| json!({ "name": keyword.name, "text": keyword.text }))
+            .collect();
+        let tilt = match (&self.preamble.tilt, tilt) {
+            (Tilt::File(name), None) => json!({ "file": name }),
+            (Tilt::File(name), Some(tilt)) => {
+                json!({ "file": name, "geometry": tilt.geometry, "angle_deg": tilt.angle_deg, "factor": tilt.factor })
+            }
+            (_, Some(tilt)) => {
+                json!({ "geometry": tilt.geometry, "angle_deg": tilt.angle_deg, "factor": tilt.factor })
+            }
+            _ => Value::Null,
+        };
+        let opening: Vec<f64> = lamp.opening.iter().flatten().copied().collect();
+        let shape = <[f64; 3]>::try_from(opening)
+            .ok()
+            .map(|opening| Shape::of(opening).name());
+        let mut header = json!({
+            "version": self.preamble.version,
+            "edition": self.preamble.edition.year(),
+            "keywords": keywords,
+            "labels": self.preamble.labels,
+            "tilt": tilt,
+            "lamp_count": lamp.count,
+            "lumens_per_lamp": lamp.lumens_per_lamp,
+            "candela_multiplier": lamp.multiplier,
+            "vertical_angles": vertical.len(),
+            "horizontal_angles": horizontal.len(),
+            "photometric_type": lamp.photometric_type.to_string(),
+            "units": lamp.units,
+            "width": lamp.opening[0],
+            "length": lamp.opening[1],
+            "height": lamp.opening[2],
+            "opening_shape": shape,
+            "ballast_factor": lamp.ballast_factor,
+            "input_watts": lamp.watts,
+            "encoding": self.text.encoding,
+            "line_ending": self.text.line_ending,
+        });
+        match self.preamble.edition {
+            Edition::E1986 | Edition::E1991 => header["photometric_factor"] = lamp.third.into(),
+            Edition::E1995 | Edition::E2002 => header["future_use"] = lamp.third.into(),
+            Edition::E2019 => {
+                header["file_generation_type"] = lamp.third_text.clone().into();
+                header["file_generation"] = lamp.third.and_then(generation).into();
+            }
+        }
+        match header {
+            Value::Object(map) => map,
+            _ => Map::new(),
+        }
+    }
+
+    pub fn luminaire(&self) -> Luminaire {
+        let lamp = self.lamp;
+        let keyword = |name: &str| {
+            let found = self
+                .preamble
+                .keywords
+                .iter()
+                .find(|keyword| keyword.name.eq_ignore_ascii_case(name));
+            found.map_or(String::new(), |keyword| keyword.text.replace('\n', " "))
+        };
+        let mut luminaire = Luminaire {
+            manufacturer: keyword("MANUFAC"),
+            name: keyword("LUMINAIRE"),
+            number: keyword("LUMCAT"),
+            report: keyword("TEST"),
+            date: keyword("ISSUEDATE"),
+            laboratory: keyword("TESTLAB"),
+            lamp: keyword("LAMP"),
+            lamp_count: lamp.count,
+            watts: lamp.watts,
+            ..Luminaire::default()
+        };
+        if let (Some(metres), [Some(width), Some(length), Some(height)]) = (lamp.metres, lamp.opening) {
+            let mm = |value: f64| value.abs() * metres * 1000.0;
+            let shape = Shape::of([width, length, height]);
+            let (across, along) = match shape {
+                shape if shape.is_round() => (mm(if width == 0.0 { height } else { width }), 0.0),
+                Shape::HorizontalCylinderAlongLength => (mm(length), mm(height)),
+                Shape::HorizontalCylinderAlongWidth => (mm(height), mm(width)),
+                _ => (mm(length), mm(width)),
+            };
+            luminaire.luminous_length_mm = Some(across);
+            luminaire.luminous_width_mm = Some(along);
+            luminaire.luminous_height_mm = [Some(if height > 0.0 { mm(height) } else { 0.0 }); 4];
+            luminaire.elliptic = shape.is_elliptic();
+        }
+        luminaire
+    }
+}
+
+/// What a file generation type means, if it is one.
+fn generation(value: f64) -> Option<&'static str> {
+    let types = GENERATION_TYPES.iter();
+    let found = types
+        .into_iter()
+        .find(|(code, _)| code.parse::<f64>().is_ok_and(|code| (code - value).abs() < 5e-6));
+    found.map(|&(_, meaning)| meaning)
+}
