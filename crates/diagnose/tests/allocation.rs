@@ -2,14 +2,12 @@
 //!
 //! Every allocation of this process goes through a counter.
 
-#![expect(unsafe_code, reason = "a global allocator cannot be written without")]
 #![expect(clippy::print_stdout, reason = "the peak is what a person runs this for")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::fmt::Write as _;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use camino::Utf8PathBuf;
+use isolux_allocation::Counting;
 use isolux_diagnose::diagnosis::diagnose;
 use isolux_diagnose::document::Verdict;
 use isolux_diagnose::search::Settings;
@@ -18,26 +16,6 @@ use isolux_record::observation::{Need, open};
 use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call goes to the system's allocator unchanged; the counters are atomic and allocate nothing.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = NOW.fetch_add(layout.size(), Relaxed) + layout.size();
-        PEAK.fetch_max(now, Relaxed);
-        // SAFETY: the caller's layout is passed on.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Relaxed);
-        // SAFETY: the pointer came from `alloc` above with this layout.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
 
 #[global_allocator]
 static COUNTING: Counting = Counting;
@@ -100,10 +78,7 @@ fn many_readings_need_little_more_memory_than_few() {
         nulls: 100,
         ..Settings::default()
     };
-    let before = NOW.load(Relaxed);
-    PEAK.store(before, Relaxed);
-    let found = diagnose(&model, &observations, None, "", &settings).unwrap();
-    let most = PEAK.load(Relaxed) - before;
+    let (found, most) = isolux_allocation::most(|| diagnose(&model, &observations, None, "", &settings).unwrap());
     println!("most at a time: {} MB", most >> 20);
     assert_eq!(found.document.verdict, Verdict::Consistent);
     assert!(most < BOUND, "{most} bytes");

@@ -3,35 +3,13 @@
 //! Every allocation of this process goes through a counter. The bound is a multiple of the file plus a constant, which is
 //! room for the tables that a reader needs and for the full circle of a symmetric file (`LARGEST_GRID`).
 
-#![expect(unsafe_code, reason = "a global allocator cannot be written without")]
 #![expect(clippy::print_stdout, reason = "the largest ratios are what a person runs this for")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write as _;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
+use isolux_allocation::Counting;
 use isolux_formats::read_any;
-
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call goes to the system's allocator unchanged; the counters are atomic and allocate nothing.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = NOW.fetch_add(layout.size(), Relaxed) + layout.size();
-        PEAK.fetch_max(now, Relaxed);
-        // SAFETY: the caller's layout is passed on.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Relaxed);
-        // SAFETY: the pointer came from `alloc` above with this layout.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
 
 #[global_allocator]
 static COUNTING: Counting = Counting;
@@ -44,12 +22,7 @@ const SMALL: usize = 256 * 1024;
 
 /// The most that was allocated at a time while `bytes` were read.
 fn peak(bytes: &[u8], name: &str) -> usize {
-    let before = NOW.load(Relaxed);
-    PEAK.store(before, Relaxed);
-    let parsed = read_any(bytes, name);
-    let most = PEAK.load(Relaxed) - before;
-    drop(parsed);
-    most
+    isolux_allocation::most(|| read_any(bytes, name)).1
 }
 
 struct Seeded(u64);

@@ -164,8 +164,13 @@ impl SelfCheck {
         };
         let coarse = untold as f64 > COARSE * all as f64;
         let message = format!(
-            "of {all} exchanges of two neighbouring intensities above 1 % of the peak {untold} would be told by no check{}; the \
+            "of {all} exchanges of two neighbouring intensities above 1 % of the peak{} {untold} would be told by no check{}; the \
              largest: {}",
+            if kinds.iter().any(|kind| kind.looked_at < kind.exchanges) {
+                " that were looked at"
+            } else {
+                ""
+            },
             if coarse {
                 ": the light is too coarse or too rugged"
             } else {
