@@ -149,7 +149,9 @@ pub fn diagnose(
     let Next {
         entries: next_measurement,
         plans,
+        note,
     } = next::suggest(&believed, &outcome, &rows);
+    notes.extend(note);
     let baseline = believed
         .model(&outcome.baseline.nuisance, &[])
         .ok_or(DiagnoseError::NoPrediction)?;

@@ -21,6 +21,8 @@ pub struct Next {
     pub entries: Vec<NextEntry>,
     /// File name and content of each plan.
     pub plans: Vec<(String, String)>,
+    /// Said when there are rivals and nothing would tell them apart.
+    pub note: Option<String>,
 }
 
 /// A block that could be measured.
@@ -82,7 +84,17 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
         let wanted = (DECISIVE_SIGMA / best).powi(2).ceil() as usize;
         entries = with_repeats(wanted.min(MOST_REPEATS));
     }
-    for (place, (mut entry, Block { plan, .. })) in entries.into_iter().enumerate() {
+    let (worth, vain): (Vec<_>, Vec<_>) = entries
+        .into_iter()
+        .partition(|(entry, _)| entry.expected_sigma >= WORTH_NAMING_SIGMA);
+    if let (true, Some((best, _))) = (worth.is_empty(), vain.first()) {
+        let [one, other] = &splits;
+        next.note = Some(format!(
+            "no block of measurements known here would tell {one} and {other} apart: the best, {}, would set them {:.1} σ apart",
+            best.what, best.expected_sigma
+        ));
+    }
+    for (place, (mut entry, Block { plan, .. })) in worth.into_iter().enumerate() {
         let kind = if plan.contains("isolux-plan/1") { "plan" } else { "maps" };
         let file = if place == 0 {
             format!("next.{kind}.toml")
@@ -98,6 +110,9 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
 
 /// Suggestions that are made.
 const MOST_ENTRIES: usize = 3;
+
+/// Rivals that would stay nearer than the noise of their own difference are not told apart: such a block is no suggestion.
+const WORTH_NAMING_SIGMA: f64 = 1.0;
 
 /// Two names this far apart are told apart by most noises.
 const DECISIVE_SIGMA: f64 = 5.0;
