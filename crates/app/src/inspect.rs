@@ -2,6 +2,7 @@
 
 mod mismatch;
 pub(crate) mod rays;
+mod source;
 
 use camino::{Utf8Component, Utf8Path, Utf8PathBuf};
 use isolux_formats::{
@@ -10,6 +11,7 @@ use isolux_formats::{
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use self::source::Source;
 use crate::files;
 
 pub use mismatch::Meter;
@@ -45,14 +47,16 @@ impl Inspection {
 
 /// Looks at one file; a file that cannot be read gives its reason as a finding.
 pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
-    if let Some(rays) = rays::file(path) {
-        return vec![rays];
-    }
     let options = ReadOptions {
         self_check: true,
         ..options
     };
-    match read(path, options) {
+    let parsed = match Source::open(path) {
+        Ok(source) if rays::are_in(path, &source) => return vec![rays::inspection(path, source)],
+        Ok(source) => parsed(path, source, options),
+        Err(finding) => Err(finding),
+    };
+    match parsed {
         Ok(parsed) => parsed.into_iter().map(|parsed| inspection(path, parsed)).collect(),
         Err(finding) => vec![Inspection {
             file: path.to_string(),
@@ -78,24 +82,17 @@ impl Inspection {
     }
 }
 
-/// The content of one file, refused before it is read when it is too large.
+/// The content of one file or pipe, refused before it is read when it is too large.
 ///
 /// # Errors
 /// A finding that says why there is nothing to parse.
 pub fn read(path: &Utf8Path, options: ReadOptions) -> Result<Vec<Parsed<Content>>, Finding> {
-    if let Ok(facts) = std::fs::metadata(path)
-        && facts.len() > isolux_formats::LARGEST_FILE as u64
-    {
-        let message = format!(
-            "the file has {} bytes; more than {} are not read",
-            facts.len(),
-            isolux_formats::LARGEST_FILE
-        );
-        return Err(Finding::error("file-too-large", message).fix("check that this is a photometric file"));
-    }
-    let bytes = files::read(path).map_err(|failure| Finding::error("file-unreadable", failure.message))?;
+    parsed(path, Source::open(path)?, options)
+}
+
+fn parsed(path: &Utf8Path, source: Source, options: ReadOptions) -> Result<Vec<Parsed<Content>>, Finding> {
     Ok(read_any_beside(
-        &bytes,
+        &source.into_bytes(path)?,
         path.file_name().unwrap_or(path.as_str()),
         options,
         &|name| beside(path, name),

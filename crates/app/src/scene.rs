@@ -118,6 +118,12 @@ fn base(input: &Utf8Path) -> Result<(Utf8PathBuf, Table), Failure> {
             })?;
         return Ok((input.join("scene.toml"), with_sensor("model", model)));
     }
+    if input.exists() && !input.is_file() {
+        return Err(
+            Failure::bad_input(format!("{input} is a pipe or device, which gives its bytes once"))
+                .help("save it as a file: a scene and what it names are read again from their own places"),
+        );
+    }
     let bytes = files::read(input)?;
     let name = input.file_name().unwrap_or_default();
     // What the file stands for is a scene at its own place: relative paths and messages are of this file.

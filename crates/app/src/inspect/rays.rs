@@ -1,7 +1,6 @@
 //! TM-25 ray files: what `inspect` says of them. Files of any size are read in one pass.
 
-use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, Read};
 
 use camino::Utf8Path;
 use glam::DVec3;
@@ -10,16 +9,16 @@ use isolux_sim::tm25::{Damage, Header, Reader, Spectral, Survey, Tm25Error};
 use serde_json::{Map, Value, json};
 
 use super::Inspection;
+use super::source::Source;
 
-/// Looks at a ray file; `None` for a file of another format, by content, and by name where the content is damaged.
-pub(super) fn file(path: &Utf8Path) -> Option<Inspection> {
-    let mut file = File::open(path).ok()?;
-    let mut first = [0_u8; 4];
+/// Whether this is a ray file: by content, and by name where the content is damaged.
+pub(super) fn are_in(path: &Utf8Path, source: &Source) -> bool {
     let named = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("tm25ray"));
-    let known = file.read_exact(&mut first).is_ok() && &first == b"TM25";
-    if !known && !named {
-        return None;
-    }
+    named || source.begins_with(b"TM25")
+}
+
+/// Looks at a ray file.
+pub(super) fn inspection(path: &Utf8Path, source: Source) -> Inspection {
     let mut inspection = Inspection {
         file: path.to_string(),
         format: Some(Format::Tm25),
@@ -30,10 +29,10 @@ pub(super) fn file(path: &Utf8Path) -> Option<Inspection> {
         self_check: None,
         content: None,
     };
-    if let Err(error) = look(&mut file, &mut inspection) {
+    if let Err(error) = look(source, &mut inspection) {
         inspection.findings.push(finding(&error));
     }
-    Some(inspection)
+    inspection
 }
 
 /// An error of the reader as a finding, with its bytes.
@@ -52,10 +51,12 @@ pub(crate) fn finding(error: &Tm25Error) -> Finding {
     }
 }
 
-fn look(file: &mut File, inspection: &mut Inspection) -> Result<(), Tm25Error> {
-    file.seek(SeekFrom::Start(0))?;
-    let length = file.metadata()?.len();
-    let mut stream = BufReader::new(file);
+fn look(source: Source, inspection: &mut Inspection) -> Result<(), Tm25Error> {
+    let length = source.length();
+    let mut stream = Counted {
+        from: BufReader::new(source),
+        bytes: 0,
+    };
     let header = Header::read(&mut stream)?;
     inspection.findings.extend(
         header
@@ -63,6 +64,18 @@ fn look(file: &mut File, inspection: &mut Inspection) -> Result<(), Tm25Error> {
             .into_iter()
             .map(|doubt| Finding::warning("tm25-header", doubt.message).bytes(doubt.span)),
     );
+    // What is there is looked at even where the count is wrong.
+    let mut reader = Reader::over(header, &mut stream);
+    let survey = Survey::of(&mut reader)?;
+    let header = reader.header().clone();
+    // The end of a pipe is known when it has come.
+    let length = match length {
+        Some(length) => length,
+        None => {
+            io::copy(&mut stream, &mut io::sink())?;
+            stream.bytes
+        }
+    };
     let expected = header.end();
     if expected != length {
         inspection.findings.push(finding(&Tm25Error::Length {
@@ -72,17 +85,27 @@ fn look(file: &mut File, inspection: &mut Inspection) -> Result<(), Tm25Error> {
             found: length,
         }));
     }
-    // What is there is looked at even where the count is wrong.
-    let mut reader = Reader::over(header, stream);
-    let survey = Survey::of(&mut reader)?;
-    let header = reader.header();
-    damage(header, &survey, &mut inspection.findings);
+    damage(&header, &survey, &mut inspection.findings);
     if expected == length {
-        sums(header, &survey, &mut inspection.findings);
+        sums(&header, &survey, &mut inspection.findings);
     }
-    inspection.quantities = quantities(header, &survey);
+    inspection.quantities = quantities(&header, &survey);
     inspection.readable = expected == length;
     Ok(())
+}
+
+/// Counts the bytes that it hands on.
+struct Counted<R> {
+    from: R,
+    bytes: u64,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let read = self.from.read(into)?;
+        self.bytes += read as u64;
+        Ok(read)
+    }
 }
 
 /// Rays that no light can follow.

@@ -1,0 +1,133 @@
+//! `inspect` through the program: pipes, and what is refused.
+
+#![cfg(unix)]
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const LAMP: &str = "IES:LM-63-2019\n[TEST] 1\n[TESTLAB] a\n[ISSUEDATE] 01-JAN-2025\n[MANUFAC] c\n[FILEGENTYPE] 1.10000\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 10\n\
+0 45 90\n0\n100 70 0\n";
+
+fn isolux(folder: &Path, arguments: &[&str], stdin: Option<&[u8]>) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isolux"));
+    command
+        .args(arguments)
+        .current_dir(folder)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let Some(bytes) = stdin else {
+        return command.stdin(Stdio::null()).output().unwrap();
+    };
+    let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
+    let mut pipe = child.stdin.take().unwrap();
+    let bytes = bytes.to_vec();
+    let writer = std::thread::spawn(move || {
+        // The reader may leave before the end.
+        let _ = pipe.write_all(&bytes);
+    });
+    let output = child.wait_with_output().unwrap();
+    writer.join().unwrap();
+    output
+}
+
+/// The one line of `inspect --json`, without the file's name.
+fn inspected(output: &Output) -> serde_json::Value {
+    let mut value: serde_json::Value = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)));
+    value.as_object_mut().unwrap().remove("file");
+    value
+}
+
+fn write(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path
+}
+
+#[test]
+fn a_pipe_says_what_the_file_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "lamp.ies", LAMP);
+    write(
+        folder,
+        "led.csv",
+        "wavelength,value\n380,0\n420,1\n460,3\n500,2\n540,3\n580,4\n620,3\n660,2\n700,1\n740,0\n",
+    );
+    for name in ["lamp.ies", "led.csv"] {
+        let bytes = std::fs::read(folder.join(name)).unwrap();
+        let file = inspected(&isolux(folder, &["inspect", "--json", name], None));
+        let pipe = inspected(&isolux(folder, &["inspect", "--json", "/dev/stdin"], Some(&bytes)));
+        assert_eq!(file["readable"], true, "{name}");
+        assert_eq!(file, pipe, "{name}");
+    }
+}
+
+#[test]
+fn a_simulation_refuses_a_pipe_and_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = isolux(
+        folder.path(),
+        &["simulate", "/dev/stdin", "--out", "out"],
+        Some(LAMP.as_bytes()),
+    );
+    assert_eq!(done.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(said.contains("pipe"), "{said}");
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn a_named_pipe_is_read_once_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "lamp.ies", LAMP);
+    let file = inspected(&isolux(folder, &["inspect", "--json", "lamp.ies"], None));
+    let made = Command::new("mkfifo").arg(folder.join("pipe.ies")).status();
+    if !made.is_ok_and(|status| status.success()) {
+        return;
+    }
+    let target = folder.join("pipe.ies");
+    let writer = std::thread::spawn(move || std::fs::write(target, LAMP).unwrap());
+    let pipe = inspected(&isolux(folder, &["inspect", "--json", "pipe.ies"], None));
+    writer.join().unwrap();
+    assert_eq!(file, pipe);
+}
+
+#[test]
+fn rays_stream_from_a_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "lamp.ies", LAMP);
+    write(
+        folder,
+        "scene.toml",
+        "format = \"isolux-scene/1\"\n[luminaire]\ndistribution = \"lamp.ies\"\nler_lm_per_w = 320.0\n\
+         [sensor]\nsize_mm = [60.0, 60.0]\npixels = [8, 8]\ndistance_mm = 150.0\n",
+    );
+    let done = isolux(
+        folder,
+        &[
+            "simulate",
+            "scene.toml",
+            "--out",
+            "out",
+            "--rays-out",
+            "rays.tm25ray",
+            "9000",
+        ],
+        None,
+    );
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let whole = std::fs::read(folder.join("rays.tm25ray")).unwrap();
+    // Whole, cut inside a ray, and longer than the header says.
+    let longer = [whole.clone(), vec![0; 70_000]].concat();
+    for bytes in [whole.clone(), whole[..whole.len() - 70_001].to_vec(), longer] {
+        write(folder, "rays.tm25ray", &bytes);
+        let file = inspected(&isolux(folder, &["inspect", "--json", "rays.tm25ray"], None));
+        let pipe = inspected(&isolux(folder, &["inspect", "--json", "/dev/stdin"], Some(&bytes)));
+        assert_eq!(file["readable"], bytes == whole);
+        assert_eq!(file, pipe);
+    }
+}
