@@ -3,6 +3,7 @@
 //! Reduction is a pure function of a run: the same run gives the same numbers and the same bytes. Every correction is a
 //! switch ([`Correction`]), and every headline number is a [`Quantity`] whose parts say where its uncertainty comes from.
 
+mod blocks;
 mod budget;
 mod correction;
 mod drift;
@@ -140,12 +141,11 @@ pub struct Apparent {
 pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) -> Result<Reduction, ReduceError> {
     let on = |correction| !options.without.contains(&correction);
     let all = &run.readings.rows;
-    let rows = samples::lit_points(all);
-    let Some(first) = rows.first() else {
-        return Err(ReduceError::NoLight);
-    };
-    finished(run, &rows)?;
-    let distance_mm = first.distance_mm;
+    let blocks::Chosen {
+        rows,
+        distance_mm,
+        notes: left_out,
+    } = blocks::Chosen::of(run)?;
     let station = &run.header.station;
     let own = if on(Correction::InverseSquare) {
         None
@@ -217,17 +217,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         .map(|spectral| sensor_illuminance.times(1.0 / spectral.ler.value, "W/m²", "efficacy", spectral.ler.u_rel()));
     let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
     let mut notes = levels.notes.clone();
-    let elsewhere = all
-        .iter()
-        .filter(|row| row.kind == ReadingKind::Lit && row.role == Role::Point && row.distance_mm == distance_mm)
-        .count()
-        - rows.len();
-    if elsewhere > 0 {
-        notes.push(format!(
-            "the blocks at {distance_mm} mm make no one grid: block {:?} is the distribution, {elsewhere} readings of others are left out",
-            first.block
-        ));
-    }
+    notes.extend(left_out);
     notes.extend(run_notes(
         run,
         &options.without,
@@ -257,28 +247,6 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         grid,
         levels,
     })
-}
-
-/// That every block of the distribution holds all directions of its plan.
-fn finished(run: &Run, rows: &[&Reading]) -> Result<(), ReduceError> {
-    for block in run.header.plan.blocks() {
-        let mut read: Vec<(f64, f64)> = rows
-            .iter()
-            .filter(|row| row.block == block.name)
-            .map(|row| (row.c_target_deg, row.gamma_target_deg))
-            .collect();
-        read.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        read.dedup();
-        let planned = block.c_deg.len() * block.gamma_deg.len();
-        if !read.is_empty() && read.len() < planned {
-            return Err(ReduceError::Unfinished {
-                block: block.name.clone(),
-                found: read.len(),
-                planned,
-            });
-        }
-    }
-    Ok(())
 }
 
 /// Every lit reading through the model's inverse at once, by row number. What the run itself measured of offset and stray

@@ -1,6 +1,6 @@
 //! Lit readings → intensities in directions, with the independent part of their uncertainty.
 
-use isolux_record::{Quality, Reading, ReadingKind, Role};
+use isolux_record::{Quality, Reading};
 
 use crate::error::ReduceError;
 use crate::levels::{noise_of_one, rounding};
@@ -42,48 +42,6 @@ pub struct Corrected {
     pub c_deg: f64,
     /// True γ, signed or not.
     pub gamma_deg: f64,
-}
-
-/// The lit point readings that make the distribution: those at the distance with the most of them. Where the blocks there do
-/// not make one grid together (a signed scan beside the grid, say), those of the block with the most.
-pub fn lit_points(readings: &[Reading]) -> Vec<&Reading> {
-    let lit = || {
-        readings
-            .iter()
-            .filter(|row| row.kind == ReadingKind::Lit && row.role == Role::Point)
-    };
-    let mut distances: Vec<f64> = lit().map(|row| row.distance_mm).collect();
-    distances.sort_by(f64::total_cmp);
-    let main = distances.chunk_by(|a, b| a == b).max_by(|a, b| {
-        // Of equally many, the farther: the inverse square law holds better there.
-        a.len().cmp(&b.len()).then(a[0].total_cmp(&b[0]))
-    });
-    let Some(main) = main else { return Vec::new() };
-    let there: Vec<&Reading> = lit().filter(|row| row.distance_mm == main[0]).collect();
-    if is_grid(&there) {
-        return there;
-    }
-    let mut blocks: Vec<&str> = there.iter().map(|row| row.block.as_str()).collect();
-    blocks.dedup();
-    let size = |block: &str| there.iter().filter(|row| row.block == block).count();
-    // Of equally many, the first.
-    let Some(block) = blocks.iter().copied().rev().max_by_key(|block| size(block)) else {
-        return there;
-    };
-    there.iter().copied().filter(|row| row.block == block).collect()
-}
-
-/// Whether every half-plane has the same γ.
-fn is_grid(rows: &[&Reading]) -> bool {
-    let mut nodes: Vec<(f64, f64)> = rows
-        .iter()
-        .map(|row| unsigned(row.c_target_deg, row.gamma_target_deg))
-        .collect();
-    nodes.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    nodes.dedup();
-    let mut planes = nodes.chunk_by(|a, b| a.0 == b.0);
-    let Some(first) = planes.next() else { return true };
-    planes.all(|plane| plane.iter().map(|node| node.1).eq(first.iter().map(|node| node.1)))
 }
 
 /// The mean of every direction of the plan, sorted by half-plane (the closing one last) and γ.

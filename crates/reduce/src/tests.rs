@@ -374,21 +374,109 @@ fn half_a_scan_is_no_luminaire() {
     );
 }
 
+/// The readings of a plan of four half-planes, 3 lx each, `repeats` for every block.
+fn planned(blocks: &[(&str, &str, f64, usize)]) -> Run {
+    let plan = blocks.iter().fold(
+        "format = \"isolux-plan/1\"\n".to_owned(),
+        |text, (name, angles, distance_mm, _)| {
+            text + &format!("[[block]]\nname = \"{name}\"\nkind = \"lit\"\ndistance_mm = {distance_mm:?}\n{angles}\n")
+        },
+    );
+    let plan = Plan::parse(Utf8Path::new("p.toml"), &plan).unwrap();
+    let mut rows = Vec::new();
+    for (block, (name, _, distance_mm, repeats)) in plan.blocks().iter().zip(blocks) {
+        for (&c, &gamma) in block
+            .c_deg
+            .iter()
+            .flat_map(|c| block.gamma_deg.iter().map(move |gamma| (c, gamma)))
+        {
+            rows.extend((0..*repeats).map(|_| Reading {
+                block: (*name).to_owned(),
+                distance_mm: *distance_mm,
+                ..reading(c, gamma, 3.0 * (10_000.0 / distance_mm).powi(2))
+            }));
+        }
+    }
+    let mut run = run(rows);
+    run.header.plan = plan;
+    run
+}
+
+const FOUR: &str = "c_deg = [0, 90, 180, 270]\ngamma_range = [0, 180, 10]";
+
+#[test]
+fn repeats_do_not_make_a_check_the_distribution() {
+    let check = ("check", "c_deg = 0\ngamma_deg = [0, 5]", 5000.0, 200);
+    let fine = ("fine", "c_deg = 0\ngamma_range = [0, 20, 1]", 10_000.0, 20);
+    for other in [check, fine] {
+        // Whichever was taken first.
+        for blocks in [[("all", FOUR, 10_000.0, 1), other], [other, ("all", FOUR, 10_000.0, 1)]] {
+            let result = reduce(&planned(&blocks), &Options::default(), None).unwrap();
+            assert_eq!(result.grid.distribution.gamma_deg().len(), 19);
+            assert!((result.flux.value / (1200.0 * std::f64::consts::PI) - 1.0).abs() < 1e-9);
+            let note = format!("block {:?} ", other.0);
+            assert!(
+                result.notes.iter().any(|text| text.starts_with(&note)),
+                "{:?}",
+                result.notes
+            );
+        }
+    }
+}
+
+#[test]
+fn a_block_that_was_never_begun_is_missed() {
+    let halves = [
+        (
+            "up",
+            "c_deg = [0, 90, 180, 270]\ngamma_range = [0, 90, 10]",
+            10_000.0,
+            1,
+        ),
+        (
+            "down",
+            "c_deg = [0, 90, 180, 270]\ngamma_range = [100, 180, 10]",
+            10_000.0,
+            1,
+        ),
+        ("check", "c_deg = 0\ngamma_range = [1, 19, 2]", 10_000.0, 1),
+        ("near", "c_deg = 0\ngamma_deg = 0", 1000.0, 1),
+    ];
+    let whole = planned(&halves);
+    let result = reduce(&whole, &Options::default(), None).unwrap();
+    assert_eq!(result.grid.distribution.gamma_deg().len(), 19);
+    for read in [0, 3] {
+        let mut cut = whole.clone();
+        cut.readings.rows.truncate(40 + read);
+        let error = reduce(&cut, &Options::default(), None).unwrap_err();
+        assert!(
+            matches!(&error, ReduceError::Unfinished { block, found, planned: 36 } if block == "down" && *found == read),
+            "{error}"
+        );
+    }
+    // Blocks beside the distribution take nothing from it.
+    let mut early = whole.clone();
+    early.readings.rows.truncate(76);
+    let flux = reduce(&early, &Options::default(), None).unwrap().flux;
+    assert!((flux.value - result.flux.value).abs() < 1e-9);
+}
+
 #[test]
 fn a_signed_scan_beside_the_grid_is_left_out() {
-    let mut rows: Vec<_> = [0.0, 90.0, 180.0, 270.0]
-        .iter()
-        .flat_map(|c| [0.0, 10.0, 20.0].map(|gamma| reading(*c, gamma, 3.0)))
-        .collect();
-    let block = |name: &str, c, gamma| Reading {
-        block: name.to_owned(),
-        ..reading(c, gamma, 3.0)
+    let rows_of = |blocks: &[(&str, &str, f64, usize)]| {
+        let run = planned(blocks);
+        let chosen = crate::blocks::Chosen::of(&run).unwrap();
+        (chosen.rows.len(), chosen.notes)
     };
+    let all = ("lit", FOUR, 10_000.0, 1);
     // A repeat of the grid's own directions joins it.
-    rows.push(block("again", 90.0, 10.0));
-    assert_eq!(crate::samples::lit_points(&rows).len(), 13);
-    rows.extend([-15.0, -5.0, 5.0, 15.0].map(|gamma| block("signed", 0.0, gamma)));
-    let kept = crate::samples::lit_points(&rows);
-    assert_eq!(kept.len(), 12);
-    assert!(kept.iter().all(|row| row.block == "lit"));
+    let again = ("again", "c_deg = 90\ngamma_deg = 10", 10_000.0, 1);
+    assert_eq!(rows_of(&[all, again]), (77, Vec::new()));
+    let signed = ("signed", "c_deg = 0\ngamma_deg = [-15, -5, 5, 15]", 10_000.0, 1);
+    let (kept, notes) = rows_of(&[all, again, signed]);
+    assert_eq!((kept, notes.len()), (77, 1));
+    assert!(
+        notes[0].starts_with("block \"signed\" (4 directions at 10000 mm)"),
+        "{notes:?}"
+    );
 }

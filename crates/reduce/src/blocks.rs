@@ -1,0 +1,215 @@
+//! Which lit blocks make the distribution.
+
+use isolux_record::plan::Instrument;
+use isolux_record::run::Run;
+use isolux_record::{Reading, ReadingKind, Role};
+
+use crate::error::ReduceError;
+use crate::samples::unsigned;
+
+/// A direction (C, γ) as the plan has it, in degrees.
+type Direction = (f64, f64);
+
+/// One lit block of the lux meter: what the plan asks for and what was read.
+#[derive(Debug)]
+struct Block<'a> {
+    name: &'a str,
+    distance_mm: f64,
+    /// Directions of the plan and of the readings, each once.
+    directions: Vec<Direction>,
+    /// Directions of the plan, each once.
+    planned: Vec<Direction>,
+    rows: Vec<&'a Reading>,
+}
+
+/// The blocks of the distribution.
+#[derive(Debug)]
+pub struct Chosen<'a> {
+    /// Their lit point readings, as they were taken.
+    pub rows: Vec<&'a Reading>,
+    /// Distance of these readings.
+    pub distance_mm: f64,
+    /// The lit blocks that are left out, one sentence each.
+    pub notes: Vec<String>,
+}
+
+impl<'a> Chosen<'a> {
+    /// The blocks at the distance with the most directions that make one grid together; where they make none, the block
+    /// with the most directions and those that join its grid. What counts are the directions of the plan, so that neither
+    /// repeats nor an early end change which blocks are the distribution.
+    ///
+    /// # Errors
+    /// [`ReduceError::NoLight`] without lit points, [`ReduceError::Unfinished`] when a block of the distribution has
+    /// directions that nobody read.
+    pub fn of(run: &'a Run) -> Result<Self, ReduceError> {
+        let blocks = lit_blocks(run);
+        let Some(distance_mm) = main_distance(&blocks) else {
+            return Err(ReduceError::NoLight);
+        };
+        let (there, elsewhere): (Vec<&Block<'_>>, Vec<&Block<'_>>) =
+            blocks.iter().partition(|block| block.distance_mm == distance_mm);
+        let (chosen, beside) = one_grid(&there);
+        finished(&chosen)?;
+        // In the order in which they were taken, whatever the order of the blocks.
+        let mut rows: Vec<&Reading> = chosen.iter().flat_map(|block| block.rows.iter().copied()).collect();
+        rows.sort_by_key(|row| row.index);
+        let left_out = |block: &&Block<'_>, why: &str| {
+            let count = block.directions.len();
+            let directions = if count == 1 { "direction" } else { "directions" };
+            format!(
+                "block {:?} ({count} {directions} at {} mm) is left out of the distribution: {why}",
+                block.name, block.distance_mm
+            )
+        };
+        let mut notes: Vec<String> = beside
+            .iter()
+            .map(|block| left_out(block, &format!("it makes no one grid with block {:?}", chosen[0].name)))
+            .collect();
+        notes.extend(
+            elsewhere
+                .iter()
+                .map(|block| left_out(block, &format!("that is taken at {distance_mm} mm"))),
+        );
+        Ok(Self {
+            rows,
+            distance_mm,
+            notes,
+        })
+    }
+}
+
+/// The lit blocks of the plan and of the readings, in that order. A block that has no reading yet is one of them.
+fn lit_blocks(run: &Run) -> Vec<Block<'_>> {
+    let points: Vec<&Reading> = run
+        .readings
+        .rows
+        .iter()
+        .filter(|row| row.kind == ReadingKind::Lit && row.role == Role::Point)
+        .collect();
+    let station_mm = run.header.station.bench().distance_mm;
+    let mut blocks: Vec<Block<'_>> = Vec::new();
+    for block in run.header.plan.blocks() {
+        if block.kind != ReadingKind::Lit || block.instrument != Instrument::Luxmeter {
+            continue;
+        }
+        let read_mm = points
+            .iter()
+            .find(|row| row.block == block.name)
+            .map(|row| row.distance_mm);
+        let planned = once(
+            block
+                .c_deg
+                .iter()
+                .flat_map(|c| block.gamma_deg.iter().map(move |gamma| (*c, *gamma))),
+        );
+        blocks.push(Block {
+            name: &block.name,
+            distance_mm: read_mm.or(block.distance_mm).unwrap_or(station_mm),
+            directions: planned.clone(),
+            planned,
+            rows: Vec::new(),
+        });
+    }
+    for row in points {
+        let at = blocks
+            .iter()
+            .position(|block| block.name == row.block && block.distance_mm == row.distance_mm);
+        let at = at.unwrap_or_else(|| {
+            blocks.push(Block {
+                name: &row.block,
+                distance_mm: row.distance_mm,
+                directions: Vec::new(),
+                planned: Vec::new(),
+                rows: Vec::new(),
+            });
+            blocks.len() - 1
+        });
+        blocks[at].rows.push(row);
+    }
+    for block in &mut blocks {
+        let read = block.rows.iter().map(|row| target(row));
+        block.directions = once(block.directions.iter().copied().chain(read));
+    }
+    // Without any reading there is nothing to reduce, whatever the plan says.
+    if blocks.iter().all(|block| block.rows.is_empty()) {
+        blocks.clear();
+    }
+    blocks
+}
+
+/// The distance with the most directions; of equally many the farther: the inverse square law holds better there.
+fn main_distance(blocks: &[Block<'_>]) -> Option<f64> {
+    let at = |distance_mm: f64| {
+        let there = blocks.iter().filter(move |block| block.distance_mm == distance_mm);
+        once(there.flat_map(|block| block.directions.iter().copied())).len()
+    };
+    blocks
+        .iter()
+        .map(|block| block.distance_mm)
+        .max_by(|a, b| at(*a).cmp(&at(*b)).then(a.total_cmp(b)))
+}
+
+/// The blocks that make one grid, the largest first, and the others.
+fn one_grid<'b, 'a>(there: &[&'b Block<'a>]) -> (Vec<&'b Block<'a>>, Vec<&'b Block<'a>>) {
+    let mut by_size = there.to_vec();
+    // Stable: of equally many directions, the first.
+    by_size.sort_by_key(|block| std::cmp::Reverse(block.directions.len()));
+    if is_grid(&by_size) {
+        return (by_size, Vec::new());
+    }
+    let (mut chosen, mut beside) = (Vec::new(), Vec::new());
+    for block in by_size {
+        chosen.push(block);
+        if chosen.len() > 1 && !is_grid(&chosen) {
+            chosen.pop();
+            beside.push(block);
+        }
+    }
+    (chosen, beside)
+}
+
+/// Whether every half-plane has the same γ.
+fn is_grid(blocks: &[&Block<'_>]) -> bool {
+    let directions = blocks.iter().flat_map(|block| block.directions.iter());
+    let nodes = once(directions.map(|&(c, gamma)| unsigned(c, gamma)));
+    let mut planes = nodes.chunk_by(|a, b| a.0 == b.0);
+    let Some(first) = planes.next() else { return true };
+    planes.all(|plane| plane.iter().map(|node| node.1).eq(first.iter().map(|node| node.1)))
+}
+
+/// That every direction that the plan asks of these blocks was read, in this block or in another of them.
+fn finished(chosen: &[&Block<'_>]) -> Result<(), ReduceError> {
+    let read = once(chosen.iter().flat_map(|block| block.rows.iter().map(|row| target(row))));
+    for block in chosen {
+        let found = block
+            .planned
+            .iter()
+            .filter(|direction| read.binary_search_by(|at| order(at, direction)).is_ok())
+            .count();
+        if found < block.planned.len() {
+            return Err(ReduceError::Unfinished {
+                block: block.name.to_owned(),
+                found,
+                planned: block.planned.len(),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn target(row: &Reading) -> Direction {
+    (row.c_target_deg, row.gamma_target_deg)
+}
+
+fn order(a: &Direction, b: &Direction) -> std::cmp::Ordering {
+    a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+}
+
+/// Sorted, each once.
+fn once(directions: impl Iterator<Item = Direction>) -> Vec<Direction> {
+    // Adding 0 makes −0 and 0 one.
+    let mut directions: Vec<Direction> = directions.map(|(c, gamma)| (c + 0.0, gamma + 0.0)).collect();
+    directions.sort_by(order);
+    directions.dedup();
+    directions
+}
