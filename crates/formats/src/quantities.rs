@@ -7,17 +7,29 @@ use isolux_photometry::IntensityDistribution;
 use serde_json::{Map, Value, json};
 
 use crate::Distribution;
+use crate::distribution::Native;
+use crate::ies::OwnLight;
 
 impl Distribution {
     /// Keys and units as `inspect --json` prints them; what the file does not allow is null.
     pub fn quantities(&self) -> Map<String, Value> {
         let grid = &self.intensity;
-        let flux = grid.flux().value();
+        // A table of type A or B has its own flux and peak; the rest is of the light over C-γ.
+        let (over_grid, peak) = (grid.flux().value(), grid.peak());
+        let own = self.native.as_ref().map_or(
+            OwnLight {
+                flux_lm: over_grid,
+                peak_cd: peak.intensity.value(),
+                peak_c_deg: peak.c.degrees(),
+                peak_gamma_deg: peak.gamma.degrees(),
+            },
+            Native::own_light,
+        );
+        let flux = own.flux_lm;
         let (down, up) = (
             grid.flux_between(0.0, 90.0).value(),
             grid.flux_between(90.0, 180.0).value(),
         );
-        let peak = grid.peak();
         let angles = |of: fn(&IntensityDistribution, usize) -> Option<f64>| -> Vec<Option<f64>> {
             (0..grid.c_deg().len()).map(|plane| of(grid, plane)).collect()
         };
@@ -28,10 +40,10 @@ impl Distribution {
             "flux_down_lm": down,
             "zonal_flux_lm": grid.zonal_flux_lm(10.0),
             "lorl_percent": self.lamp_flux_lm.filter(|&lamp| lamp > 0.0).map(|lamp| 100.0 * flux / lamp),
-            "dff_percent": (flux > 0.0).then(|| 100.0 * down / flux),
-            "i_max_cd": peak.intensity.value(),
-            "i_max_c_deg": peak.c.degrees(),
-            "i_max_gamma_deg": peak.gamma.degrees(),
+            "dff_percent": (over_grid > 0.0).then(|| 100.0 * down / over_grid),
+            "i_max_cd": own.peak_cd,
+            "i_max_c_deg": own.peak_c_deg,
+            "i_max_gamma_deg": own.peak_gamma_deg,
             "beam_angle_deg": angles(|grid, plane| grid.beam_angle(plane).map(|beam| beam.full_angle_deg())),
             "field_angle_deg": angles(|grid, plane| grid.field_angle(plane).map(|field| field.full_angle_deg())),
             "luminous_area_mm2": self.luminaire.luminous_area_mm2(),

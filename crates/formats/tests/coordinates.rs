@@ -105,3 +105,100 @@ fn left_like_right_is_kept_as_lateral_symmetry_and_light_behind_is_said() {
         behind.message
     );
 }
+
+/// A table of type A or B as a file, every `step`° over the half-space in front.
+fn table(photometry: Photometry, step: f64, candela: impl Fn(f64, f64) -> f64) -> (Vec<f64>, String) {
+    let count = (180.0 / step).round() as usize + 1;
+    let angles: Vec<f64> = (0..count).map(|at| at as f64 * step - 90.0).collect();
+    let line = |row: Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+    let rows = angles
+        .iter()
+        .map(|&h| line(angles.iter().map(|&v| candela(h, v)).collect()));
+    let mut text = format!(
+        "IESNA:LM-63-2002\n[TEST]\n[TESTLAB]\n[ISSUEDATE]\n[MANUFAC]\nTILT=NONE\n1 -1 1 {count} {count} {} 2 0 0 0\n1 1 1000\n",
+        photometry.code()
+    );
+    for part in [line(angles.clone()), line(angles.clone())].into_iter().chain(rows) {
+        text += &part;
+        text.push('\n');
+    }
+    (angles, text)
+}
+
+#[test]
+fn flux_and_peak_are_those_of_the_files_own_angles() {
+    // Two narrow lobes up and to the sides, and the largest values between the directions of an even grid over C-γ.
+    let light = |h: f64, v: f64| 1e5 * (-((h.abs() - 15.0) / 6.0).powi(2) - ((v - 10.0) / 5.0).powi(2)).exp();
+    for photometry in [Photometry::A, Photometry::B] {
+        let (angles, text) = table(photometry, 5.0, light);
+        let parsed = read_any(text.as_bytes(), "x.ies").remove(0);
+        let finding = parsed.findings.iter().find(|finding| finding.code == "ies-resampled");
+        assert_eq!(finding.unwrap().severity, isolux_formats::Severity::Note, "{finding:?}");
+        let read = read(text.as_bytes(), "x.ies");
+        // Midpoints of each cell's straight lines, 40 × 40 of them.
+        let (cells, parts) = (angles.len() - 1, 40);
+        let mut flux = 0.0;
+        for (h, v) in (0..cells).flat_map(|h| (0..cells).map(move |v| (h, v))) {
+            for (a, b) in (0..parts).flat_map(|a| (0..parts).map(move |b| (a, b))) {
+                let at = |part: i32| (f64::from(part) + 0.5) / f64::from(parts);
+                let (s, t) = (at(a), at(b));
+                let corner = |i: usize, j: usize| light(angles[h + i], angles[v + j]);
+                let candela = (1.0 - s) * ((1.0 - t) * corner(0, 0) + t * corner(0, 1))
+                    + s * ((1.0 - t) * corner(1, 0) + t * corner(1, 1));
+                let elevation = match photometry {
+                    Photometry::A => angles[v] + 5.0 * t,
+                    _ => angles[h] + 5.0 * s,
+                };
+                flux += candela * elevation.to_radians().cos();
+            }
+        }
+        flux *= (5.0 / f64::from(parts)).to_radians().powi(2);
+        let quantities = read.quantities();
+        let number = |key: &str| quantities[key].as_f64().unwrap();
+        assert!(
+            (number("flux_lm") / flux - 1.0).abs() < 1e-4,
+            "{} {flux}",
+            number("flux_lm")
+        );
+        assert_eq!(number("i_max_cd"), 1e5);
+        let direction = photometry.direction(10.0, 15.0);
+        assert!((number("i_max_c_deg") - direction.y.atan2(direction.x).to_degrees()).abs() < 1e-5);
+        assert!((number("i_max_gamma_deg") - direction.z.acos().to_degrees()).abs() < 1e-5);
+        // And the light that others take is near it, in both lobes.
+        for horizontal in [15.0, -15.0] {
+            let there = read.intensity.toward(photometry.direction(10.0, horizontal));
+            assert!((there / 1e5 - 1.0).abs() < 1e-3, "{there} at H {horizontal}");
+        }
+        assert!((read.intensity.flux().value() / flux - 1.0).abs() < 5e-3);
+    }
+}
+
+#[test]
+fn light_that_resampling_changes_by_more_than_a_hundredth_is_a_warning() {
+    // One value alone, no wider than the step: a finer grid than the file's size allows would be needed.
+    let (_, text) = table(
+        Photometry::B,
+        2.5,
+        |h, v| {
+            if h == 0.0 && v == 0.0 { 100.0 } else { 0.0 }
+        },
+    );
+    let parsed = read_any(text.as_bytes(), "x.ies").remove(0);
+    let finding = parsed
+        .findings
+        .iter()
+        .find(|finding| finding.code == "ies-resampled")
+        .unwrap();
+    let Some(Content::Distribution(read)) = &parsed.document else {
+        panic!("a table")
+    };
+    let own = read.quantities()["flux_lm"].as_f64().unwrap();
+    let off = read.intensity.flux().value() / own - 1.0;
+    assert!(off.abs() >= 0.01, "{off}");
+    assert_eq!(finding.severity, isolux_formats::Severity::Warning);
+    assert!(
+        finding.message.contains(&format!("flux {:+.2} %", 100.0 * off)),
+        "{}",
+        finding.message
+    );
+}

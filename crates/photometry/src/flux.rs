@@ -76,7 +76,7 @@ fn zone(gamma_deg: &[f64], values: &[f64], from_deg: f64, to_deg: f64) -> f64 {
 ///
 /// Written around the middle of the interval, f̄·2 sin m sin h + f'·2 cos m·(sin h − h cos h), so that narrow intervals
 /// lose no digits to cancellation.
-pub(crate) fn linear_times_sine(a_deg: f64, b_deg: f64, fa: f64, fb: f64) -> f64 {
+pub fn linear_times_sine(a_deg: f64, b_deg: f64, fa: f64, fb: f64) -> f64 {
     let half = (0.5 * (b_deg - a_deg)).to_radians();
     let (sin_middle, cos_middle) = (0.5 * (a_deg + b_deg)).to_radians().sin_cos();
     let mean = 0.5 * (fa + fb);

@@ -13,4 +13,5 @@ mod symmetry;
 
 pub use distribution::{DistributionError, IntensityDistribution, Peak};
 pub use divergence::Divergence;
+pub use flux::linear_times_sine;
 pub use symmetry::{Symmetry, SymmetryError};

@@ -9,6 +9,7 @@ mod angles;
 mod grid;
 mod header;
 mod layout;
+mod own;
 mod photometry;
 mod preamble;
 mod read;
@@ -18,6 +19,7 @@ mod write;
 
 use crate::text::Text;
 
+pub use own::OwnLight;
 pub use photometry::Photometry;
 pub use read::{read, read_beside};
 pub use shape::Shape;

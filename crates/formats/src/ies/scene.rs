@@ -23,6 +23,9 @@ pub(super) struct Scene<'s, 't> {
     pub tokens: &'s [Token<'t>],
 }
 
+/// Resampled light that differs less from the file's own is the file's.
+const MOST_OFF: f64 = 0.01;
+
 /// Planes with their horizontal angles.
 type Planes<'c> = Vec<(f64, &'c [f64])>;
 
@@ -191,11 +194,14 @@ impl Scene<'_, '_> {
         candela: &[f64],
         findings: &mut Findings,
     ) -> Result<Grid, String> {
-        let reach = vertical
-            .iter()
-            .chain(horizontal)
-            .fold(0.0_f64, |most, angle| most.max(angle.abs()));
         let (line, column) = self.place(self.layout.vertical);
+        let source = angles::Native {
+            type_a: kind == 'A',
+            vertical_deg: vertical,
+            horizontal_deg: horizontal,
+            candela,
+        };
+        let reach = source.reach_deg();
         if reach > 90.0 {
             let message = format!("type {kind} has angles within ±90°; these reach {reach}°");
             findings.push(
@@ -213,29 +219,8 @@ impl Scene<'_, '_> {
                     .fix("check the photometric type"),
             );
         }
-        let source = angles::Native {
-            type_a: kind == 'A',
-            vertical_deg: vertical,
-            horizontal_deg: horizontal,
-            candela,
-        };
         let grid = source.resampled().map_err(|error| error.to_string())?;
-        let step = grid.gamma_deg().get(1).copied().unwrap_or(90.0);
-        let smallest = source.smallest_step().unwrap_or(step);
-        let message = format!("type {kind} is resampled to C-γ every {step}°");
-        let finding = if step > smallest.min(30.0) + 1e-9 {
-            Finding::warning(
-                "ies-resampled",
-                format!("{message}; its smallest step, {smallest}°, is too fine"),
-            )
-        } else {
-            Finding::note("ies-resampled", format!("{message}, its smallest step"))
-        };
-        findings.push(
-            finding
-                .at(line, column)
-                .assumed("V = 0, H = 0 is γ = 0, positive H is C0, positive V is C90"),
-        );
+        findings.push(resampling(kind, &source, &grid).at(line, column));
         let native = Native {
             photometry_type: if kind == 'A' { "A" } else { "B" },
             vertical_deg: vertical.to_vec(),
@@ -243,7 +228,7 @@ impl Scene<'_, '_> {
             intensity_cd: candela.chunks(vertical.len()).map(<[f64]>::to_vec).collect(),
             c0_axis: "horizontal_positive",
         };
-        Ok((grid, source.symmetry(), Some(native)))
+        Ok((grid.intensity, source.symmetry(), Some(native)))
     }
 
     pub fn header(&self, tilt: Option<&TiltFactors>, vertical: &[f64], horizontal: &[f64]) -> Map<String, Value> {
@@ -342,6 +327,29 @@ impl Scene<'_, '_> {
         }
         luminaire
     }
+}
+
+/// How the light over C-γ differs from the file's own: a warning from 1 %, or where the file's step is too fine.
+fn resampling(kind: char, source: &angles::Native<'_>, grid: &angles::Resampled) -> Finding {
+    let step = grid.step_deg;
+    let smallest = source.smallest_step().unwrap_or(step);
+    let mut message = format!("type {kind} is resampled to C-γ every {step}°");
+    let coarser = step > smallest.min(30.0) + 1e-9;
+    if coarser {
+        message += &format!("; its smallest step, {smallest}°, is too fine");
+    }
+    for (off, what) in [(grid.flux_off, "flux"), (grid.peak_off, "peak")] {
+        if let Some(off) = off {
+            message += &format!(", {what} {:+.2} %", 100.0 * off);
+        }
+    }
+    let finding = if coarser || grid.off() >= MOST_OFF {
+        Finding::warning("ies-resampled", message)
+            .fix("trust flux and peak, which are the file's own; what is simulated or turned is the resampled light")
+    } else {
+        Finding::note("ies-resampled", message)
+    };
+    finding.assumed("V = 0, H = 0 is γ = 0, positive H is C0, positive V is C90")
 }
 
 /// What a file generation type means, if it is one.
