@@ -121,9 +121,11 @@ fn wavelengths(scene: &Scene, count: usize, seed: u64) -> Option<Vec<f64>> {
         return None;
     };
     let mut running = 0.0;
-    let sums: Vec<f64> = (360..=830)
-        .map(|nm| {
-            running += spectrum.at_nm(f64::from(nm)).max(0.0);
+    let sums: Vec<f64> = spectrum
+        .per_nm()
+        .into_iter()
+        .map(|value| {
+            running += value.max(0.0);
             running
         })
         .collect();

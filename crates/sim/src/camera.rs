@@ -11,9 +11,7 @@ const HC_J_M: f64 = 1.986_445_857_148_928_6e-25;
 /// weighted by `efficiency`, at 1 nm over 360–830 nm. `None` where the spectrum has no power there.
 pub fn photon_irradiance(irradiance_w_m2: f64, spectrum: &Spectrum, efficiency: impl Fn(f64) -> f64) -> Option<f64> {
     let (mut power, mut photons) = (0.0, 0.0);
-    for nm in 360..=830 {
-        let nm = f64::from(nm);
-        let value = spectrum.at_nm(nm);
+    for (nm, value) in per_nm(spectrum) {
         power += value;
         photons += value * efficiency(nm) * nm * 1e-9 / HC_J_M;
     }
@@ -23,15 +21,18 @@ pub fn photon_irradiance(irradiance_w_m2: f64, spectrum: &Spectrum, efficiency: 
 /// Irradiance in W/m² within [from, to) nm, of light of `irradiance_w_m2` in all.
 pub fn band_irradiance(irradiance_w_m2: f64, spectrum: &Spectrum, from_nm: f64, to_nm: f64) -> Option<f64> {
     let (mut all, mut band) = (0.0, 0.0);
-    for nm in 360..=830 {
-        let nm = f64::from(nm);
-        let value = spectrum.at_nm(nm);
+    for (nm, value) in per_nm(spectrum) {
         all += value;
         if (from_nm..to_nm).contains(&nm) {
             band += value;
         }
     }
     (all > 0.0).then(|| irradiance_w_m2 * band / all)
+}
+
+/// Whole nanometres and what of the spectrum falls to each.
+fn per_nm(spectrum: &Spectrum) -> impl Iterator<Item = (f64, f64)> {
+    (360..=830).map(f64::from).zip(spectrum.per_nm())
 }
 
 /// A camera's pixel, as an EMVA 1288 data sheet has it.

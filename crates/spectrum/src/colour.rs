@@ -82,7 +82,7 @@ impl Chromaticity {
 impl Spectrum {
     /// Tristimulus values of the CIE 1931 observer.
     pub fn tristimulus(&self) -> Tristimulus {
-        Tristimulus::of_1_nm(&self.at_1_nm())
+        Tristimulus::of_1_nm(&self.per_nm())
     }
 
     /// CIE 1931 chromaticity; none without light.
@@ -94,7 +94,7 @@ impl Spectrum {
     pub fn sp_ratio(&self) -> Option<f64> {
         let photopic = self.luminous_integral();
         let scotopic: f64 = self
-            .at_1_nm()
+            .per_nm()
             .iter()
             .zip(&crate::tables::V_PRIME)
             .map(|(s, v)| s * v)
@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn a_line_is_its_own_dominant_wavelength() {
         for nm in [450.0, 520.0, 555.0, 620.0] {
-            let s = Spectrum::new(vec![nm - 0.5, nm, nm + 0.5], vec![0.0, 1.0, 0.0]).unwrap();
+            let s = Spectrum::new(vec![nm - 1.0, nm, nm + 1.0], vec![0.0, 1.0, 0.0]).unwrap();
             let d = dominant(s.chromaticity().unwrap(), EQUAL_ENERGY).unwrap();
             assert!((d.dominant_nm.unwrap() - nm).abs() < 1e-6, "{d:?}");
             assert!((d.purity - 1.0).abs() < 1e-9);

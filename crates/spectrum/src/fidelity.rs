@@ -37,7 +37,7 @@ const COUNT: usize = 401;
 /// Fidelity and gamut, sums at 1 nm over 380–780 nm; none where the source has no reference (no light, no colour
 /// temperature, or above 25 000 K).
 pub fn fidelity(source: &Spectrum) -> Option<Fidelity> {
-    let test = source.at_1_nm();
+    let test = source.per_nm();
     let t = cct::nearest_planckian(Tristimulus::of_1_nm(&test).chromaticity()?)
         .filter(|c| c.duv.abs() <= cct::FARTHEST_MEANINGFUL_DUV)?
         .cct_k;

@@ -1,7 +1,7 @@
 //! Spectra, photopic weighting and colour.
 //!
-//! A [`Spectrum`] is linear between its points and zero outside them. Every integral is the sum at 1 nm over
-//! 360–830 nm, the range of V(λ) (CIE 018:2019), so that a number does not depend on the spacing of a file.
+//! A [`Spectrum`] is linear between its points and zero outside them. Every integral is a sum at 1 nm over 360–830 nm, the
+//! range of V(λ) (CIE 018:2019), of [`Spectrum::per_nm`], so that a number does not depend on the spacing of a file.
 
 pub mod cct;
 pub mod cie;
@@ -9,6 +9,7 @@ mod colour;
 pub mod fidelity;
 pub mod illuminant;
 pub mod meter;
+mod per_nm;
 mod quantities;
 pub mod rendering;
 mod resample;

@@ -1,12 +1,13 @@
 //! How well a meter's responsivity matches V(λ): f1′ and spectral mismatch (CIE S 023, ISO/CIE 19476).
 
 use crate::illuminant::illuminant_a;
+use crate::per_nm::per_nm;
 use crate::{Spectrum, cie};
 
 /// General V(λ) mismatch index f1′ of a relative responsivity, as a fraction (0.015 is 1.5 %), calibrated with illuminant A;
 /// none where the responsivity does not answer illuminant A.
 pub fn f1_prime(responsivity: &Spectrum) -> Option<f64> {
-    let s = responsivity.at_1_nm();
+    let s = responsivity.per_nm();
     let a = illuminant_a();
     let seen = product(&a, &s);
     let ideal = product(&a, &cie::V_LAMBDA);
@@ -23,12 +24,13 @@ pub fn f1_prime(responsivity: &Spectrum) -> Option<f64> {
 ///
 /// F = (∫S_C s · ∫S_Z V) / (∫S_C V · ∫S_Z s); none where an integral is not above zero.
 pub fn spectral_mismatch(source: &Spectrum, calibration: &Spectrum, responsivity: &Spectrum) -> Option<f64> {
-    let (z, c, s) = (source.at_1_nm(), calibration.at_1_nm(), responsivity.at_1_nm());
+    // Both may be finer than 1 nm: their product is integrated, not the product of what each has in a nanometre.
+    let seen = |light: &Spectrum| per_nm(&[light, responsivity]).iter().sum::<f64>();
     let parts = [
-        product(&c, &s),
-        product(&z, &cie::V_LAMBDA),
-        product(&c, &cie::V_LAMBDA),
-        product(&z, &s),
+        seen(calibration),
+        product(&source.per_nm(), &cie::V_LAMBDA),
+        product(&calibration.per_nm(), &cie::V_LAMBDA),
+        seen(source),
     ];
     parts
         .iter()

@@ -7,7 +7,7 @@ use crate::{EQUAL_ENERGY, Spectrum, dominant, fidelity, meter, rendering};
 /// The quantities of one spectrum. What the data do not allow is none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quantities {
-    /// ∫S dλ as the sum at 1 nm over 360–830 nm, in the file's unit × nm.
+    /// ∫S dλ over 360–830 nm, in the file's unit × nm.
     pub integral: f64,
     /// 683 lm/W × ∫SV dλ likewise.
     pub luminous_integral: f64,

@@ -17,7 +17,7 @@ pub struct Rendering {
 /// Indices of a source against the Planckian radiator (below 5000 K) or the daylight of its own colour temperature; none
 /// where no such reference exists (no light, no colour temperature, or above 25 000 K).
 pub fn rendering(source: &Spectrum) -> Option<Rendering> {
-    let test = source.at_1_nm();
+    let test = source.per_nm();
     let white = Tristimulus::of_1_nm(&test);
     let t = cct::nearest_planckian(white.chromaticity()?)
         .filter(|c| c.duv.abs() <= cct::FARTHEST_MEANINGFUL_DUV)?

@@ -2,7 +2,7 @@
 
 use isolux_units::LumenPerWatt;
 
-use crate::cie;
+use crate::{cie, per_nm};
 
 /// Why numbers are no spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -107,21 +107,24 @@ impl Spectrum {
         }
     }
 
-    /// Values at 360, 361, … 830 nm.
-    pub fn at_1_nm(&self) -> [f64; 471] {
-        std::array::from_fn(|i| self.at_nm((cie::FIRST_NM + i) as f64))
+    /// What falls to 360, 361, … 830 nm, so that Σ of it times a table of the CIE is ∫ S·t dλ with t linear between its entries.
+    ///
+    /// Where the data have points at whole nanometres alone these are the values there, to the bit; in a nanometre that has a
+    /// point between its ends the integral is exact (decision 0020), so that no line can hide between two entries.
+    pub fn per_nm(&self) -> [f64; 471] {
+        per_nm::per_nm(&[self])
     }
 
-    /// ∫ S dλ as the sum at 1 nm over 360–830 nm; the unit of the values times nm.
+    /// ∫ S dλ over 360–830 nm, the sum of [`Self::per_nm`]; the unit of the values times nm.
     pub fn integral(&self) -> f64 {
-        self.at_1_nm().iter().sum()
+        self.per_nm().iter().sum()
     }
 
-    /// K_m ∫ S V dλ as the sum at 1 nm over 360–830 nm: lux from W/(m²·nm), lumen from W/nm.
+    /// K_m ∫ S V dλ over 360–830 nm: lux from W/(m²·nm), lumen from W/nm.
     pub fn luminous_integral(&self) -> f64 {
         cie::K_M_LM_PER_W
             * self
-                .at_1_nm()
+                .per_nm()
                 .iter()
                 .zip(&cie::V_LAMBDA)
                 .map(|(s, v)| s * v)
@@ -172,7 +175,7 @@ mod tests {
     #[test]
     fn monochromatic_green_gives_the_maximum_efficacy() {
         // V(555 nm) = 1 by definition, so K = K_m.
-        let line = Spectrum::new(vec![554.5, 555.0, 555.5], vec![0.0, 1.0, 0.0]).unwrap();
+        let line = Spectrum::new(vec![554.0, 555.0, 556.0], vec![0.0, 1.0, 0.0]).unwrap();
         assert!((line.ler_lm_per_w().unwrap().value() - 683.0).abs() < 1e-9);
     }
 

@@ -78,10 +78,10 @@ impl Station {
             radiometric,
         };
         if let Some(lamp) = lamp
-            && total(lamp) > 0.0
+            && lamp.integral() > 0.0
             && station
                 .spectrum(0.0, 1.0, 1.0)
-                .is_none_or(|behind| total(&behind) <= 0.0)
+                .is_none_or(|behind| behind.integral() <= 0.0)
         {
             return Err(StationError::Dark {
                 part: "the windows and the vapour",
@@ -111,13 +111,14 @@ impl Station {
                     self.optics.colour.iter().map(|(_, spectrum)| spectrum).collect()
                 };
                 // The direct path gives E_v / K of the lamp.
-                let efficacy = lamp.luminous_integral() / total(lamp);
+                let efficacy = lamp.luminous_integral() / lamp.integral();
                 spectra
                     .into_iter()
                     .map(|spectrum| {
+                        let (per_nm, luminous) = (spectrum.per_nm(), spectrum.luminous_integral());
                         Mesh::new(sensor, |place| {
-                            let kept = self.kept(spectrum, cosine(sensor, place), place.length());
-                            efficacy * kept / spectrum.luminous_integral()
+                            let kept = self.kept(&per_nm, cosine(sensor, place), place.length());
+                            efficacy * kept / luminous
                         })
                     })
                     .collect()
@@ -158,11 +159,11 @@ impl Station {
         (!self.optics.colour.is_empty()).then(|| self.emitted(gamma_deg))?
     }
 
-    /// Power of `spectrum` behind windows and vapour, summed at 1 nm.
-    fn kept(&self, spectrum: &Spectrum, cos: f64, path_mm: f64) -> f64 {
+    /// Power behind windows and vapour of a spectrum given at 1 nm.
+    fn kept(&self, per_nm: &[f64], cos: f64, path_mm: f64) -> f64 {
         (FROM_NM..=TO_NM)
-            .map(f64::from)
-            .map(|nm| spectrum.at_nm(nm) * self.share_at(cos, path_mm, nm))
+            .zip(per_nm)
+            .map(|(nm, value)| value * self.share_at(cos, path_mm, f64::from(nm)))
             .sum()
     }
 
@@ -211,12 +212,17 @@ impl Station {
         let (low, high, t) = self.between(gamma_deg);
         let (low, high) = (&colour[low].1, &colour[high].1);
         let (a, b) = ((1.0 - t) / low.luminous_integral(), t / high.luminous_integral());
-        sampled(|nm| a * low.at_nm(nm) + b * high.at_nm(nm))
+        let parts = low.per_nm().into_iter().zip(high.per_nm());
+        at_1_nm(parts.map(|(low, high)| a * low + b * high))
     }
 
     fn spectrum(&self, gamma_deg: f64, cos: f64, path_mm: f64) -> Option<Spectrum> {
         let emitted = self.emitted(gamma_deg)?;
-        sampled(|nm| emitted.at_nm(nm) * self.share_at(cos, path_mm, nm))
+        let nm = (FROM_NM..=TO_NM).map(f64::from);
+        at_1_nm(
+            nm.zip(emitted.per_nm())
+                .map(|(nm, value)| value * self.share_at(cos, path_mm, nm)),
+        )
     }
 
     /// Target and lens: irradiance in the image over irradiance on the target; 1 without them.
@@ -273,14 +279,9 @@ fn share(share: &Share, nm: f64) -> f64 {
     }
 }
 
-fn sampled(law: impl Fn(f64) -> f64) -> Option<Spectrum> {
-    let nm: Vec<f64> = (FROM_NM..=TO_NM).map(f64::from).collect();
-    let value = nm.iter().map(|nm| law(*nm)).collect();
-    Spectrum::new(nm, value).ok()
-}
-
-fn total(spectrum: &Spectrum) -> f64 {
-    (FROM_NM..=TO_NM).map(|nm| spectrum.at_nm(f64::from(nm))).sum()
+fn at_1_nm(values: impl Iterator<Item = f64>) -> Option<Spectrum> {
+    let nm = (FROM_NM..=TO_NM).map(f64::from).collect();
+    Spectrum::new(nm, values.collect()).ok()
 }
 
 /// γ of a place, degrees.
