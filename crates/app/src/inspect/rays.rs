@@ -69,12 +69,11 @@ fn look(source: Source, inspection: &mut Inspection) -> Result<(), Tm25Error> {
     let survey = Survey::of(&mut reader)?;
     let header = reader.header().clone();
     // The end of a pipe is known when it has come.
-    let length = match length {
-        Some(length) => length,
-        None => {
-            io::copy(&mut stream, &mut io::sink())?;
-            stream.bytes
-        }
+    let length = if let Some(length) = length {
+        length
+    } else {
+        io::copy(&mut stream, &mut io::sink())?;
+        stream.bytes
     };
     let expected = header.end();
     if expected != length {
