@@ -1,5 +1,6 @@
 //! Drift of lamp and meter from the visits to the reference point.
 
+use isolux_record::{Reading, ReadingKind};
 use serde::Serialize;
 
 /// How the reference readings changed, and what is done about it.
@@ -33,16 +34,107 @@ pub enum Drift {
         /// Relative standard uncertainty of the correction.
         u_rel: f64,
     },
+    /// The lamp was switched on more than once: every burning by its own visits, each with a clock of its own.
+    ByBurning {
+        /// The burnings that have readings of the distribution, in the order of the rows.
+        burning: Vec<Burning>,
+        /// Relative standard uncertainty of the correction, of the burning where it is largest.
+        u_rel: f64,
+    },
+}
+
+/// One burning of the lamp, from switching on to switching off.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Burning {
+    /// Its first row.
+    pub first_row: u64,
+    /// Visits to the reference point in it; without any its level is not tied to that of the others.
+    pub visits: usize,
+    /// Mean of its visits ÷ mean of the visits of all burnings.
+    pub level: f64,
+    /// What changed about its own mean.
+    pub drift: Drift,
+}
+
+/// A visit to the reference point: time in seconds, what was read there (corrected), its standard uncertainty.
+pub type Visit = (f64, f64, f64);
+
+/// The first rows of the burnings of the lamp: the first lit row, every lit row that follows a lamp_off one, and every one whose
+/// clock, which starts with the lamp, is behind that of the row before.
+pub fn burnings(rows: &[Reading]) -> Vec<u64> {
+    let (mut starts, mut last_s, mut off) = (Vec::new(), f64::NEG_INFINITY, false);
+    for row in rows {
+        match row.kind {
+            ReadingKind::LampOff => off = true,
+            ReadingKind::Lit => {
+                let time_s = row.time_s.unwrap_or(last_s);
+                if starts.is_empty() || off || time_s < last_s {
+                    starts.push(row.index);
+                }
+                (last_s, off) = (time_s, false);
+            }
+            ReadingKind::Baffled | ReadingKind::Capped => {}
+        }
+    }
+    starts
+}
+
+/// The place in `starts` of the burning that a row belongs to.
+pub fn burning_of(starts: &[u64], row: u64) -> usize {
+    starts.partition_point(|start| *start <= row).saturating_sub(1)
 }
 
 impl Drift {
+    /// The drift in the visits of several burnings, each (first row, visits as in [`Drift::of`]). A lamp comes back at another
+    /// level and its clock at zero, so that no line leads from one burning into the next: each is brought to the mean of all
+    /// visits by its own.
+    ///
+    /// # Errors
+    /// The mean of the visits of a burning where it is not above zero.
+    pub fn of_burnings(burnings: &[(u64, Vec<Visit>)]) -> Result<Self, f64> {
+        if let [(_, visits)] = burnings {
+            return Self::of(visits);
+        }
+        let value = |(_, value, _): &Visit| *value;
+        let all: Vec<f64> = burnings
+            .iter()
+            .flat_map(|(_, visits)| visits.iter().map(value))
+            .collect();
+        if all.is_empty() {
+            return Ok(Self::Unknown);
+        }
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let (mut burning, mut worst) = (Vec::new(), 0.0_f64);
+        for (first_row, visits) in burnings {
+            let n = visits.len() as f64;
+            let drift = Self::of(visits)?;
+            let level = if visits.is_empty() {
+                1.0
+            } else {
+                visits.iter().map(value).sum::<f64>() / n / mean
+            };
+            if level <= 0.0 || mean <= 0.0 {
+                return Err(level * mean);
+            }
+            let u_level = visits.iter().map(|(_, _, u)| u * u).sum::<f64>().sqrt() / n.max(1.0) / (level * mean);
+            worst = worst.max(drift.u_rel()).max(u_level);
+            burning.push(Burning {
+                first_row: *first_row,
+                visits: visits.len(),
+                level,
+                drift,
+            });
+        }
+        Ok(Self::ByBurning { burning, u_rel: worst })
+    }
+
     /// The drift in visits (time, illuminance corrected for offset and stray light, its standard uncertainty); the times
     /// rise. The uncertainty of one visit is mostly the digit of the display, so a line through all visits is better than
     /// lines between them wherever it fits.
     ///
     /// # Errors
     /// The mean of the visits where it is not above zero.
-    pub fn of(visits: &[(f64, f64, f64)]) -> Result<Self, f64> {
+    pub fn of(visits: &[Visit]) -> Result<Self, f64> {
         if visits.len() < 2 {
             return Ok(Self::Unknown);
         }
@@ -92,9 +184,15 @@ impl Drift {
         })
     }
 
-    /// The factor by which readings at `time_s` are too high.
-    pub fn factor(&self, time_s: f64) -> f64 {
+    /// The factor by which the reading of row `row` at `time_s` is too high.
+    pub fn factor(&self, row: u64, time_s: f64) -> f64 {
         match self {
+            Self::ByBurning { burning, .. } => {
+                let at = burning.partition_point(|burning| burning.first_row <= row).max(1) - 1;
+                burning
+                    .get(at)
+                    .map_or(1.0, |burning| burning.level * burning.drift.factor(row, time_s))
+            }
             Self::Unknown | Self::None { .. } => 1.0,
             Self::Linear {
                 rate_per_h, centre_s, ..
@@ -119,7 +217,10 @@ impl Drift {
     pub fn u_rel(&self) -> f64 {
         match self {
             Self::Unknown => 0.0,
-            Self::None { u_rel } | Self::Linear { u_rel, .. } | Self::Interpolated { u_rel, .. } => *u_rel,
+            Self::None { u_rel }
+            | Self::Linear { u_rel, .. }
+            | Self::Interpolated { u_rel, .. }
+            | Self::ByBurning { u_rel, .. } => *u_rel,
         }
     }
 }
@@ -143,7 +244,7 @@ mod tests {
             matches!(drift, Drift::Linear { rate_per_h, .. } if (rate_per_h + 0.01).abs() < 0.0015),
             "{drift:?}"
         );
-        let ratio = drift.factor(1800.0) / drift.factor(9300.0);
+        let ratio = drift.factor(0, 1800.0) / drift.factor(0, 9300.0);
         assert!((ratio - 1.0 / (1.0 - 0.01 * 7500.0 / 3600.0)).abs() < 0.003);
         assert!(matches!(Drift::of(&visits(|_| 3.37)).unwrap(), Drift::None { .. }));
     }
@@ -152,7 +253,7 @@ mod tests {
     fn a_jump_is_no_line() {
         let drift = Drift::of(&visits(|time| if time > 5000.0 { 3.1 } else { 3.37 })).unwrap();
         assert!(matches!(drift, Drift::Interpolated { .. }));
-        assert!((drift.factor(2000.0) / drift.factor(9000.0) - 3.37 / 3.1).abs() < 1e-9);
+        assert!((drift.factor(0, 2000.0) / drift.factor(0, 9000.0) - 3.37 / 3.1).abs() < 1e-9);
         assert!(Drift::of(&visits(|_| -0.1)).is_err_and(|mean| (mean + 0.1).abs() < 1e-12));
         assert_eq!(Drift::of(&[(0.0, 1.0, 0.1)]), Ok(Drift::Unknown));
     }

@@ -29,7 +29,7 @@ use serde::Serialize;
 
 pub use budget::{Common, Quantity};
 pub use correction::{Correction, UnknownCorrection};
-pub use drift::Drift;
+pub use drift::{Burning, Drift};
 pub use error::ReduceError;
 pub use grid::Grid;
 pub use levels::{Level, Levels, Subtract};
@@ -183,13 +183,13 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         }
     };
     let drift = if on(Correction::Drift) {
-        drift_of(all, distance_mm, &light)?
+        drift_of(all, &rows, distance_mm, &light)?
     } else {
         Drift::Unknown
     };
     let samples = samples::samples(&rows, |row, lux| {
         let corrected = light(row, lux);
-        let factor = row.time_s.map_or(1.0, |time| drift.factor(time));
+        let factor = row.time_s.map_or(1.0, |time| drift.factor(row.index, time));
         Corrected {
             intensity_cd: corrected.intensity_cd / factor,
             ..corrected
@@ -218,6 +218,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
     let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
     let mut notes = levels.notes.clone();
     notes.extend(left_out);
+    notes.extend(burning_notes(all, &rows, &drift, on(Correction::Drift)));
     notes.extend(run_notes(
         run,
         &options.without,
@@ -282,21 +283,53 @@ fn inverted(
 
 fn drift_of(
     all: &[Reading],
+    rows: &[&Reading],
     distance_mm: f64,
     light: &impl Fn(&Reading, f64) -> Corrected,
 ) -> Result<Drift, ReduceError> {
-    let visits: Vec<(f64, f64, f64)> = all
-        .iter()
-        .filter(|row| row.role == Role::Reference && row.kind == ReadingKind::Lit && row.distance_mm == distance_mm)
-        .filter_map(|row| {
-            let corrected = light(row, row.illuminance_lx?);
-            Some((row.time_s?, corrected.intensity_cd, row.u_lx? * corrected.cd_per_lx))
-        })
-        .collect();
+    let starts = drift::burnings(all);
+    let mut burnings: Vec<(u64, Vec<drift::Visit>)> = starts.iter().map(|start| (*start, Vec::new())).collect();
+    for row in all {
+        let visit = row.role == Role::Reference && row.kind == ReadingKind::Lit && row.distance_mm == distance_mm;
+        if let (true, Some(lux), Some(time_s), Some(u_lx)) = (visit, row.illuminance_lx, row.time_s, row.u_lx) {
+            let corrected = light(row, lux);
+            let seen = (time_s, corrected.intensity_cd, u_lx * corrected.cd_per_lx);
+            burnings[drift::burning_of(&starts, row.index)].1.push(seen);
+        }
+    }
+    // A burning without readings of the distribution says nothing of them.
+    let used: BTreeSet<usize> = rows.iter().map(|row| drift::burning_of(&starts, row.index)).collect();
+    let burnings: Vec<_> = used.into_iter().map(|at| std::mem::take(&mut burnings[at])).collect();
     let per_lx = (distance_mm * 1e-3).powi(2);
-    Drift::of(&visits).map_err(|mean_cd| ReduceError::DarkReference {
+    Drift::of_burnings(&burnings).map_err(|mean_cd| ReduceError::DarkReference {
         illuminance_lx: mean_cd / per_lx,
     })
+}
+
+/// What the lamp's switching on more than once during the distribution means for its level.
+fn burning_notes(all: &[Reading], rows: &[&Reading], drift: &Drift, corrected: bool) -> Vec<String> {
+    let starts = drift::burnings(all);
+    let used: BTreeSet<usize> = rows.iter().map(|row| drift::burning_of(&starts, row.index)).collect();
+    if used.len() < 2 || !corrected {
+        return Vec::new();
+    }
+    let count = used.len();
+    let Drift::ByBurning { burning, .. } = drift else {
+        return vec![format!(
+            "the lamp was switched on {count} times during the distribution, and no visit to the reference point ties the levels; \
+             give the block reference_every"
+        )];
+    };
+    let mut notes = vec![format!(
+        "the lamp was switched on {count} times during the distribution: each part is brought to the mean of all visits by its own"
+    )];
+    notes.extend(burning.iter().filter(|part| part.visits == 0).map(|part| {
+        format!(
+            "the part from row {} on has no visit to the reference point: its level is not tied to the others'",
+            part.first_row
+        )
+    }));
+    notes
 }
 
 fn common(run: &Run, levels: &Levels, subtract: Subtract, drift: &Drift, grid: &Grid, distance_mm: f64) -> Common {

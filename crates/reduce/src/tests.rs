@@ -480,3 +480,75 @@ fn a_signed_scan_beside_the_grid_is_left_out() {
         "{notes:?}"
     );
 }
+
+/// Half a grid in each of two burnings of the lamp: 3 % less light in the second, which falls by 1 %/h as the first does.
+fn relit(visits: impl Fn(usize) -> bool, off_between: bool, second_start_s: f64) -> Vec<Reading> {
+    let mut rows = Vec::new();
+    let level = |half: usize, time: f64| if half == 0 { 1.0 } else { 0.97 } * (1.0 - 0.01 * (time - 1800.0) / 3600.0);
+    for (half, start_s) in [1800.0, second_start_s].into_iter().enumerate() {
+        let mut time = start_s;
+        for plane in 0..12 {
+            let c = 180.0 * half as f64 + 15.0 * f64::from(plane);
+            for step in 0..=18 {
+                let gamma = 10.0 * f64::from(step);
+                if step == 0 && visits(half) {
+                    rows.push(Reading {
+                        role: Role::Reference,
+                        time_s: Some(time),
+                        ..reading(0.0, 0.0, lamp(0.0, 0.0) / 100.0 * level(half, time))
+                    });
+                }
+                time += 10.0;
+                rows.push(Reading {
+                    time_s: Some(time),
+                    ..reading(c, gamma, lamp(c, gamma) / 100.0 * level(half, time))
+                });
+            }
+        }
+        if half == 0 && off_between {
+            rows.push(Reading {
+                kind: ReadingKind::LampOff,
+                time_s: Some(time),
+                ..reading(0.0, 0.0, 0.0)
+            });
+        }
+    }
+    rows
+}
+
+#[test]
+fn a_lamp_that_was_switched_on_twice_leaves_no_step() {
+    // A clock that starts again, in the resumed run and after lamp_off; and one that was read later than it ever stood before.
+    for (off_between, second_start_s) in [(false, 1800.0), (true, 1800.0), (true, 9000.0)] {
+        let result = reduced(relit(|_| true, off_between, second_start_s), &[]);
+        let Drift::ByBurning { burning, .. } = &result.drift else {
+            panic!("{:?}", result.drift);
+        };
+        assert_eq!(burning.len(), 2);
+        let distribution = &result.grid.distribution;
+        let scale = distribution.intensity_cd_at(0.0, 20.0) / lamp(0.0, 20.0);
+        for c in (0..24).map(|plane| 15.0 * f64::from(plane)) {
+            let ratio = distribution.intensity_cd_at(c, 20.0) / lamp(c, 20.0) / scale;
+            assert!((ratio - 1.0).abs() < 5e-4, "C {c}°: {ratio}");
+        }
+        assert!(
+            result.notes.iter().any(|note| note.contains("switched on 2 times")),
+            "{:?}",
+            result.notes
+        );
+    }
+    // The second half by no visits: its level is what it was, and that is said.
+    let untied = reduced(relit(|half| half == 0, false, 1800.0), &[]);
+    assert!(
+        untied.notes.iter().any(|note| note.contains("from row 240 on")),
+        "{:?}",
+        untied.notes
+    );
+    let unknown = reduced(relit(|_| false, false, 1800.0), &[]);
+    assert!(matches!(unknown.drift, Drift::Unknown));
+    assert!(
+        unknown.notes.iter().any(|note| note.contains("no visit")),
+        "{:?}",
+        unknown.notes
+    );
+}
