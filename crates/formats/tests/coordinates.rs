@@ -202,3 +202,38 @@ fn light_that_resampling_changes_by_more_than_a_hundredth_is_a_warning() {
         finding.message
     );
 }
+
+#[test]
+fn a_half_that_is_mirrored_is_said() {
+    let (_, whole) = table(Photometry::B, 5.0, |h, v| 90.0 - 0.5 * h.abs() - 0.5 * v.abs());
+    let of = |text: &str| -> Vec<(String, isolux_formats::Severity, Option<usize>)> {
+        let findings = read_any(text.as_bytes(), "x.ies").remove(0).findings;
+        let mirrored = findings.iter().filter(|finding| finding.code == "ies-mirrored");
+        mirrored
+            .map(|finding| (finding.message.to_string(), finding.severity, finding.line))
+            .collect()
+    };
+    assert_eq!(of(&whole), []);
+    // The second half of the angles and of the values of each row; the rows of H from 0.
+    let lines: Vec<&str> = whole.lines().collect();
+    let half = |line: &str| line.split(' ').skip(18).collect::<Vec<_>>().join(" ");
+    let mut up: Vec<String> = lines[..8].iter().map(|line| (*line).to_owned()).collect();
+    up[6] = up[6].replace("37 37", "19 37");
+    up.push(half(lines[8]));
+    up.push(lines[9].to_owned());
+    up.extend(lines[10..].iter().map(|line| half(line)));
+    let found = of(&up.join("\n"));
+    assert!(
+        matches!(&found[..], [(message, isolux_formats::Severity::Warning, Some(9))] if message.starts_with("vertical")),
+        "{found:?}"
+    );
+    let mut right: Vec<String> = lines[..9].iter().map(|line| (*line).to_owned()).collect();
+    right[6] = right[6].replace("37 37", "37 19");
+    right.push(half(lines[9]));
+    right.extend(lines[28..].iter().map(|line| (*line).to_owned()));
+    let found = of(&right.join("\n"));
+    assert!(
+        matches!(&found[..], [(message, isolux_formats::Severity::Note, Some(10))] if message.starts_with("horizontal")),
+        "{found:?}"
+    );
+}

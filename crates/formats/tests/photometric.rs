@@ -238,3 +238,54 @@ proptest! {
         }
     }
 }
+
+/// Keywords that name a radiometric unit are heard, and no document calls such numbers luminous in silence; words that
+/// merely look like it are not.
+#[test]
+fn radiant_intensity_is_not_taken_for_light_in_silence() {
+    let plain = std::fs::read_to_string(tests().join("golden/2002.ies")).unwrap();
+    let with = |keyword: &str| {
+        let text = plain.replacen("TILT=NONE", &format!("{keyword}\nTILT=NONE"), 1);
+        read_any(text.as_bytes(), "x.ies").remove(0)
+    };
+    for keyword in [
+        "[OTHER] candela-> mW/sr",
+        "[OTHER] intensity in W / sr",
+        "[_RADIATIONTYPE] UVC 222",
+    ] {
+        let parsed = with(keyword);
+        let finding = parsed
+            .findings
+            .iter()
+            .find(|finding| finding.code == "ies-unit")
+            .expect(keyword);
+        let at = plain.lines().position(|line| line.starts_with("TILT")).unwrap() + 1;
+        assert_eq!(
+            (finding.line, finding.severity),
+            (Some(at), isolux_formats::Severity::Warning)
+        );
+        let read = distribution(vec![parsed]).unwrap();
+        let written = tm33::write(&read, tm33::Edition::E2018);
+        assert!(
+            written.findings.iter().any(|finding| finding.code == "tm33-metric"),
+            "{keyword}"
+        );
+    }
+    for keyword in [
+        "[LUMINAIRE] UV-stable lens, IR remote, 12 W/srf",
+        "[OTHER] 90 lm/W/sr",
+        "[_RADIATIONTYPE] Visible",
+        "[LAMP] IRIS 200W",
+    ] {
+        let parsed = with(keyword);
+        assert!(
+            parsed.findings.iter().all(|finding| finding.code != "ies-unit"),
+            "{keyword}"
+        );
+        let written = tm33::write(&distribution(vec![parsed]).unwrap(), tm33::Edition::E2018);
+        assert!(
+            written.findings.iter().all(|finding| finding.code != "tm33-metric"),
+            "{keyword}"
+        );
+    }
+}

@@ -34,6 +34,36 @@ pub(super) struct Preamble {
     pub numbers_from: usize,
 }
 
+impl Preamble {
+    /// Where the keywords name a unit of radiant intensity or radiation that no eye sees, and its name: watts per steradian
+    /// in any keyword, or a radiation type that begins with UV or IR.
+    pub(super) fn radiometric(&self) -> Option<(usize, String)> {
+        let unit = self.keywords.iter().find_map(|keyword| {
+            let tight = keyword.text.replace(" /", "/").replace("/ ", "/");
+            let prefixed = ["mW/sr", "µW/sr", "uW/sr", "kW/sr", "W/sr"];
+            let found = prefixed.into_iter().find(|unit| {
+                tight.match_indices(unit).any(|(at, _)| {
+                    let before = tight[..at].chars().next_back();
+                    let after = tight[at + unit.len()..].chars().next();
+                    // "lm/W/sr" is none, nor is the end of a word.
+                    before.is_none_or(|before| !before.is_alphabetic() && before != '/')
+                        && after.is_none_or(|after| !after.is_alphanumeric())
+                })
+            });
+            found.map(|unit| (keyword.line, unit.to_owned()))
+        });
+        unit.or_else(|| {
+            self.keywords.iter().find_map(|keyword| {
+                let name = keyword.name.to_ascii_uppercase();
+                let text = keyword.text.trim().to_ascii_uppercase();
+                let unseen = ["UV", "IR", "ULTRAVIOLET", "INFRARED"];
+                (name.trim_start_matches('_') == "RADIATIONTYPE" && unseen.iter().any(|kind| text.starts_with(kind)))
+                    .then(|| (keyword.line, keyword.text.trim().to_owned()))
+            })
+        })
+    }
+}
+
 pub(super) fn is_tilt(line: &str) -> bool {
     line.trim_start()
         .get(..5)

@@ -79,6 +79,7 @@ fn distribution(
         layout: &layout,
         tokens: &tokens,
     };
+    scene.unit(findings);
     let (grid, symmetry, native) = scene.grid(&vertical, &horizontal, &candela, findings)?;
     let raws = |index: usize| tokens[layout.candela + index].text;
     let self_check = plausible::check(

@@ -38,6 +38,20 @@ impl Scene<'_, '_> {
             .map_or((1, 1), |token| (token.line + 1, token.column))
     }
 
+    /// Keywords that speak of radiation, not of light.
+    pub fn unit(&self, findings: &mut Findings) {
+        if let Some((line, unit)) = self.preamble.radiometric() {
+            let message = format!("the keywords say {unit}; the numbers are no luminous intensity");
+            findings.push(
+                Finding::warning("ies-unit", message)
+                    .at(line + 1, 1)
+                    .raw(self.text.line(line))
+                    .assumed("candela: what is called cd, lm or lx is in the file's own unit")
+                    .fix("read every photometric quantity of this file in its own unit"),
+            );
+        }
+    }
+
     pub fn grid(&self, vertical: &[f64], horizontal: &[f64], candela: &[f64], findings: &mut Findings) -> Option<Grid> {
         let at_vertical = self.place(self.layout.vertical);
         if vertical.len() < 2 {
@@ -219,6 +233,7 @@ impl Scene<'_, '_> {
                     .fix("check the photometric type"),
             );
         }
+        self.mirrored(vertical, horizontal, findings);
         let grid = source.resampled().map_err(|error| error.to_string())?;
         findings.push(resampling(kind, &source, &grid).at(line, column));
         let native = Native {
@@ -229,6 +244,36 @@ impl Scene<'_, '_> {
             c0_axis: "horizontal_positive",
         };
         Ok((grid.intensity, source.symmetry(), Some(native)))
+    }
+
+    /// Angles of type A or B that begin at 0 or above stand for those below as well. For horizontal angles that is lateral
+    /// symmetry, as LM-63 has it; of vertical ones it says only that they may begin at 0.
+    fn mirrored(&self, vertical: &[f64], horizontal: &[f64], findings: &mut Findings) {
+        if let &[first, _, ..] = horizontal
+            && angles::folds(horizontal)
+        {
+            let message = format!("horizontal angles begin at {first}°");
+            let finding = if first == 0.0 {
+                Finding::note("ies-mirrored", message)
+            } else {
+                Finding::warning("ies-mirrored", message).fix("begin at 0° or −90°")
+            };
+            let (line, column) = self.place(self.layout.horizontal);
+            findings.push(finding.at(line, column).assumed("left like right"));
+        }
+        if angles::folds(vertical) {
+            let message = format!(
+                "vertical angles begin at {}°: what lies below is not stated",
+                vertical[0]
+            );
+            let (line, column) = self.place(self.layout.vertical);
+            findings.push(
+                Finding::warning("ies-mirrored", message)
+                    .at(line, column)
+                    .assumed("below V = 0 the light is as above: half of the flux is not in the file")
+                    .fix("write vertical angles from −90° to 90°"),
+            );
+        }
     }
 
     pub fn header(&self, tilt: Option<&TiltFactors>, vertical: &[f64], horizontal: &[f64]) -> Map<String, Value> {
@@ -275,6 +320,9 @@ impl Scene<'_, '_> {
             "encoding": self.text.encoding,
             "line_ending": self.text.line_ending,
         });
+        if let Some((_, unit)) = self.preamble.radiometric() {
+            header["intensity_unit"] = unit.into();
+        }
         match self.preamble.edition {
             Edition::E1986 | Edition::E1991 => header["photometric_factor"] = lamp.third.into(),
             Edition::E1995 | Edition::E2002 => header["future_use"] = lamp.third.into(),

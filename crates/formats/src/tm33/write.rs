@@ -1,6 +1,7 @@
 //! Distributions as TM-33 documents, absolute candela, every direction of the file.
 
 use isolux_photometry::Symmetry;
+use serde_json::Value;
 
 use super::Edition;
 use crate::Distribution;
@@ -75,6 +76,14 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
     let (planes, last) = stored(distribution);
     lines.push(format!("    <{holder}>"));
     lines.push(format!("      <PhotometryType>{kind}</PhotometryType>"));
+    if let Some(unit) = distribution.header.get("intensity_unit").and_then(Value::as_str) {
+        let message = format!("the source says {unit}; its numbers are written as luminous intensity");
+        findings.push(
+            Finding::warning("tm33-metric", message)
+                .assumed("candela")
+                .fix("do not hand this document on as photometry"),
+        );
+    }
     lines.push("      <Metric>Luminous</Metric>".into());
     // ATLA S001 has neither the flag nor the counts.
     if edition == Edition::E2023 {
