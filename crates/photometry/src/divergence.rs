@@ -4,7 +4,8 @@ use isolux_units::Degrees;
 
 use crate::IntensityDistribution;
 
-/// The two edges of a beam in the plane that a half-plane and its opposite form, as signed γ (negative: the opposite side).
+/// The two edges of a beam in the plane that a half-plane and its opposite form, as signed γ (negative: the opposite side;
+/// a beam about γ = 180° goes on beyond it).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Divergence {
     /// Edge on the side of C + 180°, signed γ in degrees.
@@ -33,34 +34,88 @@ impl IntensityDistribution {
     }
 
     /// The edges around the plane's maximum where the interpolant first falls below `fraction` of it, going outwards.
-    /// None where the plane is dark or an edge lies beyond the γ range of the grid.
+    /// None where the plane is dark or an edge lies beyond the γ range of the grid. The two half-planes meet at γ = 0, and at
+    /// γ = 180° where the grid reaches it.
     pub fn divergence(&self, plane: usize, fraction: f64) -> Option<Divergence> {
         let profile = self.profile(plane);
-        let top = (0..profile.len()).reduce(|best, i| if profile[i].1 > profile[best].1 { i } else { best })?;
-        let level = fraction * profile[top].1;
+        let points = &profile.points;
+        let top = (0..points.len()).reduce(|best, i| if points[i].1 > points[best].1 { i } else { best })?;
+        let level = fraction * points[top].1;
         if level <= 0.0 {
             return None;
         }
-        let to = crossing(profile[top..].iter().copied(), level)?;
-        let from = crossing(profile[..=top].iter().rev().copied(), level)?;
+        let to = crossing(profile.outwards(top, true), level)?;
+        let from = crossing(profile.outwards(top, false), level)?;
+        let turn = if from < -180.0 { 360.0 } else { 0.0 };
         Some(Divergence {
-            from: Degrees::new(from).ok()?,
-            to: Degrees::new(to).ok()?,
+            from: Degrees::new(from + turn).ok()?,
+            to: Degrees::new(to + turn).ok()?,
         })
     }
 
-    /// Signed γ and intensity along the plane: the opposite half-plane from its last γ down to 0, then this one up.
-    fn profile(&self, plane: usize) -> Vec<(f64, f64)> {
+    /// The opposite half-plane from its last γ down to 0, then this one up.
+    fn profile(&self, plane: usize) -> Profile {
         let opposite = self.c_deg()[plane] + 180.0;
-        let mut profile: Vec<(f64, f64)> = self
-            .gamma_deg()
+        let gamma_deg = self.gamma_deg();
+        let mut points: Vec<(f64, f64)> = gamma_deg
             .iter()
             .rev()
             .filter(|&&gamma| gamma > 0.0)
             .map(|&gamma| (-gamma, self.intensity_cd_at(opposite, gamma)))
             .collect();
-        profile.extend(self.gamma_deg().iter().copied().zip(self.row(plane).iter().copied()));
-        profile
+        let own = points.len();
+        points.extend(gamma_deg.iter().copied().zip(self.row(plane).iter().copied()));
+        let first = gamma_deg.first().copied().unwrap_or(0.0);
+        let step = gamma_deg.get(1).map_or(0.0, |second| second - first);
+        Profile {
+            points,
+            own,
+            // A grid may leave the pole itself out; it does not leave out a half-space.
+            over_nadir: first == 0.0 || (first <= step && first < 90.0),
+            over_zenith: gamma_deg.last().is_some_and(|&last| last >= 180.0),
+        }
+    }
+}
+
+/// Signed γ and intensity around a plane, and whether its two half-planes meet below and above.
+struct Profile {
+    points: Vec<(f64, f64)>,
+    /// Where the plane's own half begins.
+    own: usize,
+    over_nadir: bool,
+    over_zenith: bool,
+}
+
+impl Profile {
+    /// The points from `top` on towards rising or falling signed γ, at most once around, to where the grid ends.
+    fn outwards(&self, top: usize, rising: bool) -> impl Iterator<Item = (f64, f64)> {
+        let count = self.points.len();
+        let steps = (0..count).map(move |step| {
+            if rising {
+                (top + step, step)
+            } else {
+                (top + count - step, step)
+            }
+        });
+        let inside = steps.take_while(move |&(at, step)| {
+            // The joint that is passed on the way to this point.
+            let after = if rising { at % count } else { (at + 1) % count };
+            step == 0
+                || match after {
+                    0 => self.over_zenith,
+                    after if after == self.own => self.over_nadir,
+                    _ => true,
+                }
+        });
+        inside.map(move |(at, _)| {
+            let (gamma, candela) = self.points[at % count];
+            let turn = match (rising, at < count) {
+                (true, false) => 360.0,
+                (false, true) => -360.0,
+                _ => 0.0,
+            };
+            (gamma + turn, candela)
+        })
     }
 }
 
@@ -104,6 +159,46 @@ mod tests {
     #[test]
     fn a_beam_that_is_cut_off_has_no_angle() {
         assert_eq!(cosine_power(1.0, 50).beam_angle(0), None);
+    }
+
+    /// I ∝ −cos γ above the horizontal, on γ from `first_deg` to 180° every 5°.
+    fn uplight(first_deg: u8, below: f64) -> IntensityDistribution {
+        let gamma: Vec<f64> = (first_deg..=180).step_by(5).map(f64::from).collect();
+        let row = gamma.iter().map(|g| {
+            let up = -g.to_radians().cos();
+            if up < 0.0 { -below * up } else { up }
+        });
+        IntensityDistribution::new(vec![0.0], gamma.clone(), row.collect()).unwrap()
+    }
+
+    #[test]
+    fn a_beam_upwards_closes_over_the_zenith() {
+        // Lambertian about γ = 180°: 120° between the edges, as about γ = 0; also where the grid has the upper half alone,
+        // and where a third of the light goes down (the beam is that of the plane's maximum).
+        for (first, below) in [(0, 0.0), (90, 0.0), (0, 0.3)] {
+            let beam = uplight(first, below).beam_angle(0).unwrap();
+            assert!(
+                (beam.full_angle_deg() - 120.0).abs() < 1e-9,
+                "{first} {below}: {beam:?}"
+            );
+            assert!((beam.from.value() - 120.0).abs() < 1e-9 && (beam.to.value() - 240.0).abs() < 1e-9);
+        }
+        // cos 84.26° = 0.1, linear between 80° (0.17365) and 85° (0.08716).
+        let edge = 80.0 + 5.0 * (0.173_648_178 - 0.1) / (0.173_648_178 - 0.087_155_743);
+        let field = uplight(90, 0.0).field_angle(0).unwrap().full_angle_deg();
+        assert!((field - 2.0 * edge).abs() < 1e-6, "{field}");
+    }
+
+    #[test]
+    fn light_all_around_has_no_beam() {
+        let gamma: Vec<f64> = (0..=180).step_by(10).map(f64::from).collect();
+        let round = IntensityDistribution::new(vec![0.0], gamma.clone(), vec![1.0; gamma.len()]).unwrap();
+        assert_eq!(round.beam_angle(0), None);
+        // Strongest at the horizontal where the grid begins: what lies below is not known, and is not the other side.
+        let upper: Vec<f64> = (90..=180).step_by(10).map(f64::from).collect();
+        let row = upper.iter().map(|g| g.to_radians().sin().max(0.0)).collect();
+        let edge = IntensityDistribution::new(vec![0.0], upper, row).unwrap();
+        assert_eq!(edge.beam_angle(0), None);
     }
 
     #[test]
