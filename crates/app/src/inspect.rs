@@ -72,13 +72,30 @@ pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
 }
 
 impl Inspection {
-    /// Adds to a spectrum's quantities what `meter` makes of it: `spectral_mismatch`, null where it cannot be had.
+    /// Adds to a spectrum's quantities what `meter` makes of it: `spectral_mismatch`, null where it cannot be had, and why;
+    /// and what was found in the meter's own files.
     pub fn seen_by(&mut self, meter: &Meter) {
-        if let Some(Content::Spectrum(file)) = &self.content {
-            let factor = file.spectrum().ok().and_then(|source| meter.mismatch(&source));
-            self.quantities
-                .insert("spectral_mismatch".to_owned(), factor.map_or(Value::Null, Value::from));
-        }
+        let Some(Content::Spectrum(file)) = &self.content else {
+            return;
+        };
+        let Ok(source) = file.spectrum() else {
+            return;
+        };
+        self.findings.extend_from_slice(meter.findings());
+        let factor = match meter.mismatch(&source) {
+            Ok(factor) => Value::from(factor),
+            Err(why) => {
+                self.findings.push(
+                    Finding::warning(
+                        "meter-no-factor",
+                        format!("there is no spectral mismatch correction factor: {why}"),
+                    )
+                    .fix("check that the responsivity is this meter's, over the wavelengths of this light"),
+                );
+                Value::Null
+            }
+        };
+        self.quantities.insert("spectral_mismatch".to_owned(), factor);
     }
 }
 

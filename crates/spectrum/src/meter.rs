@@ -20,22 +20,43 @@ pub fn f1_prime(responsivity: &Spectrum) -> Option<f64> {
     })
 }
 
+/// Why there is no spectral mismatch correction factor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoMismatch {
+    /// ∫S_C s dλ is not above zero.
+    #[error("the meter does not see the light of its calibration")]
+    CalibrationUnseen,
+    /// ∫S_Z V dλ is not above zero.
+    #[error("the source has no visible light")]
+    SourceDark,
+    /// ∫S_C V dλ is not above zero.
+    #[error("the light of the calibration has no visible light")]
+    CalibrationDark,
+    /// ∫S_Z s dλ is not above zero.
+    #[error("the meter does not see the source")]
+    SourceUnseen,
+}
+
 /// Spectral mismatch correction factor F of a meter calibrated under `calibration` that reads `source`: true = F × reading.
 ///
-/// F = (∫S_C s · ∫S_Z V) / (∫S_C V · ∫S_Z s); none where an integral is not above zero.
-pub fn spectral_mismatch(source: &Spectrum, calibration: &Spectrum, responsivity: &Spectrum) -> Option<f64> {
+/// F = (∫S_C s · ∫S_Z V) / (∫S_C V · ∫S_Z s).
+///
+/// # Errors
+/// [`NoMismatch`] where an integral is not above zero.
+pub fn spectral_mismatch(
+    source: &Spectrum,
+    calibration: &Spectrum,
+    responsivity: &Spectrum,
+) -> Result<f64, NoMismatch> {
     // Both may be finer than 1 nm: their product is integrated, not the product of what each has in a nanometre.
     let seen = |light: &Spectrum| per_nm(&[light, responsivity]).iter().sum::<f64>();
-    let parts = [
-        seen(calibration),
-        product(&source.per_nm(), &cie::V_LAMBDA),
-        product(&calibration.per_nm(), &cie::V_LAMBDA),
-        seen(source),
-    ];
-    parts
-        .iter()
-        .all(|p| *p > 0.0)
-        .then(|| parts[0] * parts[1] / (parts[2] * parts[3]))
+    let visible = |light: &Spectrum| product(&light.per_nm(), &cie::V_LAMBDA);
+    let light = |integral: f64, none: NoMismatch| if integral > 0.0 { Ok(integral) } else { Err(none) };
+    let above =
+        light(seen(calibration), NoMismatch::CalibrationUnseen)? * light(visible(source), NoMismatch::SourceDark)?;
+    let below =
+        light(visible(calibration), NoMismatch::CalibrationDark)? * light(seen(source), NoMismatch::SourceUnseen)?;
+    Ok(above / below)
 }
 
 fn product(a: &[f64; 471], b: &[f64; 471]) -> f64 {
@@ -73,6 +94,17 @@ mod tests {
         let f = spectral_mismatch(&blue, &green, &flat).unwrap();
         assert!((f - 0.038).abs() < 1e-12, "{f}");
         assert!(f1_prime(&flat).unwrap() > 0.5);
+    }
+
+    #[test]
+    fn what_a_meter_does_not_see_has_no_factor() {
+        let a = Spectrum::from_1_nm(&illuminant_a()).unwrap();
+        let uv = Spectrum::new(vec![200.0, 300.0], vec![1.0, 1.0]).unwrap();
+        let blue = Spectrum::new(vec![400.0, 450.0], vec![1.0, 1.0]).unwrap();
+        let red = Spectrum::new(vec![600.0, 700.0], vec![1.0, 1.0]).unwrap();
+        assert_eq!(spectral_mismatch(&a, &a, &uv), Err(NoMismatch::CalibrationUnseen));
+        assert_eq!(spectral_mismatch(&uv, &a, &blue), Err(NoMismatch::SourceDark));
+        assert_eq!(spectral_mismatch(&red, &a, &blue), Err(NoMismatch::SourceUnseen));
     }
 
     #[test]
