@@ -116,6 +116,14 @@ fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, wishes: &Wishes) -> R
             "--series and --step-nm are for spectra; this file holds a distribution",
         )),
         Some(Content::Distribution(distribution)) => encode_distribution(distribution, format, wishes),
+        Some(Content::Spectrum(_))
+            if wishes.edition.is_some() || wishes.generation.is_some() || wishes.photometry.is_some() =>
+        {
+            Err(Finding::error(
+                "convert-option",
+                "--edition, --generation and --photometry are for distributions; this file holds a spectrum",
+            ))
+        }
         Some(Content::Spectrum(spectrum)) => encode_spectrum(spectrum, format, wishes, target),
     }
 }
@@ -160,6 +168,14 @@ fn encode_distribution(
     if wishes.photometry.is_some() && format != Some(Format::Ies) {
         let message = "only IES files have photometry of types A and B";
         return Err(Finding::error("convert-option", message).fix("write an .ies, or leave --photometry out"));
+    }
+    if wishes.generation.is_some() && format != Some(Format::Ies) {
+        let message = "--generation: only IES files have a file generation type";
+        return Err(Finding::error("convert-option", message).fix("write an .ies, or leave --generation out"));
+    }
+    if wishes.edition.is_some() && !matches!(format, Some(Format::Ies | Format::Tm33)) {
+        let message = "--edition: only IES and TM-33 files have editions";
+        return Err(Finding::error("convert-option", message).fix("write an .ies or .xml, or leave --edition out"));
     }
     match format {
         Some(Format::Json) => {

@@ -1,5 +1,7 @@
 //! `inspect --plot`: what a file holds, as pictures.
 
+use std::collections::BTreeMap;
+
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_formats::Content;
 use isolux_formats::spectral::SpectrumFile;
@@ -9,16 +11,56 @@ use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::inspect::Inspection;
 
+/// Refuses before anything is drawn: two of the files would get pictures of one name, or a picture exists and may not be
+/// replaced.
+///
+/// # Errors
+/// Bad input (exit 2) with both files, or with the picture.
+pub fn plan(inspections: &[Inspection], folder: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
+    let mut drawn: BTreeMap<Utf8PathBuf, &str> = BTreeMap::new();
+    for inspection in inspections {
+        let kinds: &[&str] = match &inspection.content {
+            Some(Content::Distribution(_)) => &DISTRIBUTION,
+            Some(Content::Spectrum(_)) => &SPECTRUM,
+            None => &[],
+        };
+        for kind in kinds {
+            let target = target(inspection, folder, kind);
+            if let Some(other) = drawn.get(&target) {
+                return Err(Failure::bad_input(format!(
+                    "{other} and {} would both be drawn as {target}",
+                    inspection.file
+                ))
+                .help("draw them into folders of their own"));
+            }
+            files::refuse_existing(&target, overwrite)?;
+            drawn.insert(target, &inspection.file);
+        }
+    }
+    Ok(())
+}
+
+const DISTRIBUTION: [&str; 5] = ["polar", "cartesian", "isocandela", "isolux", "solid"];
+const SPECTRUM: [&str; 4] = ["spectrum", "cie1931", "cie1976", "tm30"];
+
+fn name(inspection: &Inspection) -> String {
+    Utf8Path::new(&inspection.file)
+        .file_name()
+        .unwrap_or("file")
+        .replace(['!', '/', '\\'], "-")
+}
+
+fn target(inspection: &Inspection, folder: &Utf8Path, kind: &str) -> Utf8PathBuf {
+    folder.join(format!("{}.{kind}.svg", name(inspection)))
+}
+
 /// Draws the content of one file into `folder`, named after the file: `lamp.ldt.polar.svg`. Nothing for a file that
 /// could not be read.
 ///
 /// # Errors
 /// The folder cannot be made, a picture exists and may not be replaced, or writing fails.
 pub fn write(inspection: &Inspection, folder: &Utf8Path, overwrite: Overwrite) -> Result<Vec<Utf8PathBuf>, Failure> {
-    let name = Utf8Path::new(&inspection.file)
-        .file_name()
-        .unwrap_or("file")
-        .replace(['!', '/', '\\'], "-");
+    let name = name(inspection);
     let pictures = match &inspection.content {
         Some(Content::Distribution(distribution)) => {
             let intensity = &distribution.intensity;
@@ -26,16 +68,17 @@ pub fn write(inspection: &Inspection, folder: &Utf8Path, overwrite: Overwrite) -
                 title: name.clone(),
                 per_lamp_flux_lm: distribution.lamp_flux_lm,
             };
-            vec![
-                ("polar", plots::polar(intensity, &options)),
-                ("cartesian", plots::cartesian(intensity, &options)),
-                ("isocandela", plots::isocandela(intensity, &options)),
-                (
-                    "isolux",
-                    plots::isolux(intensity, &IsoluxOptions::at_one_metre(intensity, &name)),
-                ),
-                ("solid", plots::solid(intensity, &options)),
-            ]
+            let isolux = IsoluxOptions::at_one_metre(intensity, &name);
+            DISTRIBUTION
+                .into_iter()
+                .zip([
+                    plots::polar(intensity, &options),
+                    plots::cartesian(intensity, &options),
+                    plots::isocandela(intensity, &options),
+                    plots::isolux(intensity, &isolux),
+                    plots::solid(intensity, &options),
+                ])
+                .collect()
         }
         Some(Content::Spectrum(file)) => spectrum(file, &name),
         None => return Ok(Vec::new()),
@@ -43,7 +86,7 @@ pub fn write(inspection: &Inspection, folder: &Utf8Path, overwrite: Overwrite) -
     std::fs::create_dir_all(folder).map_err(|error| Failure::bad_input(format!("{folder} cannot be made: {error}")))?;
     let targets: Vec<Utf8PathBuf> = pictures
         .iter()
-        .map(|(kind, _)| folder.join(format!("{name}.{kind}.svg")))
+        .map(|(kind, _)| target(inspection, folder, kind))
         .collect();
     for target in &targets {
         files::refuse_existing(target, overwrite)?;
@@ -69,10 +112,10 @@ fn spectrum(file: &SpectrumFile, name: &str) -> Vec<(&'static str, String)> {
         value_label: label,
     };
     let mut pictures = vec![
-        ("spectrum", plots::spectrum(&spectrum, &options)),
-        ("cie1931", plots::chromaticity(&spectrum, Diagram::Cie1931, name)),
-        ("cie1976", plots::chromaticity(&spectrum, Diagram::Cie1976, name)),
+        plots::spectrum(&spectrum, &options),
+        plots::chromaticity(&spectrum, Diagram::Cie1931, name),
+        plots::chromaticity(&spectrum, Diagram::Cie1976, name),
     ];
-    pictures.extend(plots::tm30(&spectrum, name).map(|svg| ("tm30", svg)));
-    pictures
+    pictures.extend(plots::tm30(&spectrum, name));
+    SPECTRUM.into_iter().zip(pictures).collect()
 }

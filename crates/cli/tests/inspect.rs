@@ -131,3 +131,99 @@ fn rays_stream_from_a_pipe() {
         assert_eq!(file, pipe);
     }
 }
+
+const LED: &str = "wavelength_nm,value\n380,0\n420,1\n460,3\n500,2\n540,3\n580,4\n620,3\n660,2\n700,1\n740,0\n";
+
+#[test]
+fn what_a_meters_file_leaves_open_is_told_beside_the_source() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "led.csv", LED);
+    // µm are assumed, with a warning; and the responsivity ends where the eye still sees.
+    write(
+        folder,
+        "meter.csv",
+        LED.replace("_nm", "")
+            .replace("\n3", "\n0.3")
+            .replace("\n4", "\n0.4")
+            .replace("\n5", "\n0.5")
+            .replace("\n6", "\n0.6")
+            .replace("\n7", "\n0.7"),
+    );
+    write(
+        folder,
+        "uv.csv",
+        "wavelength_nm,s\n200,0\n220,1\n240,2\n260,3\n280,2\n300,1\n310,0.5\n320,0\n",
+    );
+
+    let seen = inspected(&isolux(
+        folder,
+        &["inspect", "--json", "led.csv", "--meter", "meter.csv"],
+        None,
+    ));
+    let told = seen["findings"].as_array().unwrap();
+    let told = |code: &str| {
+        told.iter()
+            .find(|f| f["code"] == code)
+            .map(|f| f["message"].as_str().unwrap())
+    };
+    assert!(
+        told("spectrum-axis-unit").is_some_and(|message| message.starts_with("meter.csv:2:1: ")),
+        "{seen}"
+    );
+    assert!(seen["quantities"]["spectral_mismatch"].is_f64(), "{seen}");
+
+    let text = isolux(folder, &["inspect", "led.csv", "--meter", "uv.csv"], None);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(
+        text.contains("warning[meter-no-factor]") && text.contains("does not see the light of its calibration"),
+        "{text}"
+    );
+}
+
+#[test]
+fn two_files_of_one_name_are_refused_before_a_picture_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for name in ["a", "b"] {
+        std::fs::create_dir(folder.join(name)).unwrap();
+        write(&folder.join(name), "led.csv", LED);
+    }
+    for more in [&["--plot", "p"][..], &["--plot", "p", "--force"]] {
+        let done = isolux(folder, &[&["inspect", "a/led.csv", "b/led.csv"], more].concat(), None);
+        assert_eq!(done.status.code(), Some(2));
+        assert!(!folder.join("p").exists(), "nothing is drawn");
+    }
+    let drawn = isolux(folder, &["inspect", "a/led.csv", "--plot", "p"], None);
+    assert_eq!(drawn.status.code(), Some(0));
+    write(folder, "other.csv", LED);
+    let again = isolux(folder, &["inspect", "other.csv", "a/led.csv", "--plot", "p"], None);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(
+        !folder.join("p/other.csv.spectrum.svg").exists(),
+        "a later picture that exists stops the first too"
+    );
+}
+
+#[test]
+fn an_option_that_does_not_apply_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "lamp.ies", LAMP);
+    write(folder, "led.csv", LED);
+    for (source, target, option, value) in [
+        ("led.csv", "o.spdx", "--edition", "2019"),
+        ("led.csv", "o.spdx", "--generation", "1.10000"),
+        ("led.csv", "o.spdx", "--photometry", "b"),
+        ("lamp.ies", "o.ldt", "--generation", "1.10000"),
+        ("lamp.ies", "o.ldt", "--edition", "2019"),
+    ] {
+        let done = isolux(folder, &["convert", source, target, option, value], None);
+        assert_eq!(done.status.code(), Some(2), "{source} {option}");
+        assert!(
+            String::from_utf8_lossy(&done.stderr).contains(option),
+            "{source} {option}"
+        );
+        assert!(!folder.join(target).exists());
+    }
+}

@@ -131,6 +131,91 @@ fn wave_numbers_become_wavelengths_with_a_note() {
     );
 }
 
+fn near(found: &[(f64, f64)], expected: &[(f64, f64)]) -> bool {
+    found.len() == expected.len()
+        && found
+            .iter()
+            .zip(expected)
+            .all(|(a, b)| (a.0 - b.0).abs() < 1e-9 * b.0 && (a.1 - b.1).abs() <= 1e-12 * b.1.abs())
+}
+
+#[test]
+fn values_per_micrometre_or_wave_number_follow_their_abscissa() {
+    let micrometres = "wavelength_um,irradiance W/m2/um\n0.5,1000\n0.6,2000\n0.7,3000\n";
+    assert!(near(
+        &points(micrometres, "a.csv"),
+        &[(500.0, 1.0), (600.0, 2.0), (700.0, 3.0)]
+    ));
+    let note = finding(micrometres, "a.csv", "spectrum-values-converted");
+    assert_eq!(note.severity, Severity::Note);
+    let (file, _) = spectrum(
+        "wavelength [µm];irradiance [W m-2 µm-1]\n0.5;1000\n0.6;2000\n0.7;3000\n",
+        "a.csv",
+    );
+    assert_eq!((file.value[0], file.unit.as_deref()), (1.0, Some("W m-2 nm-1")));
+
+    // 1 W/(m²·sr) per 1/cm at 20 000 1/cm: dν = 10⁷/λ² dλ = 40 1/cm a nm at 500 nm.
+    let numbers = "wavenumber_1/cm,radiance W/m2/sr/cm-1\n12500,1\n16000,1\n20000,1\n";
+    assert!(near(
+        &points(numbers, "a.csv"),
+        &[(500.0, 40.0), (625.0, 25.6), (800.0, 15.625)]
+    ));
+
+    let unsaid = finding(
+        "wavelength_um,irradiance\n0.5,1\n0.6,2\n0.7,3\n",
+        "a.csv",
+        "spectrum-values-per",
+    );
+    assert_eq!(unsaid.severity, Severity::Warning);
+    for ratio in [
+        "wavelength_um,reflectance\n0.5,1\n0.6,2\n0.7,3\n",
+        "wavelength_um,irradiance W/m2/nm\n0.5,1\n0.6,2\n0.7,3\n",
+        "wavelength_nm,irradiance\n500,1\n600,2\n700,3\n",
+    ] {
+        let (file, findings) = spectrum(ratio, "a.csv");
+        assert_eq!(file.value, [1.0, 2.0, 3.0]);
+        assert!(
+            !findings.iter().any(|f| f.code.starts_with("spectrum-values")),
+            "{ratio}"
+        );
+    }
+}
+
+#[test]
+fn the_spectrum_is_read_before_what_it_was_computed_from() {
+    let jaz = |processed: [&str; 3]| {
+        let rows: Vec<String> = [500, 600, 700]
+            .iter()
+            .zip(processed)
+            .map(|(nm, p)| format!("{nm}\t803.8\t0\t80{nm}\t{p}\n"))
+            .collect();
+        let rows = rows.concat();
+        format!(
+            "Jaz Data File\n>>>>>Begin Processed Spectral Data<<<<<\nW\tD\tR\tS\tP\n{rows}>>>>>End Processed Spectral Data<<<<<\n"
+        )
+    };
+    let whole = jaz(["0.1", "0.2", "0.3"]);
+    assert_eq!(points(&whole, "jaz.txt"), [(500.0, 0.1), (600.0, 0.2), (700.0, 0.3)]);
+    assert_eq!(finding(&whole, "jaz.txt", "csv-column-chosen").severity, Severity::Note);
+    let raw = jaz(["0", "0", "0"]);
+    assert_eq!(points(&raw, "jaz.txt")[0], (500.0, 80500.0));
+    assert_eq!(
+        finding(&raw, "jaz.txt", "csv-column-chosen").severity,
+        Severity::Warning
+    );
+
+    let pixels = "pixel;Wavelength [nm];Counts;Irradiance [W/m2/nm]\n0;500;90;0.1\n1;600;91;0.2\n2;700;92;0.3\n";
+    let (file, _) = spectrum(pixels, "pix.csv");
+    assert_eq!(file.value, [0.1, 0.2, 0.3]);
+    assert_eq!(
+        (file.quantity.as_deref(), file.unit.as_deref()),
+        (Some("irradiance"), Some("W/m2/nm"))
+    );
+    // Several of one kind keep their order.
+    let two = "wavelength_nm,irradiance left,irradiance right\n500,1,4\n600,2,5\n700,3,6\n";
+    assert_eq!(points(two, "a.csv")[0], (500.0, 1.0));
+}
+
 #[test]
 fn no_wavelength_no_spectrum() {
     for heading in ["Frequency (Hz)", "m/z", "Shift (ppm)", "Time (s)"] {

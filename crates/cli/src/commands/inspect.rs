@@ -46,33 +46,52 @@ pub fn run(arguments: &Inspect) -> Result<(), Failure> {
         .as_ref()
         .map(|meter| Meter::read(meter, arguments.calibrated_with.as_deref()))
         .transpose()?;
-    let mut wrong = 0;
-    for file in &arguments.files {
-        for mut inspection in inspect::file(file, arguments.reading.options()) {
-            wrong += usize::from(inspection.has_error());
-            if let Some(meter) = &meter {
-                inspection.seen_by(meter);
-            }
-            if arguments.json {
-                let line = serde_json::to_string(&inspection).map_err(Failure::instrument)?;
-                screen::say(line);
-            } else {
-                print(&inspection);
-            }
-            if let Some(folder) = &arguments.plot {
-                for picture in plot::write(&inspection, folder, overwrite)? {
-                    if !arguments.json {
-                        screen::say(format_args!("  → {picture}"));
-                    }
-                }
-            }
+    let options = arguments.reading.options();
+    let looked_at = arguments.files.iter().flat_map(|file| inspect::file(file, options));
+    let wrong = match &arguments.plot {
+        None => tell(looked_at, arguments, meter.as_ref(), overwrite)?,
+        Some(folder) => {
+            // All pictures have their names before the first is drawn.
+            let all: Vec<Inspection> = looked_at.collect();
+            plot::plan(&all, folder, overwrite)?;
+            tell(all.into_iter(), arguments, meter.as_ref(), overwrite)?
         }
-    }
+    };
     match wrong {
         0 => Ok(()),
         1 => Err(Failure::no("one file has an error")),
         many => Err(Failure::no(format!("{many} files have errors"))),
     }
+}
+
+/// Prints and draws; how many files have an error.
+fn tell(
+    inspections: impl Iterator<Item = Inspection>,
+    arguments: &Inspect,
+    meter: Option<&Meter>,
+    overwrite: Overwrite,
+) -> Result<usize, Failure> {
+    let mut wrong = 0;
+    for mut inspection in inspections {
+        wrong += usize::from(inspection.has_error());
+        if let Some(meter) = meter {
+            inspection.seen_by(meter);
+        }
+        if arguments.json {
+            let line = serde_json::to_string(&inspection).map_err(Failure::instrument)?;
+            screen::say(line);
+        } else {
+            print(&inspection);
+        }
+        if let Some(folder) = &arguments.plot {
+            for picture in plot::write(&inspection, folder, overwrite)? {
+                if !arguments.json {
+                    screen::say(format_args!("  → {picture}"));
+                }
+            }
+        }
+    }
+    Ok(wrong)
 }
 
 fn print(inspection: &Inspection) {

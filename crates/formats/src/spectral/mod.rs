@@ -2,6 +2,7 @@
 
 mod axis;
 mod cgats;
+mod density;
 pub(crate) mod embedded;
 mod exponents;
 mod jcamp;

@@ -3,6 +3,7 @@
 use serde_json::{Map, Value};
 
 use super::axis::AxisUnit;
+use super::density::{self, Stated};
 use super::{Series, SpectrumFile};
 use crate::finding::{Finding, Findings};
 
@@ -212,7 +213,61 @@ impl Draft {
                 );
             }
         }
+        self.values_per_nm(unit, findings);
         Some(())
+    }
+
+    /// Brings values that are a density per µm, Å or 1/cm to nm, as their headings say; a density that is not said is
+    /// kept as it stands, with a warning.
+    fn values_per_nm(&mut self, axis: AxisUnit, findings: &mut Findings) {
+        let first = self.points.first().map_or((1, 1), |p| (p.line, p.column));
+        let count = self.points.iter().map(|p| p.value.len()).max().unwrap_or(0);
+        for k in 0..count {
+            let name = self.names.get(k).cloned().unwrap_or_default();
+            let of_file = |field: &Option<String>| field.clone().filter(|_| k == 0);
+            let (quantity, unit) = (of_file(&self.quantity), of_file(&self.unit));
+            match density::stated(&name, quantity.as_deref(), unit.as_deref(), axis) {
+                Stated::Nothing => {}
+                // Said once, of the series that is used where one is needed.
+                Stated::Unsaid if k > 0 => {}
+                Stated::Unsaid => findings.push(
+                    Finding::warning(
+                        "spectrum-values-per",
+                        format!(
+                            "the abscissa is in {} and nothing says whether the values are per {} or per nm",
+                            axis.name(),
+                            axis.name()
+                        ),
+                    )
+                    .at(first.0, first.1)
+                    .raw(&name)
+                    .assumed("per nm: kept as they are")
+                    .fix("write the unit into the heading, such as W/m2/um"),
+                ),
+                Stated::Per(per) => {
+                    for point in &mut self.points {
+                        if let Some(Some(value)) = point.value.get_mut(k) {
+                            *value *= density::to_per_nm(per, point.x);
+                        }
+                    }
+                    findings.push(
+                        Finding::note(
+                            "spectrum-values-converted",
+                            format!("the values are per {}", per.name()),
+                        )
+                        .at(first.0, first.1)
+                        .raw(&name)
+                        .assumed("converted to values per nm"),
+                    );
+                    if let Some(name) = self.names.get_mut(k) {
+                        *name = density::renamed(name);
+                    }
+                    if k == 0 {
+                        self.unit = self.unit.as_deref().map(density::renamed);
+                    }
+                }
+            }
+        }
     }
 
     /// Rising order without repeats, or a finding at the row that breaks it.

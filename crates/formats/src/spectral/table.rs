@@ -7,9 +7,10 @@ mod rows;
 use serde_json::Value;
 
 use self::columns::{Columns, small};
+pub(super) use self::columns::{is_radiometric, quantity_of};
 use self::preamble::{bare, believable_unit, heading, preamble};
+pub(super) use self::rows::Row;
 use self::rows::{Lines, SEKONIC, common_width, without_nm};
-pub(super) use self::{columns::quantity_of, rows::Row};
 use super::SpectrumFile;
 use super::axis::AxisUnit;
 use super::points::{Draft, Point};

@@ -78,8 +78,70 @@ impl Columns {
                 );
             }
         }
+        if let Some((k, finding)) = preferred(names, &values, body) {
+            findings.push(finding.at(body[0].line, body[0].column(k)).raw(names[k]));
+            values.retain(|other| *other != k);
+            values.insert(0, k);
+        }
         Self { wavelength, values }
     }
+}
+
+/// The column to read first where that is not the first: the spectrum itself beside what it was computed from.
+fn preferred(names: &[&str], values: &[usize], body: &[Row<'_>]) -> Option<(usize, Finding)> {
+    let named = |wanted: &str| values.iter().copied().find(|&k| names.get(k) == Some(&wanted));
+    // Ocean Optics' Jaz: W wavelength, D dark, R reference, S sample, P processed.
+    if let (Some(_), Some(_), Some(sample)) = (named("D"), named("R"), named("S")) {
+        let lit = |k: usize| {
+            body.iter()
+                .filter_map(|row| number::read_up_to(row.cells.get(k)?, LARGEST).ok())
+                .any(|n| n.value != 0.0)
+        };
+        return Some(match named("P").filter(|&k| lit(k)) {
+            Some(processed) => (
+                processed,
+                Finding::note(CHOSEN, "the columns are D dark, R reference, S sample and P processed")
+                    .assumed("P, the processed spectrum"),
+            ),
+            None => (
+                sample,
+                Finding::warning(
+                    CHOSEN,
+                    "the columns are D dark, R reference and S sample, and nothing is processed",
+                )
+                .assumed("S, from which neither the dark is taken nor a calibration made")
+                .fix("save the processed spectrum, or subtract the dark"),
+            ),
+        });
+    }
+    let raw = |k: usize| names.get(k).is_some_and(|name| is_raw(name));
+    let measured = |k: usize| names.get(k).is_some_and(|name| is_radiometric(name) && !is_raw(name));
+    let first = *values.first()?;
+    let better = values.iter().copied().find(|&k| measured(k)).filter(|_| raw(first))?;
+    let message = format!("“{}” is what “{}” was computed from", names[first], names[better]);
+    Some((
+        better,
+        Finding::note(CHOSEN, message).assumed("the column with a radiometric quantity"),
+    ))
+}
+
+/// Code of the finding that says which of several columns is the spectrum.
+const CHOSEN: &str = "csv-column-chosen";
+
+/// What a detector gives before dark and calibration.
+fn is_raw(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    ["count", "dark", "background", "adc", "raw", "reference"]
+        .iter()
+        .any(|word| lower.contains(word))
+}
+
+/// Whether a heading names light itself, not a ratio or a detector's signal.
+pub(in crate::spectral) fn is_radiometric(name: &str) -> bool {
+    let quantity = quantity_of(name).0;
+    ["irradiance", "radiance", "flux", "power"]
+        .iter()
+        .any(|known| quantity.as_deref() == Some(known))
 }
 
 /// Whether all wavelengths are too small for nm.
