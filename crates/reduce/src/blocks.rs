@@ -5,6 +5,7 @@ use isolux_record::run::Run;
 use isolux_record::{Reading, ReadingKind, Role};
 
 use crate::error::ReduceError;
+use crate::grid::is_pole;
 use crate::samples::unsigned;
 
 /// A direction (C, γ) as the plan has it, in degrees.
@@ -168,13 +169,18 @@ fn one_grid<'b, 'a>(there: &[&'b Block<'a>]) -> (Vec<&'b Block<'a>>, Vec<&'b Blo
     (chosen, beside)
 }
 
-/// Whether every half-plane has the same γ.
+/// Whether every half-plane has the same γ, the poles aside: they are of all half-planes.
 fn is_grid(blocks: &[&Block<'_>]) -> bool {
     let directions = blocks.iter().flat_map(|block| block.directions.iter());
     let nodes = once(directions.map(|&(c, gamma)| unsigned(c, gamma)));
     let mut planes = nodes.chunk_by(|a, b| a.0 == b.0);
     let Some(first) = planes.next() else { return true };
-    planes.all(|plane| plane.iter().map(|node| node.1).eq(first.iter().map(|node| node.1)))
+    let between = |plane: &[Direction]| -> Vec<f64> {
+        let gammas = plane.iter().map(|node| node.1);
+        gammas.filter(|&gamma| !is_pole(gamma)).collect()
+    };
+    let expected = between(first);
+    planes.all(|plane| between(plane) == expected)
 }
 
 /// That every direction that the plan asks of these blocks was read, in this block or in another of them.

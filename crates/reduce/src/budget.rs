@@ -71,7 +71,12 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
     let mut noise2 = 0.0;
     let mut alone2 = 0.0;
     let mut alike: HashMap<i64, f64> = HashMap::new();
-    for (sample, weight) in grid.nodes.iter().zip(weights) {
+    // Images of one reading are wrong with it: their weights add before they are squared.
+    let mut on_samples = vec![0.0; grid.nodes.len()];
+    for (&sample, weight) in grid.sample_of.iter().zip(weights) {
+        on_samples[sample] += weight;
+    }
+    for (sample, weight) in grid.nodes.iter().zip(on_samples) {
         noise2 += (weight * sample.u_noise_cd).powi(2);
         match sample.display {
             Some(display) => *alike.entry(display).or_default() += weight * sample.u_digit_cd,

@@ -34,6 +34,17 @@ pub enum ReduceError {
         /// γ of the grid.
         expected: usize,
     },
+    /// The half-planes leave a part of the circle out.
+    #[error(
+        "the half-planes do not go round: nothing was measured between C {from_c_deg}° and C {to_c_deg}°; measure C 0° to 360°, \
+         or, for a lamp that is taken as symmetric, C 0° to 90° or C 0° to 180°, both ends included"
+    )]
+    NotRound {
+        /// The last half-plane before the gap.
+        from_c_deg: f64,
+        /// The first behind it.
+        to_c_deg: f64,
+    },
     /// The scan of the distribution was not finished.
     #[error(
         "block {block:?} has {found} of its {planned} directions: the scan ended early, and a part of the sphere is no luminaire; \

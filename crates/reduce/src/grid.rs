@@ -1,7 +1,8 @@
 //! Samples → one intensity distribution, with one value at the poles.
 
-use isolux_photometry::IntensityDistribution;
+use isolux_photometry::{IntensityDistribution, Symmetry};
 
+use crate::circle::Circle;
 use crate::error::ReduceError;
 use crate::samples::Sample;
 
@@ -14,46 +15,43 @@ const ROUNDS: usize = 6;
 pub struct Grid {
     /// The distribution.
     pub distribution: IntensityDistribution,
-    /// Sample of each node, `[ic * ng + ig]`; at a pole all half-planes share their mean.
+    /// The samples, by half-plane and γ; at a pole all half-planes share their mean.
     pub nodes: Vec<Sample>,
+    /// The sample of each node `[ic * ng + ig]` of the distribution: one for each, but for half-planes that are mirror images,
+    /// and for a pole that was read in some half-planes alone.
+    pub sample_of: Vec<usize>,
+    /// Symmetry that was assumed, because the half-planes do not go round.
+    pub assumed: Symmetry,
     /// Largest difference between half-planes at γ = 0 and γ = 180°, before they were made one value.
     pub pole_spread_cd: [f64; 2],
 }
 
 impl Grid {
-    /// The grid of the samples that are not of the closing half-plane.
+    /// The grid of the samples that are not of the closing half-plane. Half-planes over a quarter or half of the circle are
+    /// taken as those of a symmetric lamp.
     ///
     /// # Errors
-    /// [`ReduceError::NoLight`] without two γ, [`ReduceError::NoGrid`] when half-planes have different γ.
+    /// [`ReduceError::NoLight`] without two γ, [`ReduceError::NoGrid`] when half-planes have different γ,
+    /// [`ReduceError::NotRound`] when a part of the circle is missing that no symmetry gives.
     pub fn new(samples: &[Sample]) -> Result<Self, ReduceError> {
         let nodes: Vec<Sample> = samples.iter().filter(|sample| !sample.closing).copied().collect();
         let planes: Vec<&[Sample]> = nodes.chunk_by(|a, b| a.c_deg == b.c_deg).collect();
-        let gamma_deg: Vec<f64> = planes
-            .first()
-            .map_or_else(Vec::new, |plane| plane.iter().map(|s| s.gamma_deg).collect());
-        if gamma_deg.len() < 2 {
-            return Err(ReduceError::NoLight);
-        }
-        for plane in &planes {
-            if plane
-                .iter()
-                .map(|sample| sample.gamma_deg)
-                .ne(gamma_deg.iter().copied())
-            {
-                let (c_deg, found, expected) = (plane[0].c_deg, plane.len(), gamma_deg.len());
-                return Err(ReduceError::NoGrid { c_deg, found, expected });
-            }
-        }
-        let c_deg: Vec<f64> = planes.iter().map(|plane| plane[0].c_deg).collect();
+        let gamma_deg = gammas(&planes)?;
+        let measured: Vec<f64> = planes.iter().map(|plane| plane[0].c_deg).collect();
+        let circle = Circle::of(&measured)?;
+        let sample_of = samples_of(&nodes, &measured, &circle, &gamma_deg);
         // A single half-plane says the lamp is rotational whatever its C.
-        let c_deg = if c_deg.len() == 1 { vec![0.0] } else { c_deg };
+        let c_deg = match circle.planes.as_slice() {
+            [_] => vec![0.0],
+            planes => planes.iter().map(|(c_deg, _)| *c_deg).collect(),
+        };
+        let spread = |of_samples: &[f64]| -> Vec<f64> { sample_of.iter().map(|&sample| of_samples[sample]).collect() };
+        let of = |intensity_cd: Vec<f64>| IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), intensity_cd);
         let read: Vec<f64> = nodes.iter().map(|sample| sample.intensity_cd).collect();
-        let of =
-            |intensity_cd: &[f64]| IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), intensity_cd.to_vec());
         let mut moved = read.clone();
         for _ in 0..ROUNDS {
             // At a pole the half-plane of a direction is a matter of rounding, so what is compared there is the one value.
-            let distribution = of(&one_at_poles(&moved, &gamma_deg))?;
+            let distribution = of(one_at_poles(&spread(&moved), &gamma_deg))?;
             moved = nodes
                 .iter()
                 .zip(&read)
@@ -63,11 +61,13 @@ impl Grid {
                 })
                 .collect();
         }
-        let pole_spread_cd = of(&moved)?.pole_spread_cd();
-        let distribution = of(&one_at_poles(&moved, &gamma_deg))?;
+        let pole_spread_cd = of(spread(&moved))?.pole_spread_cd();
+        let distribution = of(one_at_poles(&spread(&moved), &gamma_deg))?;
         Ok(Self {
             distribution,
             nodes,
+            sample_of,
+            assumed: circle.assumed,
             pole_spread_cd,
         })
     }
@@ -111,7 +111,7 @@ impl Grid {
     /// for all nodes, 12 × 12 points.
     pub fn sensor_weights_per_m2(&self, side_mm: f64, distance_mm: f64) -> Vec<f64> {
         const POINTS: usize = 12;
-        let mut weights = vec![0.0; self.nodes.len()];
+        let mut weights = vec![0.0; self.sample_of.len()];
         for ix in 0..POINTS {
             for iy in 0..POINTS {
                 let place = |i: usize| ((i as f64 + 0.5) / POINTS as f64 - 0.5) * side_mm;
@@ -133,7 +133,7 @@ impl Grid {
         let gammas = self.distribution.gamma_deg();
         let planes = self.distribution.c_deg().len();
         for (column, &gamma) in gammas.iter().enumerate() {
-            if gamma == 0.0 || gamma == 180.0 {
+            if is_pole(gamma) {
                 let sum: f64 = (0..planes).map(|plane| weights[plane * gammas.len() + column]).sum();
                 (0..planes).for_each(|plane| weights[plane * gammas.len() + column] = sum / planes as f64);
             }
@@ -142,12 +142,68 @@ impl Grid {
     }
 }
 
+/// The γ of all half-planes. A pole is one direction, and one half-plane is enough for it.
+fn gammas(planes: &[&[Sample]]) -> Result<Vec<f64>, ReduceError> {
+    let between = |plane: &[Sample]| -> Vec<f64> {
+        let gammas = plane.iter().map(|sample| sample.gamma_deg);
+        gammas.filter(|&gamma| !is_pole(gamma)).collect()
+    };
+    let mut gamma_deg = planes.first().map_or_else(Vec::new, |plane| between(plane));
+    for plane in planes {
+        if between(plane) != gamma_deg {
+            let (c_deg, found, expected) = (plane[0].c_deg, plane.len(), planes[0].len());
+            return Err(ReduceError::NoGrid { c_deg, found, expected });
+        }
+    }
+    let read = |pole: f64| {
+        planes
+            .iter()
+            .any(|plane| plane.iter().any(|sample| sample.gamma_deg == pole))
+    };
+    if read(0.0) {
+        gamma_deg.insert(0, 0.0);
+    }
+    if read(180.0) {
+        gamma_deg.push(180.0);
+    }
+    if gamma_deg.len() < 2 {
+        return Err(ReduceError::NoLight);
+    }
+    Ok(gamma_deg)
+}
+
+/// The sample of every node of the full circle, `[ic * ng + ig]`. Where a half-plane has no reading at a pole, those of the
+/// others stand for it in turn.
+fn samples_of(nodes: &[Sample], measured: &[f64], circle: &Circle, gamma_deg: &[f64]) -> Vec<usize> {
+    let mut of_nodes = Vec::with_capacity(circle.planes.len() * gamma_deg.len());
+    for (place, &(_, plane)) in circle.planes.iter().enumerate() {
+        let first = nodes.partition_point(|sample| sample.c_deg < measured[plane]);
+        let behind = nodes.partition_point(|sample| sample.c_deg <= measured[plane]);
+        for &gamma in gamma_deg {
+            let here = nodes[first..behind].iter().position(|sample| sample.gamma_deg == gamma);
+            let at_pole = || {
+                let read: Vec<usize> = (0..nodes.len())
+                    .filter(|&node| nodes[node].gamma_deg == gamma)
+                    .collect();
+                read[place % read.len()]
+            };
+            of_nodes.push(here.map_or_else(at_pole, |at| first + at));
+        }
+    }
+    of_nodes
+}
+
+/// Whether all half-planes meet at this γ.
+pub fn is_pole(gamma_deg: f64) -> bool {
+    gamma_deg == 0.0 || gamma_deg == 180.0
+}
+
 /// Intensities of half-planes of equal γ, with their mean where γ is a pole.
 fn one_at_poles(intensity_cd: &[f64], gamma_deg: &[f64]) -> Vec<f64> {
     let mut one = intensity_cd.to_vec();
     let planes = intensity_cd.len() / gamma_deg.len();
     for (column, &gamma) in gamma_deg.iter().enumerate() {
-        if gamma == 0.0 || gamma == 180.0 {
+        if is_pole(gamma) {
             let nodes = || (0..planes).map(|plane| plane * gamma_deg.len() + column);
             let mean = nodes().map(|node| intensity_cd[node]).sum::<f64>() / planes as f64;
             nodes().for_each(|node| one[node] = mean);

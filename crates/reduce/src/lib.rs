@@ -5,6 +5,7 @@
 
 mod blocks;
 mod budget;
+mod circle;
 mod correction;
 mod drift;
 mod error;
@@ -218,6 +219,8 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
     let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
     let mut notes = levels.notes.clone();
     notes.extend(left_out);
+    notes.extend(circle::note(grid.assumed));
+    notes.extend(zone_note(&grid));
     notes.extend(burning_notes(all, &rows, &drift, on(Correction::Drift)));
     notes.extend(run_notes(
         run,
@@ -306,6 +309,15 @@ fn drift_of(
     })
 }
 
+/// That the γ are not those of the whole sphere.
+fn zone_note(grid: &Grid) -> Option<String> {
+    let gammas = grid.distribution.gamma_deg();
+    let (first, last) = (gammas[0], gammas[gammas.len() - 1]);
+    (first > 0.0 || last < 180.0).then(|| {
+        format!("γ {first}° to {last}° was measured: the flux is that of this zone, and the files are dark outside it")
+    })
+}
+
 /// What the lamp's switching on more than once during the distribution means for its level.
 fn burning_notes(all: &[Reading], rows: &[&Reading], drift: &Drift, corrected: bool) -> Vec<String> {
     let starts = drift::burnings(all);
@@ -353,7 +365,7 @@ fn common(run: &Run, levels: &Levels, subtract: Subtract, drift: &Drift, grid: &
 fn i_max(grid: &Grid, common: &Common) -> (Quantity, (f64, f64)) {
     let distribution: &IntensityDistribution = &grid.distribution;
     let gammas = distribution.gamma_deg().len();
-    let place = (0..grid.nodes.len())
+    let place = (0..grid.sample_of.len())
         .max_by(|&a, &b| distribution.intensity_cd()[a].total_cmp(&distribution.intensity_cd()[b]))
         .unwrap_or(0);
     let direction = (

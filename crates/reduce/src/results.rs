@@ -2,7 +2,7 @@
 
 use isolux_formats::spectral::{self, SpectrumFile};
 use isolux_formats::{Format, eulumdat, ies};
-use isolux_photometry::IntensityDistribution;
+use isolux_photometry::{IntensityDistribution, Symmetry};
 use isolux_record::run::Run;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -88,7 +88,14 @@ fn ldt(shown: &IntensityDistribution, reduction: &Reduction, run: &Run) -> Resul
     let colour = reduction.spectral.as_ref().and_then(|spectral| spectral.cct.as_ref());
     let header = eulumdat::Header {
         company: String::new(),
-        report: format!("isolux {:.0} mm", reduction.distance_mm),
+        report: format!(
+            "isolux {:.0} mm{}",
+            reduction.distance_mm,
+            match reduction.grid.assumed {
+                Symmetry::None => "",
+                _ => ", symmetry assumed",
+            }
+        ),
         name: name(run),
         length_mm: diameter_mm(run),
         width_mm: Some(0.0),
@@ -116,7 +123,7 @@ fn ldt(shown: &IntensityDistribution, reduction: &Reduction, run: &Run) -> Resul
 
 fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, program: &str) -> Vec<u8> {
     let metres = diameter_mm(run).unwrap_or(0.0) * 1e-3;
-    let keywords = [
+    let mut keywords = vec![
         ("TEST", format!("goniophotometer, {:.0} mm", reduction.distance_mm)),
         ("TESTLAB", String::new()),
         ("ISSUEDATE", run.header.started_utc.chars().take(10).collect()),
@@ -130,6 +137,11 @@ fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, program:
             ),
         ),
     ];
+    keywords.extend(crate::circle::note(reduction.grid.assumed).map(|note| {
+        // The first clause: LM-63 has short lines of ASCII.
+        let clause = note.split(',').next().unwrap_or_default();
+        ("OTHER", clause.to_owned())
+    }));
     let facts = ies::Facts {
         keywords: keywords
             .into_iter()
@@ -182,11 +194,13 @@ fn model_toml(reduction: &Reduction, run_files: &[(String, Vec<u8>)]) -> String 
     text.push_str("emitter = { shape = \"disc\", diameter_mm = 1.0 }\n\n");
     text.push_str("[luminaire.trust]\nshape = \"smooth\"\nc_harmonics = [2]\n\n");
     // Relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy; what each direction has on its own.
-    text.push_str(&format!(
-        "[luminaire.u]\nintensity_rel = {:.6}\nflux_rel = {:.6}\n",
-        reduction.sensor_illuminance.u_rel(),
-        reduction.flux.u_rel()
-    ));
+    text.push_str("[luminaire.u]\n");
+    let near_axis = reduction.sensor_illuminance.u_rel();
+    // Where the axis was not measured there is no light to be uncertain of.
+    if near_axis.is_finite() {
+        text.push_str(&format!("intensity_rel = {near_axis:.6}\n"));
+    }
+    text.push_str(&format!("flux_rel = {:.6}\n", reduction.flux.u_rel()));
     if let Some(spectral) = &reduction.spectral {
         text.push_str(&format!("ler_rel = {:.6}\n", spectral.ler.u_rel()));
     }
@@ -246,6 +260,8 @@ fn lamp_drift(drift: &Drift) -> Option<String> {
 fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
     let [offset, ambient, stray] = reduction.levels.parts_lx(0.0);
     let spectral = reduction.spectral.as_ref();
+    // A sensor outside the measured zone has no number, not one of 0 ± 0.
+    let seen = reduction.sensor_illuminance.u_rel().is_finite();
     json!({
         "coverage": "standard uncertainties, k = 1",
         "flux": reduction.flux,
@@ -254,8 +270,8 @@ fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
         "i_max_gamma_deg": reduction.i_max_deg.1,
         "sensor_mm": SENSOR_MM.0,
         "sensor_distance_mm": SENSOR_MM.1,
-        "sensor_mean_illuminance": reduction.sensor_illuminance,
-        "sensor_mean_irradiance": reduction.sensor_irradiance,
+        "sensor_mean_illuminance": seen.then_some(&reduction.sensor_illuminance),
+        "sensor_mean_irradiance": reduction.sensor_irradiance.as_ref().filter(|_| seen),
         "efficacy": spectral.map(|spectral| &spectral.ler),
         "cct": spectral.and_then(|spectral| spectral.cct.as_ref()),
         "on_axis_irradiance": spectral.map(|spectral| &spectral.irradiance),

@@ -552,3 +552,100 @@ fn a_lamp_that_was_switched_on_twice_leaves_no_step() {
         unknown.notes
     );
 }
+
+/// A grid of [`lamp`] over `c_deg` and `gamma_deg`, as a plan has them.
+fn scan(c_deg: &[f64], gamma_deg: &[f64]) -> Vec<Reading> {
+    c_deg
+        .iter()
+        .flat_map(|&c| gamma_deg.iter().map(move |&gamma| (c, gamma)))
+        .map(|(c, gamma)| reading(c, gamma, lamp(c, gamma) / 100.0))
+        .collect()
+}
+
+fn every(from: f64, to: f64, step: f64) -> Vec<f64> {
+    (0..=((to - from) / step).round() as u32)
+        .map(|i| from + step * f64::from(i))
+        .collect()
+}
+
+#[test]
+fn signed_gamma_reads_the_poles_of_all_half_planes() {
+    let round = reduced(scan(&[0.0, 90.0, 180.0, 270.0], &every(0.0, 180.0, 10.0)), &[]);
+    let signed = reduced(scan(&[0.0, 90.0], &every(-180.0, 180.0, 10.0)), &[]);
+    assert!((signed.flux.value - round.flux.value).abs() < 1e-9);
+    assert_eq!(signed.grid.distribution.c_deg(), [0.0, 90.0, 180.0, 270.0]);
+    // Two readings on the axis, not four.
+    let alone = |result: &Reduction| result.i_max.parts["noise"].hypot(result.i_max.parts["digit"]);
+    assert!(alone(&signed) >= alone(&round));
+}
+
+#[test]
+fn a_direction_that_the_plan_names_twice_is_one() {
+    let angles = "c_deg = [0, 90, 180, 270, 0]\ngamma_deg = [0, 30, 60, 90, 90, 120, 150, 180]";
+    let result = reduce(&planned(&[("all", angles, 10_000.0, 1)]), &Options::default(), None).unwrap();
+    assert_eq!(result.grid.distribution.intensity_cd().len(), 4 * 7);
+}
+
+#[test]
+fn a_quadrant_is_a_symmetric_lamp_and_says_so() {
+    let gammas = every(0.0, 180.0, 5.0);
+    let run = run(scan(&every(0.0, 90.0, 15.0), &gammas));
+    let quadrant = reduce(&run, &Options::default(), None).unwrap();
+    let round = reduced(scan(&every(0.0, 345.0, 15.0), &gammas), &[]);
+    // The lamp is symmetric: what is mirrored is what would have been measured, with fewer readings behind it.
+    assert!((quadrant.flux.value - round.flux.value).abs() < 1e-9);
+    assert!(quadrant.flux.parts["digit"] >= round.flux.parts["digit"]);
+    assert!(
+        quadrant.notes.iter().any(|note| note.starts_with("symmetry assumed")),
+        "{:?}",
+        quadrant.notes
+    );
+    assert!(
+        round.notes.iter().all(|note| !note.contains("symmetry")),
+        "{:?}",
+        round.notes
+    );
+    let files = crate::files(&quadrant, &run, &[], "isolux test").unwrap();
+    let text = |name: &str| {
+        let file = files.iter().find(|file| file.name == name).unwrap();
+        String::from_utf8_lossy(&file.bytes).into_owned()
+    };
+    // Isym, and the last half-plane of the file.
+    assert_eq!(text("luminaire.ldt").lines().nth(2).unwrap().trim(), "4");
+    assert!(text("luminaire.ldt").contains("symmetry assumed"));
+    assert!(text("luminaire.ies").contains("symmetry assumed"));
+    let open = reduce(
+        &self::run(scan(&every(0.0, 165.0, 15.0), &gammas)),
+        &Options::default(),
+        None,
+    )
+    .unwrap_err();
+    assert!(
+        matches!(
+            open,
+            ReduceError::NotRound {
+                from_c_deg: 165.0,
+                to_c_deg: 0.0
+            }
+        ),
+        "{open}"
+    );
+}
+
+#[test]
+fn a_zone_without_the_axis_gives_a_model_that_can_be_read() {
+    let run = planned(&[("zone", "c_range = [0, 330, 30]\ngamma_range = [5, 85, 10]", 10_000.0, 1)]);
+    let result = reduce(&run, &Options::default(), None).unwrap();
+    assert!(
+        result.notes.iter().any(|note| note.contains("γ 5° to 85°")),
+        "{:?}",
+        result.notes
+    );
+    let files = crate::files(&result, &run, &[], "isolux test").unwrap();
+    let model = files.iter().find(|file| file.name == "luminaire.model.toml").unwrap();
+    let text = std::str::from_utf8(&model.bytes).unwrap();
+    assert!(
+        !text.contains("NaN") && !text.contains("intensity_rel") && text.contains("flux_rel"),
+        "{text}"
+    );
+}
