@@ -152,7 +152,10 @@ pub fn capture(
         CaptureUnit::Lux => Unit::Lux,
         CaptureUnit::WattPerSquareMetre => Unit::WattPerSquareMetre,
     };
-    let mut csv = String::from("map,iy,ix,signal,u\n");
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table
+        .write_record(["map", "iy", "ix", "signal", "u"])
+        .map_err(Failure::instrument)?;
     let mut mean = Vec::new();
     for (number, shot) in shots.iter().enumerate() {
         progress.event(Event::At {
@@ -163,7 +166,9 @@ pub fn capture(
         for (bin, (signal, u)) in map.signal.iter().zip(&map.u).enumerate() {
             let (iy, ix) = (bin / frame.bins[0], bin % frame.bins[0]);
             let (signal, u) = (significant(*signal, 8), significant(*u, 5));
-            let _ = writeln!(csv, "{},{iy},{ix},{signal},{u}", shot.name);
+            let numbers = [iy.to_string(), ix.to_string(), signal.to_string(), u.to_string()];
+            let row = std::iter::once(shot.name.as_str()).chain(numbers.iter().map(String::as_str));
+            table.write_record(row).map_err(Failure::instrument)?;
         }
         mean.push(map.signal.iter().sum::<f64>() / map.signal.len() as f64);
     }
@@ -178,7 +183,8 @@ pub fn capture(
         CaptureUnit::Lux => Some(room.document().camera.full_scale_lx),
         CaptureUnit::WattPerSquareMetre => Some(room.document().camera.full_scale_lx * room.spectrum().watt_per_lux()),
     };
-    files::write(&values, csv.as_bytes(), wishes.overwrite)?;
+    let table = table.into_inner().map_err(Failure::instrument)?;
+    files::write(&values, &table, wishes.overwrite)?;
     files::write(
         out,
         poses(&frame, unit, full_scale, &shots).as_bytes(),
@@ -491,6 +497,11 @@ mod tests {
         // The poses of a maps.toml can be taken again; the same room gives the same bytes.
         let again = Wishes { bins: None, ..wishes() };
         run(&path, "maps.toml", "again.toml", &again).unwrap();
+        let named = std::fs::read_to_string(path.join("maps.toml")).unwrap();
+        std::fs::write(path.join("named.toml"), named.replace("\"full\"", "\"x,y\"")).unwrap();
+        run(&path, "named.toml", "comma.toml", &again).unwrap();
+        let maps = MapSet::open(&path.join("comma.toml"), Need::Values).unwrap();
+        assert_eq!(maps.maps()[0].name, "x,y");
         let bytes = |name: &str| std::fs::read(path.join(name)).unwrap();
         assert_eq!(bytes("maps.csv"), bytes("again.csv"));
         assert!(

@@ -2,7 +2,8 @@
 //! command line.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_model::{Precision, Scene};
+use isolux_formats::ReadOptions;
+use isolux_model::{Model, Precision, Scene};
 use toml::{Table, Value};
 
 use crate::{Failure, files};
@@ -80,6 +81,12 @@ pub fn set(table: &mut Table, key: &str, value: Value) -> Result<(), Failure> {
             Value::Table(table) => table,
             Value::Array(list) => {
                 let index = parts.next().and_then(|index| index.parse::<usize>().ok());
+                if parts.peek().is_none() {
+                    return Err(Failure::bad_input(format!(
+                        "key {key}: it ends on the list `{part}`, not on a key of one of its entries"
+                    ))
+                    .help("name the key that is changed, such as effect.0.radius_mm, or the whole list: effect=[…]"));
+                }
                 match index.and_then(|index| list.get_mut(index)) {
                     Some(Value::Table(table)) => table,
                     _ => return Err(unknown(key, part)),
@@ -94,6 +101,16 @@ pub fn set(table: &mut Table, key: &str, value: Value) -> Result<(), Failure> {
 fn unknown(key: &str, part: &str) -> Failure {
     Failure::bad_input(format!("key {key}: `{part}` holds no further keys"))
         .help("keys are written as in the scene file, such as sensor.distance_mm or effect.0.radius_mm")
+}
+
+/// Every text in a value, wherever it stands.
+pub(crate) fn each_text(value: &mut Value, change: &mut dyn FnMut(&mut String)) {
+    match value {
+        Value::String(text) => change(text),
+        Value::Array(list) => list.iter_mut().for_each(|value| each_text(value, change)),
+        Value::Table(table) => table.iter_mut().for_each(|(_, value)| each_text(value, change)),
+        _ => {}
+    }
 }
 
 fn is_scene(input: &Utf8Path) -> bool {
@@ -219,6 +236,8 @@ fn inline_model(at: &Utf8Path, table: &mut Table) -> Result<(), Failure> {
         return Ok(());
     };
     let path = at.parent().unwrap_or(Utf8Path::new("")).join(&file);
+    // The model as it stands has to be one: a table that is not taken over would otherwise be left out without a word.
+    Model::load(&path).map_err(Failure::bad_input)?;
     let text = String::from_utf8(files::read(&path)?).map_err(|_| Failure::bad_input(format!("{path}: not UTF-8")))?;
     let mut model: Table = text
         .parse()
@@ -277,21 +296,15 @@ fn luminous_mm(path: &Utf8Path) -> Result<[f64; 2], Failure> {
     let bytes = files::read(path)?;
     let wrong = || {
         Failure::bad_input(format!("{path}: no luminous dimensions"))
-            .help("give the emitter in the scene, such as --set luminaire.emitter.diameter_mm=20")
+            .help("give the emitter in the scene, such as --set 'luminaire.emitter={shape=\"disc\", diameter_mm=20}'")
     };
     if path.extension().map(str::to_ascii_lowercase).as_deref() != Some("ldt") {
         return Err(wrong());
     }
-    // Lines 16 and 17 of EULUMDAT: length or diameter, and width, of the luminous area.
-    let text = String::from_utf8_lossy(&bytes).into_owned();
-    let line = |n: usize| {
-        text.lines()
-            .nth(n - 1)
-            .and_then(|line| line.trim().replace(',', ".").parse::<f64>().ok())
-            .filter(|mm| *mm >= 0.0)
-    };
-    match (line(16), line(17)) {
-        (Some(length), Some(width)) if length > 0.0 => Ok([length, width]),
+    let read = isolux_formats::eulumdat::read(&bytes, ReadOptions::default());
+    let luminaire = read.document.map(|document| document.luminaire).ok_or_else(wrong)?;
+    match (luminaire.luminous_length_mm, luminaire.luminous_width_mm) {
+        (Some(length), Some(width)) if length > 0.0 && width >= 0.0 => Ok([length, width]),
         _ => Err(wrong()),
     }
 }
@@ -308,6 +321,9 @@ mod tests {
         assert_eq!(table["sensor"]["distance_mm"].as_integer(), Some(250));
         assert_eq!(table["effect"][0]["radius_mm"].as_float(), Some(28.5));
         assert!(set(&mut table, "a.b", parsed("1")).is_err());
+        let before = table.clone();
+        assert!(set(&mut table, "effect.0", parsed("5")).is_err());
+        assert_eq!(table, before, "nothing is changed by a key that is refused");
     }
 
     #[test]

@@ -68,7 +68,10 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
         None => None,
     };
     let folder = files::output_folder(&request.out, request.overwrite)?;
-    write(&folder, &simulation, request.overwrite)?;
+    if request.overwrite == Overwrite::Force {
+        take_away(&folder)?;
+    }
+    write_map(&folder, &simulation, request.overwrite)?;
     let (map, facts) = (&simulation.map, &simulation.facts);
     let [nx, ny] = facts.pixels;
     if request.tiff {
@@ -98,11 +101,23 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
     if let Some((path, bytes)) = rays {
         files::write(path, &bytes, request.overwrite)?;
     }
+    write_facts(&folder, &simulation, request.overwrite)?;
     progress.event(Event::Ended(&format!(
         "{} × {} pixels in {:.3} s",
         nx, ny, facts.elapsed_s
     )));
     Ok(simulation.facts)
+}
+
+/// Refuses a scene that cannot be lit, without lighting it.
+///
+/// # Errors
+/// Exit 2 with what is impossible and what to do.
+pub fn can_be_lit(scene: &isolux_model::Scene) -> Result<(), Failure> {
+    match isolux_sim::setup::Setup::new(scene) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(refused(&SimulationError::Setup(error))),
+    }
 }
 
 /// Solves a scene; the clock of `elapsed_s` is the machine's.
@@ -111,18 +126,20 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
 /// Exit 2 with what is impossible and what to do.
 pub fn solve(scene: &isolux_model::Scene, method: Method) -> Result<Simulation, Failure> {
     let start = Instant::now();
-    simulation::simulate(scene, method, &|| start.elapsed().as_secs_f64()).map_err(|error| {
-        let help = match &error {
-            SimulationError::Direct(DirectError::TooMany { .. }) => {
-                "use --sampling expected: its cost does not grow with the rays"
-            }
-            SimulationError::Direct(DirectError::NoRays) => "give --rays 2e9, or leave --method direct out",
-            SimulationError::Direct(DirectError::Dark { .. }) => "check the distribution's flux with `isolux inspect`",
-            SimulationError::Responsivity { .. } => "the file has the columns wavelength_nm,qe",
-            SimulationError::Setup(_) => "check the sensor's pose in the scene",
-        };
-        Failure::bad_input(error).help(help)
-    })
+    simulation::simulate(scene, method, &|| start.elapsed().as_secs_f64()).map_err(|error| refused(&error))
+}
+
+fn refused(error: &SimulationError) -> Failure {
+    let help = match error {
+        SimulationError::Direct(DirectError::TooMany { .. }) => {
+            "use --sampling expected: its cost does not grow with the rays"
+        }
+        SimulationError::Direct(DirectError::NoRays) => "give --rays 2e9, or leave --method direct out",
+        SimulationError::Direct(DirectError::Dark { .. }) => "check the distribution's flux with `isolux inspect`",
+        SimulationError::Responsivity { .. } => "the file has the columns wavelength_nm,qe",
+        SimulationError::Setup(_) => "check the sensor's pose in the scene",
+    };
+    Failure::bad_input(error).help(help)
 }
 
 /// Writes the three result files of a simulation; `result.json` last, so that it stands for a whole result.
@@ -130,17 +147,45 @@ pub fn solve(scene: &isolux_model::Scene, method: Method) -> Result<Simulation, 
 /// # Errors
 /// Exit 2 when a file exists and may not be replaced, exit 3 when the disk refuses.
 pub fn write(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite) -> Result<(), Failure> {
-    let facts = &simulation.facts;
-    let [nx, ny] = facts.pixels;
-    files::write(
-        &folder.join("irradiance.npy"),
-        &array_files::npy(&simulation.map, nx, ny),
-        overwrite,
-    )?;
-    files::write(&folder.join("irradiance.png"), &picture(simulation).png(), overwrite)?;
-    let mut text = serde_json::to_string_pretty(facts).map_err(Failure::instrument)?;
+    write_map(folder, simulation, overwrite)?;
+    write_facts(folder, simulation, overwrite)
+}
+
+fn write_map(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite) -> Result<(), Failure> {
+    let [nx, ny] = simulation.facts.pixels;
+    let npy = array_files::npy(&simulation.map, nx, ny);
+    files::write(&folder.join("irradiance.npy"), &npy, overwrite)?;
+    files::write(&folder.join("irradiance.png"), &picture(simulation).png(), overwrite)
+}
+
+fn write_facts(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite) -> Result<(), Failure> {
+    let mut text = serde_json::to_string_pretty(&simulation.facts).map_err(Failure::instrument)?;
     text.push('\n');
     files::write(&folder.join("result.json"), text.as_bytes(), overwrite)
+}
+
+/// Takes the files of an earlier simulation out of `folder`, `result.json` first: what this one does not write would pass for
+/// its own. The map stays until it is replaced and marks the folder as one of a simulation.
+fn take_away(folder: &Utf8Path) -> Result<(), Failure> {
+    if !folder.join("irradiance.npy").is_file() {
+        return Ok(());
+    }
+    for name in [
+        "result.json",
+        "irradiance.tiff",
+        "irradiance.csv",
+        "sensor.html",
+        "signal_dn.tiff",
+    ] {
+        let path = folder.join(name);
+        match std::fs::remove_file(&path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(Failure::instrument(format!("{path}: cannot take it away: {error}")));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 /// The map of a simulation as the report draws it.

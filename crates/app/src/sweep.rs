@@ -3,6 +3,8 @@
 //! A sweep is a list of points in the order of its keys (the last one runs fastest). A shard takes every N-th point; every
 //! point is computed from the scene alone with the sweep's seed, so that shards and the whole run give the same bytes.
 
+use std::collections::BTreeMap;
+
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Scene;
 use isolux_report::axes::{Frame, Scale};
@@ -25,8 +27,8 @@ struct Document {
     scene: Utf8PathBuf,
     #[serde(default = "inverse")]
     method: String,
-    #[serde(default = "thinned")]
-    sampling: String,
+    #[serde(default)]
+    sampling: Option<String>,
     #[serde(default)]
     rays: Option<f64>,
     #[serde(default)]
@@ -36,10 +38,6 @@ struct Document {
 
 fn inverse() -> String {
     "inverse".to_owned()
-}
-
-fn thinned() -> String {
-    "thinned".to_owned()
 }
 
 /// One point: the values of the varied keys and what came out. `elapsed_s` is left out, so that bytes repeat.
@@ -122,7 +120,12 @@ pub fn run(
             )
         })
         .collect::<Result<_, _>>()?;
+    for scene in &scenes {
+        simulate::can_be_lit(scene)?;
+    }
     files::refuse_occupied(out, overwrite)?;
+    // Before the first point, as its files may change while it is computed.
+    let inputs_sha256 = inputs(&text, &scene_file, &document.vary)?;
     progress.event(Event::Began {
         step: "sweep",
         total: Some(chosen.len() as u64),
@@ -145,7 +148,7 @@ pub fn run(
     }
     let table = Results {
         format: "isolux-sweep-result/1".to_owned(),
-        inputs_sha256: inputs(&text, &scene_file)?,
+        inputs_sha256,
         keys,
         points,
         results,
@@ -210,20 +213,22 @@ pub fn merge(shards: &[Utf8PathBuf], out: &Utf8Path, overwrite: Overwrite) -> Re
     Ok(whole.points)
 }
 
-/// One sum over everything that a person wrote for the sweep.
-fn inputs(sweep: &str, scene: &Utf8Path) -> Result<String, Failure> {
+/// One sum over the sweep file, its scene, and every file that these and the scene's model name.
+fn inputs(sweep: &str, scene: &Utf8Path, vary: &Table) -> Result<String, Failure> {
     let mut sum = Sha256::new();
     sum.update(sweep);
     if scene.is_file() {
-        let bytes = files::read(scene)?;
-        let model = String::from_utf8_lossy(&bytes)
-            .parse::<Table>()
-            .ok()
-            .and_then(|table| table.get("model").and_then(Value::as_str).map(str::to_owned));
-        sum.update(&bytes);
-        if let Some(model) = model {
-            sum.update(files::read(&scene.parent().unwrap_or(Utf8Path::new("")).join(model))?);
-        }
+        sum.update(files::read(scene)?);
+    }
+    let (at, table) = scene::table(scene, &Changes::default())?;
+    let folder = at.parent().unwrap_or(Utf8Path::new(""));
+    let mut read = BTreeMap::new();
+    named(folder, Value::Table(table), &mut read)?;
+    named(folder, Value::Table(vary.clone()), &mut read)?;
+    // As lengths stand before the bytes, no two sets of files run together into the same sum.
+    for (name, bytes) in &read {
+        sum.update(format!("\n{name} {}\n", bytes.len()));
+        sum.update(bytes);
     }
     Ok(sum
         .finalize()
@@ -231,13 +236,52 @@ fn inputs(sweep: &str, scene: &Utf8Path) -> Result<String, Failure> {
         .fold(String::new(), |text, byte| text + &format!("{byte:02x}")))
 }
 
+/// Every file in `folder` that a text of `value` names, by that name, and the files that a model among them names.
+fn named(folder: &Utf8Path, mut value: Value, read: &mut BTreeMap<String, Vec<u8>>) -> Result<(), Failure> {
+    let mut names = Vec::new();
+    scene::each_text(&mut value, &mut |text| names.push(text.clone()));
+    for name in names {
+        let path = folder.join(&name);
+        if read.contains_key(&name) || !path.is_file() {
+            continue;
+        }
+        let bytes = files::read(&path)?;
+        let inner = String::from_utf8_lossy(&bytes).parse::<Table>();
+        read.insert(name.clone(), bytes);
+        if let (Ok(inner), Some("toml")) = (inner, path.extension()) {
+            let beside = path.parent().unwrap_or(Utf8Path::new(""));
+            let mut of_model = BTreeMap::new();
+            named(beside, Value::Table(inner), &mut of_model)?;
+            read.extend(
+                of_model
+                    .into_iter()
+                    .map(|(file, bytes)| (format!("{name}: {file}"), bytes)),
+            );
+        }
+    }
+    Ok(())
+}
+
 fn method(file: &Utf8Path, document: &Document) -> Result<Method, Failure> {
     let wrong =
         |key: &str, word: &str, known: &str| Failure::bad_input(format!("{file}: {key} = `{word}`: known are {known}"));
     match document.method.as_str() {
-        "inverse" => Ok(Method::Inverse),
+        "inverse" => {
+            let of_rays = [
+                ("sampling", document.sampling.is_some()),
+                ("rays", document.rays.is_some()),
+                ("seed", document.seed.is_some()),
+            ];
+            match of_rays.into_iter().find(|(_, given)| *given) {
+                Some((key, _)) => Err(Failure::bad_input(format!(
+                    "{file}: {key} is of the rays, and the inverse method draws none"
+                ))
+                .help(format!("write method = \"direct\" with it, or leave {key} out"))),
+                None => Ok(Method::Inverse),
+            }
+        }
         "direct" => {
-            let sampling = match document.sampling.as_str() {
+            let sampling = match document.sampling.as_deref().unwrap_or("thinned") {
                 "traced" => Sampling::Traced,
                 "thinned" => Sampling::Thinned,
                 "expected" => Sampling::Expected,
@@ -303,7 +347,7 @@ fn lasting(facts: &Facts) -> Result<serde_json::Value, Failure> {
 fn write(folder: &Utf8Path, table: &Results, overwrite: Overwrite) -> Result<(), Failure> {
     let mut json = serde_json::to_string_pretty(table).map_err(Failure::instrument)?;
     json.push('\n');
-    files::write(&folder.join("sweep.csv"), csv(table).as_bytes(), overwrite)?;
+    files::write(&folder.join("sweep.csv"), &csv(table)?, overwrite)?;
     for (position, key) in table.keys.iter().enumerate() {
         if let Some(svg) = chart(table, position) {
             let name = format!(
@@ -327,32 +371,23 @@ const COLUMNS: [&str; 8] = [
     "relative_error_per_pixel",
 ];
 
-fn csv(table: &Results) -> String {
-    let mut text = table
-        .keys
-        .iter()
-        .cloned()
-        .chain(COLUMNS.map(str::to_owned))
-        .collect::<Vec<_>>()
-        .join(",");
-    text.push('\n');
+fn csv(table: &Results) -> Result<Vec<u8>, Failure> {
+    let plain = |value: &serde_json::Value| match value {
+        serde_json::Value::Null => String::new(),
+        serde_json::Value::String(text) => text.clone(),
+        serde_json::Value::Array(list) => list.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "),
+        other => other.to_string(),
+    };
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer
+        .write_record(table.keys.iter().map(String::as_str).chain(COLUMNS))
+        .map_err(Failure::instrument)?;
     for point in &table.results {
-        let plain = |value: &serde_json::Value| match value {
-            serde_json::Value::Null => String::new(),
-            serde_json::Value::String(text) => text.clone(),
-            serde_json::Value::Array(list) => list.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "),
-            other => other.to_string(),
-        };
-        let row: Vec<String> = point
-            .vary
-            .iter()
-            .map(plain)
-            .chain(COLUMNS.iter().map(|column| plain(&point.result[*column])))
-            .collect();
-        text.push_str(&row.join(","));
-        text.push('\n');
+        let varied = point.vary.iter().map(plain);
+        let facts = COLUMNS.iter().map(|column| plain(&point.result[*column]));
+        writer.write_record(varied.chain(facts)).map_err(Failure::instrument)?;
     }
-    text
+    writer.into_inner().map_err(Failure::instrument)
 }
 
 /// Mean and maximum against one key, a line for each combination of the others; `None` for a key without numbers.
@@ -423,6 +458,8 @@ fn chart(table: &Results, position: usize) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use super::*;
     use crate::progress::Silent;
 
@@ -472,6 +509,69 @@ mod tests {
         }
         let missing = merge(&shards[..3], &folder.join("torn"), Overwrite::Never).unwrap_err();
         assert!(missing.message.contains("is in no shard"), "{}", missing.message);
+    }
+
+    #[test]
+    fn shards_of_other_light_are_not_joined() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = Utf8Path::from_path(folder.path()).unwrap();
+        let file = sweep(folder);
+        let shard = |number: usize| {
+            let out = folder.join(format!("shard{number}"));
+            run(&file, &out, Some(Shard { number, of: 2 }), Overwrite::Never, &Silent).unwrap();
+            out
+        };
+        let first = shard(1);
+        std::fs::write(folder.join("lamp.csv"), "gamma_deg,intensity_cd\n0,30\n30,20\n90,0\n").unwrap();
+        let shards = [first, shard(2)];
+        let refused = merge(&shards, &folder.join("merged"), Overwrite::Never).unwrap_err();
+        assert!(refused.message.contains("another sweep"), "{refused}");
+        assert!(!folder.join("merged").exists());
+    }
+
+    #[test]
+    fn what_cannot_be_lit_or_drawn_stops_before_the_first_point() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = Utf8Path::from_path(folder.path()).unwrap();
+        let file = sweep(folder);
+        let text = std::fs::read_to_string(&file).unwrap();
+        let late = text.replace(
+            "\"sensor.distance_mm\" = [250.0, 500.0, 1000.0]",
+            "\"sensor.tilt_x_deg\" = [0.0, 100.0]",
+        );
+        let rays = text.replace("method = \"direct\"\n", "");
+        for (text, words) in [(late, "looks away"), (rays, "rays")] {
+            std::fs::write(&file, &text).unwrap();
+            let begun = Cell::new(false);
+            let refused = run(&file, &folder.join("out"), None, Overwrite::Never, &Begun(&begun)).unwrap_err();
+            assert_eq!(refused.kind, crate::FailureKind::BadInput);
+            assert!(refused.message.contains(words), "{refused}");
+            assert!(!begun.get(), "a point was computed before {refused}");
+        }
+    }
+
+    struct Begun<'a>(&'a Cell<bool>);
+
+    impl Progress for Begun<'_> {
+        fn event(&self, _: Event<'_>) {
+            self.0.set(true);
+        }
+    }
+
+    #[test]
+    fn a_value_with_a_comma_stays_one_field() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = Utf8Path::from_path(folder.path()).unwrap();
+        let file = sweep(folder);
+        let text = std::fs::read_to_string(&file).unwrap().replace(
+            "\"luminaire.ler_lm_per_w\" = [255.1, 310.0]",
+            "\"luminaire.emitter\" = [{ shape = \"disc\", diameter_mm = 10.0 }, { shape = \"point\" }]",
+        );
+        std::fs::write(&file, text).unwrap();
+        run(&file, &folder.join("out"), None, Overwrite::Never, &Silent).unwrap();
+        // The reader refuses rows of unequal length.
+        let mut reader = csv::Reader::from_path(folder.join("out/sweep.csv")).unwrap();
+        assert_eq!(reader.records().map(Result::unwrap).count(), 6);
     }
 
     #[test]

@@ -169,6 +169,81 @@ fn a_folder_that_may_not_be_written_is_refused_before_the_light_is_computed() {
 }
 
 #[test]
+fn a_folder_holds_the_files_of_one_simulation() {
+    let folder = Folder::new();
+    folder.simulate("scene.toml", "lit", &["--tiff", "--csv", "--html"]);
+    let plain = folder.simulate("scene.toml", "lit", &["--force", "--set", "sensor.distance_mm=300"]);
+    assert_eq!(plain.files, ["irradiance.npy", "irradiance.png", "result.json"]);
+}
+
+#[test]
+fn what_would_be_left_aside_is_refused() {
+    let folder = Folder::new();
+    let model = "format = \"isolux-model/1\"\n[luminaire]\ndistribution = \"lamp.ies\"\n";
+    folder.scene("model.toml", model);
+    folder.scene(
+        "misspelt.toml",
+        &format!("{model}[[efect]]\nname = \"vignetting\"\ncoefficient_rel = 0.05\n"),
+    );
+    folder.scene("other.toml", &model.replace("model/1", "model/9"));
+    for name in ["misspelt", "other"] {
+        let sensor = SCENE.split_once("[sensor]").unwrap().1;
+        let scene = format!("format = \"isolux-scene/1\"\nmodel = \"{name}.toml\"\n[sensor]{sensor}");
+        folder.scene(&format!("{name}.scene.toml"), &scene);
+    }
+    let ler = ["--set", "luminaire.ler_lm_per_w=300.0"];
+    let effect = "effect=[{ name = \"vignetting\", coefficient_rel = 0.05 }]";
+    let refused: [(&str, &[&str], &str); 7] = [
+        ("scene.toml", &["--rays", "1e5"], "--rays"),
+        ("scene.toml", &["--seed", "1"], "--seed"),
+        ("scene.toml", &["--sampling", "traced"], "--sampling"),
+        ("scene.toml", &["--set", effect, "--set", "effect.0=5"], "effect.0"),
+        ("misspelt.toml", &ler, "efect"),
+        ("misspelt.scene.toml", &ler, "efect"),
+        ("other.scene.toml", &ler, "isolux-model/1"),
+    ];
+    for (input, more, words) in refused {
+        let arguments = [&["simulate", input, "--out", "out"], more].concat();
+        let done = folder.isolux(&arguments);
+        let said = String::from_utf8_lossy(&done.stderr);
+        assert_eq!(done.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains(words), "{arguments:?}: {said}");
+        assert!(!folder.path("out").exists(), "{arguments:?}");
+    }
+    folder.simulate("model.toml", "out", &[&ler[..], &["--pixels", "8"]].concat());
+}
+
+#[test]
+fn the_luminous_area_is_read_whatever_the_file_ends_its_lines_with() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("wide.ies"), LAMP.replace("1 2 0 0 0", "1 2 0.02 0.03 0")).unwrap();
+    let converted = folder.isolux(&["convert", "wide.ies", "lines.ldt"]);
+    assert!(
+        converted.status.success(),
+        "{}",
+        String::from_utf8_lossy(&converted.stderr)
+    );
+    let text = String::from_utf8(std::fs::read(folder.path("lines.ldt")).unwrap()).unwrap();
+    std::fs::write(folder.path("cr.ldt"), text.replace("\r\n", "\n").replace('\n', "\r")).unwrap();
+    let utf16 = text.encode_utf16().flat_map(u16::to_le_bytes);
+    std::fs::write(
+        folder.path("utf16.ldt"),
+        [0xFF, 0xFE].into_iter().chain(utf16).collect::<Vec<u8>>(),
+    )
+    .unwrap();
+    let near = ["--distance-mm", "60", "--pixels", "16"];
+    let mean =
+        |name: &str, more: &[&str]| folder.simulate(name, name.trim_end_matches(".ldt"), more).result["mean"].clone();
+    let area = [&near[..], &["--luminous-area"]].concat();
+    let point = folder.simulate("lines.ldt", "point", &near).result["mean"].clone();
+    let wide = mean("lines.ldt", &area);
+    assert_ne!(point, wide);
+    for name in ["cr.ldt", "utf16.ldt"] {
+        assert_eq!(mean(name, &area), wide, "{name}");
+    }
+}
+
+#[test]
 fn ray_files_are_inspected_and_damage_is_named_with_its_bytes() {
     let folder = Folder::new();
     folder.simulate("scene.toml", "rays", &["--rays-out", "lamp.tm25ray", "500"]);

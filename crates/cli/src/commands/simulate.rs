@@ -28,15 +28,15 @@ pub struct Simulate {
     /// scene's simulation.precision, else f64].
     #[arg(long, value_enum)]
     precision: Option<PrecisionWord>,
-    /// How rays are drawn; all three have the same law.
-    #[arg(long, value_enum, default_value = "thinned")]
-    sampling: SamplingWord,
-    /// Rays over the whole sphere, such as 2e9.
-    #[arg(long, value_parser = count, default_value = "2e9")]
-    rays: u64,
-    /// Seed of every random number.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    /// How rays are drawn, with --method direct; all three have the same law [default: thinned].
+    #[arg(long, value_enum)]
+    sampling: Option<SamplingWord>,
+    /// Rays over the whole sphere, with --method direct [default: 2e9].
+    #[arg(long, value_parser = count)]
+    rays: Option<u64>,
+    /// Seed of every random number, with --method direct [default: 1].
+    #[arg(long)]
+    seed: Option<u64>,
     /// Spectrum file in place of the model's.
     #[arg(long)]
     spectrum: Option<Utf8PathBuf>,
@@ -102,18 +102,7 @@ type Pair<T> = [T; 2];
 
 /// Runs the command.
 pub fn run(arguments: &Simulate) -> Result<(), Failure> {
-    let method = match arguments.method {
-        MethodWord::Inverse => Method::Inverse,
-        MethodWord::Direct => Method::Direct {
-            sampling: match arguments.sampling {
-                SamplingWord::Traced => simulate::Sampling::Traced,
-                SamplingWord::Thinned => simulate::Sampling::Thinned,
-                SamplingWord::Expected => simulate::Sampling::Expected,
-            },
-            rays: arguments.rays,
-            seed: arguments.seed,
-        },
-    };
+    let method = method(arguments)?;
     let rays_out = match arguments.rays_out.as_deref() {
         Some([file, wanted]) => {
             let wanted = count(wanted).map_err(|error| Failure::bad_input(format!("--rays-out {file}: {error}")))?;
@@ -154,6 +143,33 @@ pub fn run(arguments: &Simulate) -> Result<(), Failure> {
         print(&facts, arguments);
     }
     Ok(())
+}
+
+/// The method; what belongs to rays is refused where there are none, not left aside.
+fn method(arguments: &Simulate) -> Result<Method, Failure> {
+    if let MethodWord::Inverse = arguments.method {
+        let of_rays = [
+            ("--sampling", arguments.sampling.is_some()),
+            ("--rays", arguments.rays.is_some()),
+            ("--seed", arguments.seed.is_some()),
+        ];
+        if let Some((option, _)) = of_rays.into_iter().find(|(_, given)| *given) {
+            return Err(
+                Failure::bad_input(format!("{option} is of the rays, and the inverse method draws none"))
+                    .help(format!("give --method direct with it, or leave {option} out")),
+            );
+        }
+        return Ok(Method::Inverse);
+    }
+    Ok(Method::Direct {
+        sampling: match arguments.sampling {
+            Some(SamplingWord::Traced) => simulate::Sampling::Traced,
+            Some(SamplingWord::Thinned) | None => simulate::Sampling::Thinned,
+            Some(SamplingWord::Expected) => simulate::Sampling::Expected,
+        },
+        rays: arguments.rays.unwrap_or(2_000_000_000),
+        seed: arguments.seed.unwrap_or(1),
+    })
 }
 
 fn print(facts: &Facts, arguments: &Simulate) {
