@@ -3,8 +3,10 @@
 //! Without a job it plays in the built-in virtual darkroom, in virtual time. The run directory is the day's folder; what
 //! follows from it is in its `results/`, with no wall clock in it, so that the same run gives the same bytes.
 
+mod asked;
 mod compare;
 mod page;
+mod stored;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Scene;
@@ -54,6 +56,8 @@ pub(crate) struct Evening {
     pub colour: Option<Quantities>,
     pub comparison: Option<Comparison>,
     pub diagnosis: Option<Vec<String>>,
+    /// Files of `results/` that are of another reduction.
+    pub stale: Vec<&'static str>,
 }
 
 /// Runs the day.
@@ -66,12 +70,11 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
         Some(folder) => folder.clone(),
         None => fresh_folder(),
     };
-    let job = wishes
-        .job
-        .as_ref()
-        .map(|job| Job::load(job))
-        .transpose()
-        .map_err(Failure::bad_input)?;
+    let job = match &wishes.job {
+        Some(file) => Some(Job::load(file).map_err(Failure::bad_input)?),
+        None if wishes.resume => asked::kept(&folder)?,
+        None => None,
+    };
     // A scene that cannot be read is refused before the scan, not after it.
     if let Some(job) = &job {
         scene::table(job.scene(), &Changes::default())?;
@@ -83,11 +86,15 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
     };
     let scanned = wishes.resume && completed(&folder)?;
     match &job {
-        _ if scanned => {}
+        Some(job) if scanned => asked::keep(&folder, job)?,
+        None if scanned => {}
         Some(job) => {
-            scan::run(job.station(), job.plan(), target, operator, progress)?;
+            let keeping = asked::Keeping::new(&folder, job, progress);
+            scan::run(job.station(), job.plan(), target, operator, &keeping)
+                .map_err(|failure| go_on(failure, wishes.job.as_deref(), &folder))?;
+            keeping.end()?;
         }
-        None => virtual_scan(target, progress)?,
+        None => virtual_scan(target, progress).map_err(|failure| go_on(failure, None, &folder))?,
     }
     // What a day that broke off in the evening had made of its record is made again.
     let overwrite = if wishes.resume {
@@ -96,6 +103,16 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
         Overwrite::Never
     };
     finish(&folder, job.as_ref(), overwrite, progress)
+}
+
+/// The failure with the whole command that goes on with the day.
+fn go_on(mut failure: Failure, job: Option<&Utf8Path>, folder: &Utf8Path) -> Failure {
+    let job = job.map_or_else(String::new, |job| format!("{job} "));
+    let resume = format!("--resume {folder}");
+    failure.help = failure
+        .help
+        .map(|help| help.replace(&resume, &format!("isolux run {job}{resume}")));
+    failure
 }
 
 /// Whether the scan of a day was carried out to its end.
@@ -210,6 +227,7 @@ fn light(
         colour,
         comparison,
         diagnosis: None,
+        stale: Vec::new(),
     })
 }
 
@@ -224,35 +242,32 @@ fn scene_of_the_day(file: &Utf8Path, folder: &Utf8Path) -> Result<Scene, Failure
     Scene::parse(&at, &text).map_err(Failure::bad_input)
 }
 
-/// Writes the report of a run that was reduced: `isolux report`.
+/// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`. `job` is that of a
+/// day that does not hold its own.
 ///
 /// # Errors
-/// Bad input (exit 2) when there is no run, no result, or the file exists.
-pub fn report(folder: &Utf8Path, out: &Utf8Path, overwrite: Overwrite, progress: &dyn Progress) -> Result<(), Failure> {
+/// Bad input (exit 2) when there is no run, no result, or the file exists; when the results are not of this record; when the
+/// day had a job that is not known.
+pub fn report(
+    folder: &Utf8Path,
+    job: Option<&Utf8Path>,
+    out: &Utf8Path,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<(), Failure> {
     files::refuse_existing(out, overwrite)?;
     let run = Run::read(folder).map_err(Failure::bad_input)?;
-    let results = folder.join("results");
-    let reduction = crate::reduce::reduction(&run, &isolux_reduce::Options::default(), None)
-        .map_err(|error| Failure::bad_input(format!("{folder}: {error}")))?;
+    let (scene, own_model) = asked::of_report(folder, job)?;
+    let reduction = stored::reduction(folder, &run)?;
     let reduced = Reduced {
         run,
         reduction,
-        folder: results,
+        folder: folder.join("results"),
         files: Vec::new(),
     };
-    let mut evening = light(folder, reduced, None, progress)?;
-    evening.diagnosis = verdict(&folder.join("results/diagnosis.json"))?;
+    let mut evening = light(folder, reduced, scene.as_deref(), progress)?;
+    stored::beside(folder, own_model, &mut evening)?;
     files::write(out, page::page(&evening)?.as_bytes(), overwrite)
-}
-
-/// The sentence of a diagnosis that was made before, if there is one.
-fn verdict(file: &Utf8Path) -> Result<Option<Vec<String>>, Failure> {
-    if !file.exists() {
-        return Ok(None);
-    }
-    let answer: serde_json::Value =
-        serde_json::from_slice(&files::read(file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
-    Ok(answer["sentence"].as_str().map(|sentence| vec![sentence.to_owned()]))
 }
 
 /// The last lines of the day.

@@ -89,6 +89,8 @@ pub fn run(
         .collect::<Result<BTreeSet<_>, _>>()
         .map_err(Failure::bad_input)?;
     let model = with.map(Model::load).transpose().map_err(Failure::bad_input)?;
+    // Read before anything is written: the model may lie among the results that are replaced.
+    let kept = model.as_ref().map(model_files).transpose()?;
     let record = Run::read(run).map_err(Failure::bad_input)?;
     let reduction = reduction(&record, &Options { without }, model)
         .map_err(|error| Failure::bad_input(format!("{run}: {error}")))?;
@@ -97,6 +99,7 @@ pub fn run(
     for file in &made {
         files::refuse_existing(&folder.join(file.name), overwrite)?;
     }
+    keep_model(&folder, kept)?;
     for file in &made {
         files::write(&folder.join(file.name), &file.bytes, overwrite)?;
     }
@@ -106,6 +109,45 @@ pub fn run(
         folder,
         files: made.iter().map(|file| file.name).collect(),
     })
+}
+
+/// Folder in the results with the model whose bench effects were taken out, and the file's name there.
+const REDUCED_WITH: [&str; 2] = ["reduced_with", "model.toml"];
+
+/// The model that was given to the reduction whose results lie in `results`, if one was.
+///
+/// # Errors
+/// Bad input (exit 2) for a model that cannot be read.
+pub(crate) fn kept_model(results: &Utf8Path) -> Result<Option<Model>, Failure> {
+    let [folder, name] = REDUCED_WITH;
+    let file = results.join(folder).join(name);
+    file.is_file()
+        .then(|| Model::load(&file).map_err(Failure::bad_input))
+        .transpose()
+}
+
+/// The files of a model by name, each beside the other.
+fn model_files(model: &Model) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+    let mut kept = Vec::new();
+    for (name, from) in model.files() {
+        let name = Utf8Path::new(&name).file_name().unwrap_or("distribution");
+        kept.push((name.to_owned(), files::read(&from)?));
+    }
+    let text = model.beside_its_files().to_toml().into_bytes();
+    kept.push((REDUCED_WITH[1].to_owned(), text));
+    Ok(kept)
+}
+
+/// Keeps the model of the reduction with its results, from which the report makes it again; takes away that of an earlier one.
+fn keep_model(results: &Utf8Path, kept: Option<Vec<(String, Vec<u8>)>>) -> Result<(), Failure> {
+    let folder = results.join(REDUCED_WITH[0]);
+    if folder.join(REDUCED_WITH[1]).is_file() {
+        std::fs::remove_dir_all(&folder).map_err(|error| Failure::instrument(format!("{folder}: {error}")))?;
+    }
+    for (name, bytes) in kept.into_iter().flatten() {
+        files::write(&folder.join(name), &bytes, Overwrite::Force)?;
+    }
+    Ok(())
 }
 
 /// Names and bytes of the record's own files, for their hashes.

@@ -116,7 +116,8 @@ impl Bench {
 fn a_day_is_interrupted_in_the_scan_and_in_the_evening_and_comes_to_its_end() {
     let bench = Bench::new();
     let day = ["run", "bench/job.toml", "--out", "day"];
-    bench.broken_off(&day, "INT", Some(130), || bench.rows("day") > 40);
+    let said = bench.broken_off(&day, "INT", Some(130), || bench.rows("day") > 40);
+    assert!(said.contains("isolux run bench/job.toml --resume day"), "{said}");
     bench.assert_stopped("day", "interrupted");
     let read = bench.rows("day");
     assert!(read < POINTS, "{read} readings: the scan was over");
@@ -141,9 +142,12 @@ fn a_day_whose_program_was_killed_comes_to_its_end() {
     let day = ["run", "bench/job.toml", "--out", "day"];
     bench.broken_off(&day, "KILL", None, || bench.rows("day") > 40);
     assert!(bench.rows("day") < POINTS);
-    bench.isolux(&["run", "bench/job.toml", "--resume", "day"], 0);
+    // The day holds its job from its first moment.
+    bench.isolux(&["run", "--resume", "day"], 0);
     bench.assert_whole("day");
     bench.assert_flux("day");
+    let result = bench.json("day/results/result.json");
+    assert_eq!(result["pixels"], serde_json::json!([32, 32]));
 }
 
 /// Twenty seconds of a fault in the middle of a scan: more than the repeats of a question bridge.

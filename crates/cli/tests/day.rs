@@ -152,3 +152,70 @@ fn one_seed_gives_one_day() {
         assert!(a == b, "{file} differs");
     }
 }
+
+/// The flux that `reduce` said, as it stands in the report.
+fn flux(said: &str) -> String {
+    let line = said.lines().find_map(|line| line.strip_prefix("flux "));
+    line.unwrap_or_else(|| panic!("no flux in {said}")).to_owned()
+}
+
+#[test]
+fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
+    let folder = job();
+    let scene = folder.read("bench/scene.toml");
+    let asked = scene.replace("distance_mm = 500.0", "distance_mm = 1000.0");
+    assert_ne!(scene, asked);
+    folder.write("bench/scene.toml", &asked);
+    folder.isolux(&["run", "bench/job.toml", "--out", "day"], 0);
+    let result = folder.read("day/results/result.json");
+
+    // The day knows its job, whatever becomes of the files that it came from.
+    folder.write("bench/scene.toml", &scene);
+    folder.isolux(&["run", "--resume", "day"], 0);
+    assert_eq!(folder.read("day/results/result.json"), result);
+    folder.isolux(&["report", "day", "--out", "a.html"], 0);
+    let page = folder.read("a.html");
+    assert!(page.contains("Diagnosis of the run") && !page.contains("not shown:"));
+    let mean = folder.json("day/results/result.json")["mean"].as_f64().unwrap();
+    assert!(page.contains(&format!("{mean:.5} W/m²")));
+
+    // The page is of the reduction that lies in the folder; the diagnosis beside it is of the one before.
+    let model = folder.read("day/results/luminaire.model.toml");
+    let offset = "\n[[effect]]\nname = \"distance_offset\"\noffset_mm = 300.0\n";
+    folder.write("day/results/with.model.toml", &(model + offset));
+    let first = flux(&folder.isolux(&["reduce", "day", "--out", "again"], 0));
+    assert!(page.contains(&first), "{first}");
+    let changes: [&[&str]; 2] = [
+        &["--without", "ambient", "stray"],
+        &["--with", "day/results/with.model.toml"],
+    ];
+    for (k, change) in changes.into_iter().enumerate() {
+        let reduced = flux(&folder.isolux(&[&["reduce", "day", "--force"], change].concat(), 0));
+        assert_ne!(reduced, first);
+        let out = format!("b{k}.html");
+        folder.isolux(&["report", "day", "--out", &out], 0);
+        let page = folder.read(&out);
+        assert!(page.contains(&reduced) && !page.contains(&first), "{reduced}");
+        assert!(!page.contains("Diagnosis of the run"));
+        assert!(page.contains("result.json, comparison.json, diagnosis.json"));
+    }
+
+    // Without its job, what the day was asked is not guessed.
+    std::fs::remove_dir_all(folder.path("day/job")).unwrap();
+    let before = folder.read("day/results/result.json");
+    let refused = folder.isolux(&["run", "--resume", "day"], 2);
+    assert!(refused.contains("give the job"), "{refused}");
+    folder.isolux(&["report", "day", "--out", "c.html"], 2);
+    assert_eq!(folder.read("day/results/result.json"), before);
+    assert!(!folder.path("c.html").exists());
+    folder.isolux(&["report", "day", "--job", "bench/job.toml", "--out", "c.html"], 0);
+
+    // Nor is a reduction that nobody can make again.
+    let budget = folder.read("day/results/budget.json");
+    let other = budget.replacen("\"value\": ", "\"value\": 1", 1);
+    assert_ne!(budget, other);
+    folder.write("day/results/budget.json", &other);
+    let report = ["report", "day", "--job", "bench/job.toml", "--out", "d.html"];
+    let refused = folder.isolux(&report, 2);
+    assert!(refused.contains("budget.json"), "{refused}");
+}

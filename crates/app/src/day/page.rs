@@ -270,8 +270,14 @@ fn results(page: &mut Page, evening: &Evening) {
         ("comparison.json", "the axis at the short distance"),
         ("provenance.json", "what was measured, with what, by which program"),
     ];
-    files.retain(|(file, _)| evening.reduced.folder.join(file).exists());
+    files.retain(|(file, _)| evening.reduced.folder.join(file).exists() && !evening.stale.contains(file));
     page.files(&files);
+    if !evening.stale.is_empty() {
+        page.paragraph(&format!(
+            "Of another reduction or sensor than this page, and not shown: {}. `isolux run --resume` makes all of them again.",
+            evening.stale.join(", ")
+        ));
+    }
 }
 
 fn record(page: &mut Page, evening: &Evening) {

@@ -16,6 +16,9 @@ pub struct Report {
     /// The HTML file to write.
     #[arg(long)]
     out: Utf8PathBuf,
+    /// The job of a day that does not hold its own.
+    #[arg(long)]
+    job: Option<Utf8PathBuf>,
     /// Replace the file if it exists.
     #[arg(long)]
     force: bool,
@@ -24,7 +27,8 @@ pub struct Report {
 /// Runs the command.
 pub fn run(arguments: &Report) -> Result<(), Failure> {
     let overwrite = Overwrite::asked(arguments.force);
-    day::report(&arguments.run, &arguments.out, overwrite, &screen::Bars::default())?;
+    let job = arguments.job.as_deref();
+    day::report(&arguments.run, job, &arguments.out, overwrite, &screen::Bars::default())?;
     screen::say(&arguments.out);
     Ok(())
 }

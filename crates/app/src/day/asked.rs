@@ -1,0 +1,192 @@
+//! What a day was asked, kept in its folder as `job/`: who takes it up again or reports it asks the same of it.
+
+use std::cell::Cell;
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_record::{Job, Plan, Run, Station};
+use toml::{Table, Value};
+
+use crate::files::{self, Overwrite};
+use crate::progress::{Event, Progress};
+use crate::scene::{self, Changes};
+use crate::{Failure, init};
+
+/// The folder's name in the day.
+const FOLDER: &str = "job";
+
+/// Keeps the job at the first thing that a scan tells, when its run directory is there: a day whose program is killed after
+/// that still knows what it was asked.
+pub(super) struct Keeping<'a> {
+    folder: &'a Utf8Path,
+    job: &'a Job,
+    progress: &'a dyn Progress,
+    kept: Cell<bool>,
+}
+
+impl<'a> Keeping<'a> {
+    pub(super) const fn new(folder: &'a Utf8Path, job: &'a Job, progress: &'a dyn Progress) -> Self {
+        Self {
+            folder,
+            job,
+            progress,
+            kept: Cell::new(false),
+        }
+    }
+
+    /// Keeps the job if that has not succeeded yet.
+    ///
+    /// # Errors
+    /// As [`keep`].
+    pub(super) fn end(&self) -> Result<(), Failure> {
+        if self.kept.get() {
+            return Ok(());
+        }
+        keep(self.folder, self.job)
+    }
+}
+
+impl Progress for Keeping<'_> {
+    fn event(&self, event: Event<'_>) {
+        // What the disk refuses now is said by `end`.
+        if !self.kept.get() && keep(self.folder, self.job).is_ok() {
+            self.kept.set(true);
+        }
+        self.progress.event(event);
+    }
+}
+
+/// Writes the job and its scene into the day. The scene is copied with the files that it reads and names the model that the
+/// day makes; station, plan and what is diagnosed stay where they are.
+///
+/// # Errors
+/// Bad input (exit 2) for a scene that cannot be read, exit 3 when the disk refuses.
+pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
+    let folder = day.join(FOLDER);
+    if job.scene().starts_with(&folder) {
+        return Ok(());
+    }
+    let (at, mut table) = scene::table(job.scene(), &Changes::default())?;
+    table.remove("luminaire");
+    table.remove("model");
+    let beside = at.parent().unwrap_or(Utf8Path::new(""));
+    let mut taken: Vec<(Utf8PathBuf, String)> = Vec::new();
+    let mut scene = Value::Table(table);
+    scene::each_text(&mut scene, &mut |text| {
+        let from = beside.join(&*text);
+        if !from.is_file() {
+            return;
+        }
+        let known = taken
+            .iter()
+            .find(|(path, _)| *path == from)
+            .map(|(_, name)| name.clone());
+        *text = known.unwrap_or_else(|| {
+            let name = from.file_name().unwrap_or("file");
+            let name = if ["scene.toml", "job.toml"].contains(&name) || taken.iter().any(|(_, other)| other == name) {
+                format!("{}-{name}", taken.len())
+            } else {
+                name.to_owned()
+            };
+            taken.push((from.clone(), name.clone()));
+            name
+        });
+    });
+    for (from, name) in &taken {
+        files::write(&folder.join(name), &files::read(from)?, Overwrite::Force)?;
+    }
+    if let Value::Table(table) = &mut scene {
+        table.insert("model".into(), "../results/luminaire.model.toml".into());
+    }
+    let text = |table: &Value| toml::to_string(table).map_err(Failure::bad_input);
+    files::write(&folder.join("scene.toml"), text(&scene)?.as_bytes(), Overwrite::Force)?;
+
+    let mut document = Table::new();
+    document.insert("format".into(), "isolux-job/1".into());
+    document.insert("station".into(), whole(job.station())?);
+    document.insert("plan".into(), whole(job.plan())?);
+    document.insert("scene".into(), "scene.toml".into());
+    if let Some((model, observations)) = job.diagnose() {
+        let observations = observations.iter().map(|path| whole(path)).collect::<Result<_, _>>()?;
+        let mut diagnose = Table::new();
+        diagnose.insert("model".into(), whole(model)?);
+        diagnose.insert("observations".into(), Value::Array(observations));
+        document.insert("diagnose".into(), diagnose.into());
+    }
+    // job.toml last: a folder with it holds what it names.
+    let document = text(&document.into())?;
+    files::write(&folder.join("job.toml"), document.as_bytes(), Overwrite::Force)
+}
+
+/// The job of a day that is taken up again without one; none where the built-in virtual darkroom played it.
+///
+/// # Errors
+/// Bad input (exit 2) for a day that had a job and does not hold it.
+pub(super) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
+    let file = day.join(FOLDER).join("job.toml");
+    if file.is_file() {
+        return Job::load(&file)
+            .map(Some)
+            .map_err(|error| Failure::bad_input(error).help(format!("give the job: isolux run JOB --resume {day}")));
+    }
+    if built_in(day)? {
+        return Ok(None);
+    }
+    Err(unknown(day).help(format!("give the job: isolux run JOB --resume {day}")))
+}
+
+/// The scene that a report shows, and whether the job names a diagnosis of its own. No scene: the run was scanned and
+/// reduced by itself, or played by the built-in virtual darkroom.
+///
+/// # Errors
+/// Bad input (exit 2) for a day that had a job and does not hold it.
+pub(super) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<(Option<Utf8PathBuf>, bool), Failure> {
+    if let Some(job) = job {
+        let job = Job::load(job).map_err(Failure::bad_input)?;
+        return Ok((Some(job.scene().to_owned()), job.diagnose().is_some()));
+    }
+    let folder = day.join(FOLDER);
+    let file = folder.join("job.toml");
+    if file.is_file() {
+        let text =
+            String::from_utf8(files::read(&file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+        let table: Table = text
+            .parse()
+            .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+        return Ok((Some(folder.join("scene.toml")), table.contains_key("diagnose")));
+    }
+    if day.join("results/result.json").is_file() && !built_in(day)? {
+        return Err(unknown(day).help(format!("give the job: isolux report {day} --job JOB --out FILE")));
+    }
+    Ok((None, false))
+}
+
+fn unknown(day: &Utf8Path) -> Failure {
+    Failure::bad_input(format!("{day}: the day does not hold the job that it was asked"))
+}
+
+/// Whether a day without a kept job can be one of the built-in virtual darkroom: its station and plan, and its sensor where
+/// the day came so far.
+fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
+    let run = Run::read(day).map_err(Failure::bad_input)?;
+    let (station, _) = init::virtual_station()?;
+    let name = Utf8Path::new("built-in");
+    let station = Station::parse(name, &station).map_err(Failure::bad_input)?;
+    let plan = Plan::parse(name, init::PLAN).map_err(Failure::bad_input)?;
+    if run.header.station != station || run.header.plan != plan {
+        return Ok(false);
+    }
+    let file = day.join("results/result.json");
+    if !file.is_file() {
+        return Ok(true);
+    }
+    let result: serde_json::Value =
+        serde_json::from_slice(&files::read(&file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+    let sensor = scene::load(day, &Changes::default())?.sensor;
+    Ok(result["pixels"] == serde_json::json!(sensor.pixels) && result["size_mm"] == serde_json::json!(sensor.size_mm))
+}
+
+fn whole(path: &Utf8Path) -> Result<Value, Failure> {
+    let path = std::path::absolute(path).map_err(Failure::instrument)?;
+    let path = Utf8PathBuf::try_from(path).map_err(Failure::bad_input)?;
+    Ok(path.into_string().into())
+}

@@ -1,0 +1,138 @@
+//! The results that lie in a run's folder, for its report: the reduction that made them, and which of the files beside them
+//! belong to another one.
+
+use camino::Utf8Path;
+use isolux_record::Run;
+use isolux_reduce::{Correction, Options, Reduction};
+use serde_json::Value;
+
+use super::Evening;
+use crate::files;
+use crate::{Failure, reduce};
+
+/// Numbers that were computed twice from the same bytes may differ by the last digits of another machine's functions.
+const ALIKE_REL: f64 = 1e-9;
+
+/// The reduction that made `results/`: the run reduced again as `budget.json` says that it was, and the same numbers.
+///
+/// # Errors
+/// Bad input (exit 2) where there is no budget, or this record does not give it.
+pub(super) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failure> {
+    let results = folder.join("results");
+    let file = results.join("budget.json");
+    if !file.is_file() {
+        return Err(Failure::bad_input(format!("{folder}: no results/budget.json"))
+            .help(format!("reduce the run first: isolux reduce {folder}")));
+    }
+    let budget = json(&file)?;
+    let without = budget["without"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .map(|word| word.as_str().unwrap_or_default().parse::<Correction>())
+        .collect::<Result<_, _>>()
+        .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+    let options = Options { without };
+    let with = reduce::kept_model(&results)?;
+    for model in std::iter::once(None).chain(with.map(Some)) {
+        if let Ok(reduction) = reduce::reduction(run, &options, model)
+            && alike(&made(&reduction, run)?, &budget)
+        {
+            return Ok(reduction);
+        }
+    }
+    Err(
+        Failure::bad_input(format!("{file}: reducing this record again gives other numbers")).help(
+            "the results are of another record, model or version of isolux: make them again with isolux reduce --force",
+        ),
+    )
+}
+
+/// budget.json of a reduction.
+fn made(reduction: &Reduction, run: &Run) -> Result<Value, Failure> {
+    let files = isolux_reduce::files(reduction, run, &[], reduce::PROGRAM).map_err(Failure::bad_input)?;
+    let budget = files.iter().find(|file| file.name == "budget.json");
+    serde_json::from_slice(budget.map_or(&[][..], |file| &file.bytes)).map_err(Failure::instrument)
+}
+
+/// The sentence of the diagnosis in `results/`, if it is of the reduction there (`own_model`: of a model that the job names).
+/// Names of the files that are of another reduction go to `evening.stale`.
+///
+/// # Errors
+/// Bad input (exit 2) for a file that cannot be read.
+pub(super) fn beside(folder: &Utf8Path, own_model: bool, evening: &mut Evening) -> Result<(), Failure> {
+    let results = folder.join("results");
+    let file = results.join("result.json");
+    if file.is_file() {
+        let now = serde_json::to_value(&evening.simulation.facts).map_err(Failure::instrument)?;
+        let then = json(&file)?;
+        let differs = |key: &str| !alike(&now[key], &then[key]);
+        if ["mean", "min", "max", "pixels", "size_mm"].into_iter().any(differs) {
+            evening
+                .stale
+                .extend(["irradiance.npy", "irradiance.png", "result.json"]);
+        }
+    }
+    let file = results.join("comparison.json");
+    if file.is_file() {
+        let now = serde_json::to_value(&evening.comparison).map_err(Failure::instrument)?;
+        if !alike(&now, &json(&file)?) {
+            evening.stale.push("comparison.json");
+        }
+    }
+    let file = results.join("diagnosis.json");
+    if file.is_file() {
+        if own_model || diagnosed_here(&results)? {
+            let sentence = json(&file)?["sentence"].as_str().map(str::to_owned);
+            evening.diagnosis = sentence.map(|sentence| vec![sentence]);
+        } else {
+            evening.stale.push("diagnosis.json");
+        }
+    }
+    Ok(())
+}
+
+/// Whether the diagnosis beside the results began with the model that lies there: the same files, uncertainties and origin.
+fn diagnosed_here(results: &Utf8Path) -> Result<bool, Failure> {
+    let same = ["luminaire.ldt", "luminaire.spdx"].into_iter().all(|name| {
+        let bytes = |folder: &Utf8Path| std::fs::read(folder.join(name)).ok();
+        bytes(results) == bytes(&results.join("diagnosis"))
+    });
+    if !same {
+        return Ok(false);
+    }
+    let luminaire = |file: &Utf8Path| -> Result<[Option<toml::Value>; 2], Failure> {
+        if !file.is_file() {
+            return Ok([None, None]);
+        }
+        let text = String::from_utf8_lossy(&files::read(file)?).into_owned();
+        let table: toml::Table = text
+            .parse()
+            .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+        let luminaire = table.get("luminaire");
+        Ok(["u", "provenance"].map(|key| luminaire.and_then(|luminaire| luminaire.get(key)).cloned()))
+    };
+    let [here, there] = ["luminaire.model.toml", "diagnosis/model.baseline.toml"].map(|name| results.join(name));
+    Ok(luminaire(&here)? == luminaire(&there)?)
+}
+
+/// Equal but for the last digits of numbers; sentences may be worded anew.
+fn alike(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Number(a), Value::Number(b)) => {
+            let (a, b) = (a.as_f64().unwrap_or(f64::NAN), b.as_f64().unwrap_or(f64::NAN));
+            (a - b).abs() <= ALIKE_REL * a.abs().max(b.abs())
+        }
+        (Value::Array(a), Value::Array(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| alike(a, b)),
+        (Value::Object(a), Value::Object(b)) => {
+            a.len() == b.len()
+                && a.iter()
+                    .all(|(key, a)| key == "notes" || b.get(key).is_some_and(|b| alike(a, b)))
+        }
+        _ => a == b,
+    }
+}
+
+fn json(file: &Utf8Path) -> Result<Value, Failure> {
+    serde_json::from_slice(&files::read(file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))
+}
