@@ -12,6 +12,7 @@ use sha2::{Digest as _, Sha256};
 use crate::Failure;
 use crate::diagnosis_report::report;
 use crate::files::{self, Overwrite};
+use crate::overlap::{self, Given};
 use crate::progress::{Event, Progress};
 
 /// What is asked.
@@ -52,15 +53,7 @@ pub struct Answer {
 /// Bad input (exit 2) with file and line; nothing is written then.
 pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure> {
     let model = Model::load(&request.model).map_err(Failure::bad_input)?;
-    let read = |path: &Utf8PathBuf| open(path, Need::Values).map_err(Failure::bad_input);
-    let observations = request.observations.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-    let held_out = request.held_out.as_ref().map(read).transpose()?;
-    let sha256 = request
-        .observations
-        .iter()
-        .map(|path| fingerprint(path))
-        .collect::<Result<Vec<_>, _>>()?
-        .join("+");
+    let (observations, sha256, held_out, overlaps) = observed(request)?;
     let accepted = request.accept.then(|| next_version(&request.model));
     if let Some(path) = &accepted {
         files::refuse_existing(path, request.overwrite)?;
@@ -74,8 +67,9 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
         seed: request.seed,
         ..Settings::default()
     };
-    let found = diagnosis::diagnose(&model, &observations, held_out.as_ref(), &sha256, &settings)
+    let mut found = diagnosis::diagnose(&model, &observations, held_out.as_ref(), &sha256, &settings)
         .map_err(|error| Failure::bad_input(format!("{}: {error}", names(&request.observations))))?;
+    found.document.notes.extend(overlaps);
     progress.event(Event::Ended(&found.document.sentence));
     let out = files::output_folder(&request.out, request.overwrite)?;
     let diff = diff(
@@ -95,6 +89,37 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
         accepted,
         reduce_with,
     })
+}
+
+/// Sets that are fitted, the fingerprint of their data, the set that is predicted, and notes.
+type Observed = (Vec<Observations>, String, Option<Observations>, Vec<String>);
+
+/// The observations of a request, no reading twice among them.
+fn observed(request: &Request) -> Result<Observed, Failure> {
+    let paths: Vec<&Utf8PathBuf> = request.observations.iter().chain(&request.held_out).collect();
+    let sha256 = paths
+        .iter()
+        .map(|path| fingerprint(path))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut given: Vec<Given<'_>> = Vec::new();
+    let mut notes = Vec::new();
+    for (k, (path, sha256)) in paths.iter().zip(&sha256).enumerate() {
+        let set = open(path, Need::Values).map_err(Failure::bad_input)?;
+        let mut later = Given { path, sha256, set };
+        let role = if k < request.observations.len() {
+            "to be fitted"
+        } else {
+            "as --held-out"
+        };
+        for earlier in &given {
+            notes.extend(overlap::beyond(&mut later, earlier, role)?);
+        }
+        given.push(later);
+    }
+    let held_out = request.held_out.is_some().then(|| given.pop()).flatten();
+    let fitted = sha256[..request.observations.len()].join("+");
+    let sets = given.into_iter().map(|given| given.set).collect();
+    Ok((sets, fitted, held_out.map(|given| given.set), notes))
 }
 
 /// `value ± u unit`, the uncertainty with two digits and the value to its last one.

@@ -21,6 +21,7 @@ pub mod init;
 pub mod inspect;
 pub mod investigate;
 pub mod operator;
+mod overlap;
 pub mod plan;
 pub mod plot;
 pub mod predict;

@@ -159,6 +159,23 @@ impl Readings {
         &self.rows
     }
 
+    /// The readings but for these rows, counted from 0 and rising.
+    #[must_use]
+    pub fn without_rows(&self, left_out: &[usize]) -> Self {
+        fn rest<T: Clone>(all: &[T], left_out: &[usize]) -> Vec<T> {
+            let rows = all.iter().enumerate();
+            rows.filter(|(index, _)| left_out.binary_search(index).is_err())
+                .map(|(_, row)| row.clone())
+                .collect()
+        }
+        Self {
+            path: self.path.clone(),
+            header: self.header.clone(),
+            text: rest(&self.text, left_out),
+            rows: rest(&self.rows, left_out),
+        }
+    }
+
     /// Where and when each reading was taken.
     pub fn coordinates(&self) -> Vec<ReadingCoordinates> {
         self.rows.iter().map(|row| row.at).collect()
