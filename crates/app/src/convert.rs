@@ -191,7 +191,7 @@ fn encode_distribution(
             };
             Ok((
                 written.bytes,
-                with_losses(written.findings, distribution, Format::Eulumdat),
+                with_losses(written.findings, distribution, Format::Eulumdat, ies::Edition::E2002),
             ))
         }
         Some(Format::Ies) => {
@@ -210,7 +210,10 @@ fn encode_distribution(
                 facts.generation = Some(generation(asked, edition)?);
             }
             let written = ies::write_as(distribution, &facts, edition, wishes.photometry);
-            Ok((written.bytes, with_losses(written.findings, distribution, Format::Ies)))
+            Ok((
+                written.bytes,
+                with_losses(written.findings, distribution, Format::Ies, edition),
+            ))
         }
         Some(Format::Tm33) => {
             let edition = match wishes.edition.as_deref() {
@@ -222,7 +225,10 @@ fn encode_distribution(
                 }
             };
             let written = tm33::write(distribution, edition);
-            Ok((written.bytes, with_losses(written.findings, distribution, Format::Tm33)))
+            Ok((
+                written.bytes,
+                with_losses(written.findings, distribution, Format::Tm33, ies::Edition::E2002),
+            ))
         }
         _ => Err(unwritable("a distribution", Utf8Path::new("this file"))),
     }
@@ -245,9 +251,14 @@ fn generation(asked: &str, edition: ies::Edition) -> Result<String, Finding> {
     })
 }
 
-/// The findings of a writer, and what of the source's header its format has no field for.
-fn with_losses(mut findings: Vec<Finding>, distribution: &Distribution, target: Format) -> Vec<Finding> {
-    let lost = distribution.without_field(target);
+/// The findings of a writer, and what of the source's header its format (LM-63: of that edition) has no field for.
+fn with_losses(
+    mut findings: Vec<Finding>,
+    distribution: &Distribution,
+    target: Format,
+    edition: ies::Edition,
+) -> Vec<Finding> {
+    let lost = distribution.without_field(target, edition);
     if !lost.is_empty() {
         findings.push(Finding::note(
             "convert-header",

@@ -104,14 +104,15 @@ impl Distribution {
         })
     }
 
-    /// Fields that were read, say something, and have no place in a file of format `target`; what follows from the
-    /// intensities and the flux is not counted.
-    pub fn without_field(&self, target: Format) -> Vec<String> {
+    /// Fields that were read, say something, and have no place in a file of format `target` (LM-63: of `edition`); what
+    /// follows from the intensities and the flux is not counted.
+    pub fn without_field(&self, target: Format, edition: ies::Edition) -> Vec<String> {
         if target == Format::Json || (target == Format::Eulumdat && self.eulumdat.is_some()) {
             return Vec::new();
         }
         let from_ies = target == Format::Ies && self.header.contains_key("keywords");
-        let mut lost = Vec::new();
+        let generations = edition >= ies::Edition::E2019;
+        let mut lost: Vec<String> = self.opening_lost(target).into_iter().collect();
         for (key, value) in &self.header {
             match (key.as_str(), value) {
                 (key, _) if SAID_AGAIN.contains(&key) || DESCRIPTION.contains(&key) => {}
@@ -119,7 +120,10 @@ impl Distribution {
                 (key, _) if key.starts_with("luminous_height") && target == Format::Ies => {}
                 ("keywords", Value::Array(list)) if !from_ies => lost.extend(keywords_lost(list, target)),
                 ("tilt", Value::Object(_)) if from_ies && self.tilt_factors().is_some() => {}
-                ("labels" | "file_generation_type" | "file_generation", _) if from_ies => {}
+                // Of the generation it is the type that counts.
+                ("labels" | "file_generation", _) if from_ies => {}
+                ("file_generation_type", _) if from_ies && generations => {}
+                ("file_generation_type", Value::String(code)) if from_ies && code == ies::GENERATION_TYPES[0].0 => {}
                 ("future_use" | "photometric_factor", Value::Number(number)) if number.as_f64() == Some(1.0) => {}
                 ("lamp_sets", Value::Array(sets)) => lost.extend(sets_lost(sets, target)),
                 ("Header" | "Emitter" | "Luminaire" | "keywords", _) | (_, Value::Null) => {}
@@ -137,9 +141,45 @@ impl Distribution {
         lost
     }
 
-    /// Width, length and height of the luminous opening in m; a round one is −d, −d (LM-63-2002, annex on shapes).
+    /// What of the luminous opening a file of format `target` cannot say.
+    fn opening_lost(&self, target: Format) -> Option<String> {
+        let luminaire = &self.luminaire;
+        let Some([x, y, z]) = luminaire.luminous_body_mm else {
+            let heights = luminaire.luminous_height_mm.map(Option::unwrap_or_default);
+            let most = heights.iter().fold(0.0_f64, |most, &height| most.max(height));
+            let uneven = target == Format::Ies && heights.iter().any(|&height| height != most);
+            return uneven
+                .then(|| format!("luminous heights that differ (LM-63 has one; written: the largest, {most} mm)"));
+        };
+        let name = self.header.get("opening_shape").and_then(Value::as_str);
+        let name = name.unwrap_or("elliptical");
+        let size = || format!("{} × {} × {} mm along C0, C90 and γ = 0", x.abs(), y.abs(), z.abs());
+        let fits = |outline: &str| format!("the shape of the luminous opening ({name}; written as {outline})");
+        let (round, ellipse) = (x < 0.0 && x == y, x < 0.0 && y < 0.0);
+        match target {
+            Format::Eulumdat | Format::Tm33 if x * y == 0.0 && [x, y, z] != [0.0; 3] => Some(format!(
+                "the luminous opening ({name}, {}: no area along γ = 0)",
+                size()
+            )),
+            Format::Eulumdat if round && z < 0.0 => Some(fits("an upright cylinder")),
+            Format::Eulumdat if ellipse && !round => Some(fits("a rectangle")),
+            Format::Eulumdat if z < 0.0 => Some(fits("a box")),
+            Format::Tm33 if z < 0.0 => Some(format!(
+                "the shape and height of the luminous opening ({name}, {})",
+                size()
+            )),
+            Format::Tm33 if z > 0.0 => Some(format!("the height of the luminous opening, {z} mm")),
+            _ => None,
+        }
+    }
+
+    /// Width, length and height of the luminous opening in m, as type C has them, in the codes of LM-63-2002: length lies
+    /// along C0–C180, where EULUMDAT has its width.
     fn opening_m(&self) -> [f64; 3] {
         let luminaire = &self.luminaire;
+        if let Some([x, y, z]) = luminaire.luminous_body_mm {
+            return [y, x, z].map(|mm| mm / 1000.0);
+        }
         let length = luminaire.luminous_length_mm.unwrap_or(0.0) / 1000.0;
         let width = luminaire.luminous_width_mm.unwrap_or(0.0) / 1000.0;
         let height = luminaire
@@ -151,7 +191,7 @@ impl Distribution {
         if width == 0.0 && length > 0.0 {
             [-length, -length, height]
         } else {
-            [width, length, height]
+            [length, width, height]
         }
     }
 }

@@ -639,7 +639,7 @@ fn luminaire(header: &Header) -> Luminaire {
         colour: set.colour,
         rendering: set.rendering,
         watts: set.watts,
-        elliptic: false,
+        luminous_body_mm: None,
         tilt_deg: header.tilt_deg,
     }
 }

@@ -3,6 +3,7 @@
 
 use isolux_photometry::IntensityDistribution;
 
+use super::Edition;
 use super::layout::{Layout, Token};
 use super::read::Lamp;
 use super::shape::Shape;
@@ -65,11 +66,11 @@ impl Numbers<'_, '_> {
         let [Some(width), Some(length), Some(height)] = self.lamp.opening else {
             return;
         };
-        if let shape @ (Shape::Line | Shape::Unknown) = Shape::of([width, length, height]) {
+        if let shape @ (Shape::Line | Shape::Unknown) = Shape::of([width, length, height], Edition::E2002) {
             let message = format!("an opening of {width} × {length} × {height} is no shape of the standard");
             let finding = Finding::warning("ies-opening", message)
                 .assumed(if shape == Shape::Line {
-                    "a line"
+                    "a line, without an area"
                 } else {
                     "no known shape"
                 })

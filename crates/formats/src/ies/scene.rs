@@ -7,9 +7,9 @@ use super::angles;
 use super::layout::{Layout, Token};
 use super::preamble::{Preamble, Tilt};
 use super::read::Lamp;
-use super::shape::Shape;
+use super::shape::{self, Shape};
 use super::write::TiltFactors;
-use super::{Edition, GENERATION_TYPES};
+use super::{Edition, GENERATION_TYPES, Photometry};
 use crate::distribution::{Luminaire, Native};
 use crate::finding::{Finding, Findings};
 use crate::text::Text;
@@ -297,7 +297,7 @@ impl Scene<'_, '_> {
         let opening: Vec<f64> = lamp.opening.iter().flatten().copied().collect();
         let shape = <[f64; 3]>::try_from(opening)
             .ok()
-            .map(|opening| Shape::of(opening).name());
+            .map(|opening| Shape::of(opening, self.preamble.edition).name());
         let mut header = json!({
             "version": self.preamble.version,
             "edition": self.preamble.edition.year(),
@@ -360,18 +360,13 @@ impl Scene<'_, '_> {
             ..Luminaire::default()
         };
         if let (Some(metres), [Some(width), Some(length), Some(height)]) = (lamp.metres, lamp.opening) {
-            let mm = |value: f64| value.abs() * metres * 1000.0;
-            let shape = Shape::of([width, length, height]);
-            let (across, along) = match shape {
-                shape if shape.is_round() => (mm(if width == 0.0 { height } else { width }), 0.0),
-                Shape::HorizontalCylinderAlongLength => (mm(length), mm(height)),
-                Shape::HorizontalCylinderAlongWidth => (mm(height), mm(width)),
-                _ => (mm(length), mm(width)),
+            let photometry = match lamp.photometric_type {
+                'A' => Photometry::A,
+                'B' => Photometry::B,
+                _ => Photometry::C,
             };
-            luminaire.luminous_length_mm = Some(across);
-            luminaire.luminous_width_mm = Some(along);
-            luminaire.luminous_height_mm = [Some(if height > 0.0 { mm(height) } else { 0.0 }); 4];
-            luminaire.elliptic = shape.is_elliptic();
+            let opening = [width, length, height].map(|value| value * metres * 1000.0);
+            luminaire.set_luminous_body(shape::body(opening, self.preamble.edition, photometry));
         }
         luminaire
     }

@@ -3,7 +3,7 @@
 use isolux_photometry::IntensityDistribution;
 
 use super::grid::Grid;
-use super::{Edition, GENERATION_TYPES, Photometry};
+use super::{Edition, GENERATION_TYPES, Photometry, shape};
 use crate::distribution::Distribution;
 use crate::eulumdat::Written;
 use crate::finding::{Finding, Findings};
@@ -18,7 +18,7 @@ pub struct Facts {
     pub lamp_flux_lm: Option<f64>,
     /// Number of lamps.
     pub lamp_count: f64,
-    /// Luminous opening in m: width, length, height, with the format's codes for shapes.
+    /// Luminous opening in m: width, length, height as type C has them, with the codes of 2002 for shapes.
     pub opening_m: [f64; 3],
     /// Input power in W.
     pub watts: f64,
@@ -109,7 +109,8 @@ fn lay_out(grid: &Grid<'_>, facts: &Facts, edition: Edition, mut findings: Findi
         Some(flux) => (1.0, flux),
         None => (if facts.lamp_count > 0.0 { facts.lamp_count } else { 1.0 }, -1.0),
     };
-    let [width, length, height] = facts.opening_m;
+    let body = shape::body(facts.opening_m, Edition::E2002, Photometry::C);
+    let [width, length, height] = shape::opening(body, grid.photometry);
     let numbers = [
         number::plain(count),
         number::significant(per_lamp, 10),

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 use super::utilisation::direct_shares;
 use crate::Distribution;
+use crate::distribution::{Luminaire, face};
 use crate::eulumdat::ROOM_INDICES;
 
 /// X (across the line of sight) and Y (along it) in H.
@@ -53,13 +54,20 @@ const LARGEST_GAMMA_DEG: f64 = 85.0;
 /// Spacing over H.
 const SPACING: f64 = 0.25;
 
-/// The table for the luminaire's own flux; null without a luminous area or without downward light.
+/// A luminous opening longer along C0 than along C90 by more than this is one that lies along C0.
+const LONGER: f64 = 1.1;
+
+/// The table for the luminaire's own flux; null without a luminous area or without downward light. Crosswise and endwise are
+/// those of the luminaire (CIE 117): it lies along C90–C270, as in EULUMDAT, unless its opening is longer along C0.
 pub(super) fn table(distribution: &Distribution) -> Value {
     let Some(source) = Source::new(distribution) else {
         return Value::Null;
     };
-    let view = |lengthwise: bool| -> Vec<Vec<Option<f64>>> {
-        ROOMS.iter().map(|&room| source.row(room, lengthwise)).collect()
+    let [x, y] = extents_mm(&distribution.luminaire);
+    let lies_along_c0 = x > LONGER * y;
+    let view = |endwise: bool| -> Vec<Vec<Option<f64>>> {
+        let along_c90 = endwise != lies_along_c0;
+        ROOMS.iter().map(|&room| source.row(room, along_c90)).collect()
     };
     json!({
         "spacing_over_height": SPACING,
@@ -76,8 +84,7 @@ struct Source<'d> {
     area_m2: f64,
     /// Luminous sides in m², seen from C0, C90, C180, C270.
     side_m2: [f64; 4],
-    /// The sides are those of a cylinder, as wide from everywhere.
-    round: bool,
+    rounding: Rounding,
     down_lm: f64,
     up_lm: f64,
     ratios: [f64; 10],
@@ -87,27 +94,13 @@ impl<'d> Source<'d> {
     fn new(distribution: &'d Distribution) -> Option<Self> {
         let luminaire = &distribution.luminaire;
         let area_m2 = luminaire.luminous_area_mm2()? * 1e-6;
-        let (length, width) = (
-            luminaire.luminous_length_mm? * 1e-3,
-            luminaire.luminous_width_mm? * 1e-3,
-        );
-        let height = luminaire
-            .luminous_height_mm
-            .map(|height| height.unwrap_or(0.0).max(0.0) * 1e-3);
-        let breadth = if width == 0.0 { length } else { width };
-        // The side seen from C0 is as long as the luminaire, which lies along C90 to C270.
-        let side_m2 = [
-            length * height[0],
-            breadth * height[1],
-            length * height[2],
-            breadth * height[3],
-        ];
+        let (side_m2, rounding) = sides(luminaire)?;
         let grid = &distribution.intensity;
         Some(Self {
             distribution,
             area_m2,
             side_m2,
-            round: width == 0.0,
+            rounding,
             down_lm: grid.flux_between(0.0, 90.0).value(),
             up_lm: grid.flux_between(90.0, 180.0).value(),
             ratios: direct_shares(grid)?,
@@ -115,8 +108,8 @@ impl<'d> Source<'d> {
     }
 
     /// One value a set of reflectances, for a room of X × Y.
-    fn row(&self, [x, y]: [f64; 2], lengthwise: bool) -> Vec<Option<f64>> {
-        let glare = self.glare(x, y, lengthwise);
+    fn row(&self, [x, y]: [f64; 2], along_c90: bool) -> Vec<Option<f64>> {
+        let glare = self.glare(x, y, along_c90);
         REFLECTANCES
             .iter()
             .map(|reflectance| {
@@ -128,7 +121,7 @@ impl<'d> Source<'d> {
     }
 
     /// Σ L²·ω/p² over the luminaires ahead, times H² in m (it cancels against the background's 1/H²).
-    fn glare(&self, x: f64, y: f64, lengthwise: bool) -> f64 {
+    fn glare(&self, x: f64, y: f64, along_c90: bool) -> f64 {
         let mut sum = 0.0;
         let (across, along) = ((x / SPACING).round() as usize, (y / SPACING).round() as usize);
         for i in 0..across {
@@ -142,11 +135,7 @@ impl<'d> Source<'d> {
                 }
                 // From the luminaire to the eye: back along the line of sight and sideways.
                 let (view, side) = (-r, -t);
-                let c = if lengthwise {
-                    view.atan2(-side)
-                } else {
-                    side.atan2(view)
-                };
+                let c = if along_c90 { view.atan2(-side) } else { side.atan2(view) };
                 let c = c.to_degrees().rem_euclid(360.0);
                 let intensity = self.distribution.intensity.intensity_cd_at(c, gamma);
                 let projected = self.projected_m2(c, gamma);
@@ -159,16 +148,29 @@ impl<'d> Source<'d> {
         sum
     }
 
+    /// Seen by an eye towards C, γ. A body of which every section is an ellipse has the root of the sum of the squares of its
+    /// three faces' shares (exact for ellipsoids); where it is round in one plane this holds for the two faces around that
+    /// plane's axis.
     fn projected_m2(&self, c_deg: f64, gamma_deg: f64) -> f64 {
         let (sin_g, cos_g) = gamma_deg.to_radians().sin_cos();
         let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
         let [c0, c90, c180, c270] = self.side_m2;
-        let seen = [(cos_c, c0, c180), (sin_c, c90, c270)].map(|(part, ahead, behind)| {
-            let share = if self.round { part * part } else { part.abs() };
+        let [x, y] = [(cos_c, c0, c180), (sin_c, c90, c270)].map(|(part, ahead, behind)| {
+            let share = if self.rounding == Rounding::Cylinder {
+                part * part
+            } else {
+                part.abs()
+            };
             share * if part > 0.0 { ahead } else { behind }
         });
-        let sides = seen[0] + seen[1];
-        self.area_m2 * cos_g.abs() + sides * sin_g
+        let (x, y, z) = (x * sin_g, y * sin_g, self.area_m2 * cos_g.abs());
+        match self.rounding {
+            Rounding::None | Rounding::Cylinder => z + (x + y),
+            Rounding::Upright => z + x.hypot(y),
+            Rounding::AlongC90 => y + x.hypot(z),
+            Rounding::AlongC0 => x + y.hypot(z),
+            Rounding::Ellipsoid => x.hypot(y).hypot(z),
+        }
     }
 
     /// Background luminance in cd/m², times H²: indirect illuminance of the walls over π.
@@ -199,6 +201,70 @@ impl<'d> Source<'d> {
         let indirect: f64 = (0..3).map(|from| leaving[from] * exchange[from][1]).sum();
         indirect / wall / PI
     }
+}
+
+/// Where the luminous opening is round.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rounding {
+    /// Nowhere: a box.
+    None,
+    /// An upright cylinder with a circle as its outline, as wide from everywhere.
+    Cylinder,
+    /// An upright cylinder with an ellipse as its outline.
+    Upright,
+    /// A cylinder that lies along C0–C180.
+    AlongC0,
+    /// A cylinder that lies along C90–C270.
+    AlongC90,
+    /// An ellipsoid or a sphere.
+    Ellipsoid,
+}
+
+/// Extents of the luminous opening along C0 and C90, 0 where they are not stated.
+fn extents_mm(luminaire: &Luminaire) -> [f64; 2] {
+    match (luminaire.luminous_body_mm, luminaire.luminous_width_mm) {
+        (Some([x, y, _]), _) => [x.abs(), y.abs()],
+        // Round.
+        (None, Some(0.0)) => [0.0; 2],
+        (None, width) => [width, luminaire.luminous_length_mm].map(Option::unwrap_or_default),
+    }
+}
+
+/// Luminous sides in m² seen from C0, C90, C180 and C270, and where they are round.
+fn sides(luminaire: &Luminaire) -> Option<([f64; 4], Rounding)> {
+    if let Some(body_mm) = luminaire.luminous_body_mm {
+        let [x, y, z] = body_mm.map(|extent| extent * 1e-3);
+        let (from_c0, from_c90) = (face(y, z), face(x, z));
+        let rounding = match (x < 0.0, y < 0.0, z < 0.0) {
+            (true, true, true) => Rounding::Ellipsoid,
+            (true, true, false) if x == y => Rounding::Cylinder,
+            (true, true, false) => Rounding::Upright,
+            (true, false, true) => Rounding::AlongC90,
+            (false, true, true) => Rounding::AlongC0,
+            _ => Rounding::None,
+        };
+        return Some(([from_c0, from_c90, from_c0, from_c90], rounding));
+    }
+    let (length, width) = (
+        luminaire.luminous_length_mm? * 1e-3,
+        luminaire.luminous_width_mm? * 1e-3,
+    );
+    let height = luminaire
+        .luminous_height_mm
+        .map(|height| height.unwrap_or(0.0).max(0.0) * 1e-3);
+    let (breadth, rounding) = if width == 0.0 {
+        (length, Rounding::Cylinder)
+    } else {
+        (width, Rounding::None)
+    };
+    // The side seen from C0 is as long as the luminaire, which lies along C90 to C270.
+    let side_m2 = [
+        length * height[0],
+        breadth * height[1],
+        length * height[2],
+        breadth * height[3],
+    ];
+    Some((side_m2, rounding))
 }
 
 /// Whether CIE 117's table of position indices has a value there: T/R up to 3, H/R up to 1.9 (1.8 below T/R = 0.9, 1.7
@@ -278,6 +344,35 @@ mod tests {
             },
             header: serde_json::Map::new(),
             eulumdat: None,
+        }
+    }
+
+    #[test]
+    fn a_body_is_as_large_as_its_shadow() {
+        let seen = |body_mm: [f64; 3], c_deg: f64, gamma_deg: f64| {
+            let mut lamp = lamp(1, 1.0, 1.0, 0.0);
+            lamp.luminaire.set_luminous_body(body_mm);
+            Source::new(&lamp).unwrap().projected_m2(c_deg, gamma_deg)
+        };
+        let close = |found: f64, exact: f64| assert!((found / exact - 1.0).abs() < 1e-12, "{found} for {exact}");
+        for (c, gamma) in [(0.0, 0.0), (0.0, 60.0), (90.0, 30.0), (37.0, 71.0), (200.0, 85.0)] {
+            let (sin_g, cos_g) = f64::to_radians(gamma).sin_cos();
+            let (sin_c, cos_c) = f64::to_radians(c).sin_cos();
+            let [ux, uy] = [(sin_g * cos_c).abs(), (sin_g * sin_c).abs()];
+            // A sphere of 200 mm: the same disc from everywhere.
+            close(seen([-200.0; 3], c, gamma), PI * 0.01);
+            // An upright cylinder: its disc from below, its diameter times its height from the side.
+            close(
+                seen([-200.0, -200.0, 100.0], c, gamma),
+                PI * 0.01 * cos_g + 0.02 * sin_g,
+            );
+            // A lying tube of 1.2 m × 40 mm: its length times its diameter around the axis, and its end along it.
+            let tube = |along: f64| 0.048 * (1.0 - along * along).sqrt() + PI * 0.0004 * along;
+            close(seen([1200.0, -40.0, -40.0], c, gamma), tube(ux));
+            close(seen([-40.0, 1200.0, -40.0], c, gamma), tube(uy));
+            // A box: its three faces.
+            let faces = 0.08 * cos_g + 0.02 * uy + 0.04 * ux;
+            close(seen([200.0, 400.0, 100.0], c, gamma), faces);
         }
     }
 

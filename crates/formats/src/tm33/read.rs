@@ -186,7 +186,7 @@ fn distribution(
     })
 }
 
-/// Housing and luminous opening in mm.
+/// Housing and luminous opening in mm. As in LM-63 length lies along C0–C180 and width along C90–C270.
 fn sizes(root: &Element) -> Luminaire {
     let mut luminaire = Luminaire::default();
     let Some(element) = root.child("Luminaire") else {
@@ -196,18 +196,21 @@ fn sizes(root: &Element) -> Luminaire {
         number::read(of?.words(&[name])?).ok().map(|number| number.value)
     };
     let housing = element.child("Dimensions");
-    luminaire.length_mm = read(housing, "Length");
-    luminaire.width_mm = read(housing, "Width");
+    let (along_c0, along_c90) = (read(housing, "Length"), read(housing, "Width"));
+    (luminaire.length_mm, luminaire.width_mm) = match along_c90 {
+        Some(0.0) => (along_c0, along_c90),
+        _ => (along_c90, along_c0),
+    };
     luminaire.height_mm = read(housing, "Height");
     let opening = element.child("LuminousOpening");
+    let elliptical = opening
+        .and_then(|opening| opening.words(&["Shape"]))
+        .is_some_and(|shape| shape.eq_ignore_ascii_case("elliptical"));
     if let Some(diameter) = read(opening, "Diameter") {
         (luminaire.luminous_length_mm, luminaire.luminous_width_mm) = (Some(diameter), Some(0.0));
-    } else {
-        luminaire.luminous_length_mm = read(opening, "Length");
-        luminaire.luminous_width_mm = read(opening, "Width");
-        luminaire.elliptic = opening
-            .and_then(|opening| opening.words(&["Shape"]))
-            .is_some_and(|shape| shape.eq_ignore_ascii_case("elliptical"));
+    } else if let (Some(length), Some(width)) = (read(opening, "Length"), read(opening, "Width")) {
+        let sign = if elliptical { -1.0 } else { 1.0 };
+        luminaire.set_luminous_body([sign * length, sign * width, 0.0]);
     }
     luminaire
 }

@@ -129,13 +129,14 @@ pub(crate) fn decimal(text: &str) -> Option<String> {
         .map(|number| number::plain(number.value))
 }
 
-/// Housing and luminous opening in mm, where they are known.
+/// Housing and luminous opening in mm, where they are known. As in LM-63 length lies along C0–C180 and width along C90–C270.
 fn housing(luminaire: &Luminaire, child: &str) -> Vec<String> {
     let size = |value: f64| number::significant(value, 9);
     let mut lines = Vec::new();
     if let (Some(length), Some(width), Some(height)) = (luminaire.length_mm, luminaire.width_mm, luminaire.height_mm) {
+        let (along_c0, along_c90) = if width == 0.0 { (length, width) } else { (width, length) };
         lines.push("    <Dimensions>".to_owned());
-        for (name, value) in [("Length", length), ("Width", width), ("Height", height)] {
+        for (name, value) in [("Length", along_c0), ("Width", along_c90), ("Height", height)] {
             lines.push(format!("      <{name}>{}</{name}>", size(value)));
         }
         lines.push("    </Dimensions>".to_owned());
@@ -148,14 +149,11 @@ fn housing(luminaire: &Luminaire, child: &str) -> Vec<String> {
             lines.push("      <Shape>Circular</Shape>".to_owned());
             lines.push(format!("      <Diameter>{}</Diameter>", size(length)));
         } else {
-            let shape = if luminaire.elliptic {
-                "Elliptical"
-            } else {
-                "Rectangular"
-            };
+            let elliptic = matches!(luminaire.luminous_body_mm, Some([x, y, _]) if x < 0.0 && y < 0.0);
+            let shape = if elliptic { "Elliptical" } else { "Rectangular" };
             lines.push(format!("      <Shape>{shape}</Shape>"));
-            lines.push(format!("      <Length>{}</Length>", size(length)));
-            lines.push(format!("      <Width>{}</Width>", size(width)));
+            lines.push(format!("      <Length>{}</Length>", size(width)));
+            lines.push(format!("      <Width>{}</Width>", size(length)));
         }
         lines.push("    </LuminousOpening>".to_owned());
     }
