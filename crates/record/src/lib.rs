@@ -4,6 +4,7 @@
 
 pub mod document;
 pub mod job;
+pub mod limits;
 pub mod observation;
 pub mod plan;
 pub mod reading;
@@ -14,6 +15,7 @@ pub mod station;
 
 pub use document::DocumentError;
 pub use job::Job;
+pub use limits::Limits;
 pub use plan::Plan;
 pub use reading::{Quality, Reading, ReadingKind, Role, UnknownWord};
 pub use run::{Run, RunDir, RunError, RunHeader};

@@ -5,6 +5,7 @@ use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::document::{DocumentError, Fault, Source, read_text};
+use crate::limits::{Limits, LimitsDocument};
 use crate::reading::ReadingKind;
 
 /// Value of `format` in a plan file.
@@ -19,6 +20,7 @@ const MOST_POINTS: usize = 10_000_000;
 pub struct Plan {
     document: PlanDocument,
     blocks: Vec<Block>,
+    limits: Limits,
 }
 
 /// A plan file as written.
@@ -30,6 +32,9 @@ pub struct PlanDocument {
     /// A name for people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
+    /// What a sound bench keeps; without it the defaults of [`Limits`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<LimitsDocument>,
     /// The blocks, in the order of their measurement.
     #[serde(default)]
     pub block: Vec<BlockDocument>,
@@ -162,6 +167,11 @@ impl Plan {
         &self.blocks
     }
 
+    /// Beyond these, readings are measured again or refused.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
     /// The file's content, for a copy of it.
     pub fn document(&self) -> &PlanDocument {
         &self.document
@@ -186,7 +196,15 @@ impl TryFrom<PlanDocument> for Plan {
             }
             blocks.push(valid);
         }
-        Ok(Self { document, blocks })
+        let limits = document
+            .limits
+            .as_ref()
+            .map_or(Ok(Limits::default()), Limits::try_from)?;
+        Ok(Self {
+            document,
+            blocks,
+            limits,
+        })
     }
 }
 
