@@ -38,6 +38,7 @@ impl Folder {
         std::fs::write(self.path(name), text).unwrap();
     }
 
+    #[allow(dead_code, reason = "not every test that has this module reads documents")]
     pub fn json(&self, name: &str) -> serde_json::Value {
         serde_json::from_str(&self.read(name)).unwrap()
     }
