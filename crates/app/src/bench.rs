@@ -2,7 +2,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_device::{Axis, AxisScale, AxisSettings, OpenError, Sense};
-use isolux_record::run::{self, RunHeader};
+use isolux_record::run::RunHeader;
 use isolux_record::spectra::{SpectralCalibration, parse_calibration};
 use isolux_record::station::{self, Access};
 use isolux_record::{Plan, Station};
@@ -161,17 +161,14 @@ impl Source {
 
     /// run.toml of a run that begins at `started_utc`.
     pub fn header(&self, devices: &Devices, plan: &Plan, started_utc: String) -> RunHeader {
-        RunHeader {
-            format: run::FORMAT.to_owned(),
-            program: PROGRAM.to_owned(),
+        RunHeader::new(
+            PROGRAM.to_owned(),
             started_utc,
-            lamp_on_utc: None,
-            stopped: None,
-            device: devices.records(&self.station),
-            spectral: devices.spectro.as_ref().map(|spectro| spectro.calibration.clone()),
-            station: self.station.clone(),
-            plan: plan.clone(),
-        }
+            devices.records(&self.station),
+            devices.spectro.as_ref().map(|spectro| spectro.calibration.clone()),
+            self.station.clone(),
+            plan.clone(),
+        )
     }
 }
 

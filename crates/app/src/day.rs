@@ -11,7 +11,7 @@ mod stored;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Scene;
 use isolux_record::run::StopHow;
-use isolux_record::{Job, Plan, Run};
+use isolux_record::{Job, Plan, Run, RunError};
 use isolux_sim::simulation::{Method, Simulation};
 use isolux_spectrum::Quantities;
 use serde::Serialize;
@@ -25,7 +25,7 @@ use crate::reduce::{Reduced, with_u};
 use crate::scan::{Operator, Target};
 use crate::scene::{self, Changes};
 use crate::stage::{self, Stage};
-use crate::{Failure, bench, diagnose, init, reduce, scan, simulate};
+use crate::{Failure, bench, diagnose, init, record, reduce, scan, simulate};
 
 /// What a day is made of.
 #[derive(Debug, Clone, Default)]
@@ -36,6 +36,8 @@ pub struct Wishes {
     pub out: Option<Utf8PathBuf>,
     /// Whether `out` is a day that broke off, to be taken up again.
     pub resume: bool,
+    /// Whether what is damaged in its record is set aside and read again.
+    pub reread: bool,
 }
 
 /// A finished day.
@@ -79,12 +81,12 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
     if let Some(job) = &job {
         scene::table(job.scene(), &Changes::default())?;
     }
-    let target = if wishes.resume {
-        Target::Resume(&folder)
-    } else {
-        Target::New(&folder)
+    let target = match (wishes.resume, wishes.reread) {
+        (true, true) => Target::Reread(&folder),
+        (true, false) => Target::Resume(&folder),
+        (false, _) => Target::New(&folder),
     };
-    let scanned = wishes.resume && completed(&folder)?;
+    let scanned = wishes.resume && completed(&folder, wishes.reread)?;
     match &job {
         Some(job) if scanned => asked::keep(&folder, job)?,
         None if scanned => {}
@@ -109,19 +111,26 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
 fn go_on(mut failure: Failure, job: Option<&Utf8Path>, folder: &Utf8Path) -> Failure {
     let job = job.map_or_else(String::new, |job| format!("{job} "));
     let resume = format!("--resume {folder}");
-    failure.help = failure
-        .help
-        .map(|help| help.replace(&resume, &format!("isolux run {job}{resume}")));
+    failure.help = failure.help.map(|help| {
+        // Advice that names the command already is left as it is.
+        if help.contains("isolux run") {
+            help
+        } else {
+            help.replace(&resume, &format!("isolux run {job}{resume}"))
+        }
+    });
     failure
 }
 
 /// Whether the scan of a day was carried out to its end.
-fn completed(folder: &Utf8Path) -> Result<bool, Failure> {
-    let run = Run::read(folder).map_err(Failure::bad_input)?;
-    Ok(run
-        .header
-        .stopped
-        .is_some_and(|stopped| stopped.how == StopHow::Completed))
+fn completed(folder: &Utf8Path, reread: bool) -> Result<bool, Failure> {
+    match Run::read(folder) {
+        Err(RunError::Damaged { .. }) if reread => Ok(false),
+        _ => Ok(record::read(folder)?
+            .header
+            .stopped
+            .is_some_and(|stopped| stopped.how == StopHow::Completed)),
+    }
 }
 
 /// The scan in the built-in virtual darkroom.
@@ -256,8 +265,9 @@ pub fn report(
     progress: &dyn Progress,
 ) -> Result<(), Failure> {
     files::refuse_existing(out, overwrite)?;
-    let run = Run::read(folder).map_err(Failure::bad_input)?;
+    let run = record::read(folder)?;
     let (scene, own_model) = asked::of_report(folder, job)?;
+    record::check_results(&folder.join("results"))?;
     let reduction = stored::reduction(folder, &run)?;
     let reduced = Reduced {
         run,

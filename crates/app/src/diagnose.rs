@@ -105,6 +105,9 @@ fn observed(request: &Request) -> Result<Observed, Failure> {
     let mut notes = Vec::new();
     for (k, (path, sha256)) in paths.iter().zip(&sha256).enumerate() {
         let set = open(path, Need::Values).map_err(Failure::bad_input)?;
+        if let Observations::Readings(readings) = &set {
+            notes.extend_from_slice(readings.notices());
+        }
         let mut later = Given { path, sha256, set };
         let role = if k < request.observations.len() {
             "to be fitted"

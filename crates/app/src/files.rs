@@ -1,8 +1,7 @@
 //! Results reach the disk whole or not at all.
 
-use std::io::Write;
-
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_record::disk::{self, DiskError};
 
 use crate::Failure;
 
@@ -37,24 +36,11 @@ pub fn read(path: &Utf8Path) -> Result<Vec<u8>, Failure> {
 /// Bad input (exit 2) when the target exists and `overwrite` is [`Overwrite::Never`]; exit 3 when the disk refuses.
 pub fn write(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), Failure> {
     refuse_existing(path, overwrite)?;
-    let failed = |error: std::io::Error| Failure::instrument(format!("{path}: cannot write: {error}"));
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_str().is_empty())
-        .unwrap_or(Utf8Path::new("."));
-    std::fs::create_dir_all(folder).map_err(failed)?;
-    let name = path.file_name().unwrap_or("result");
-    let part = folder.join(format!(".{name}.{}.part", std::process::id()));
-    let written = (|| {
-        let mut file = std::fs::File::create(&part)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        std::fs::rename(&part, path)
-    })();
-    written.map_err(|error| {
-        let _ = std::fs::remove_file(&part);
-        failed(error)
-    })
+    let failed = |error: DiskError| Failure::instrument(format!("{path}: cannot write: {}", error.source));
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_str().is_empty()) {
+        disk::create_folder(folder).map_err(failed)?;
+    }
+    disk::replace(path, bytes).map_err(failed)
 }
 
 /// Fails when `path` exists and must not be replaced: called before long work, so that nobody waits for a refusal.

@@ -27,6 +27,7 @@ pub mod plot;
 pub mod predict;
 pub mod progress;
 pub mod rays;
+pub mod record;
 pub mod reduce;
 pub mod scan;
 pub mod scene;

@@ -19,6 +19,8 @@ pub struct Predicted {
     pub effects_applied: Vec<&'static str>,
     /// Effects of the model that do not act on this kind of observation.
     pub effects_not_applicable: Vec<&'static str>,
+    /// What a person should know of the record that the coordinates come from.
+    pub notices: Vec<String>,
 }
 
 /// Predicts every row of `observations` (a run directory, a readings CSV, a `maps.toml`, a `spectra.toml`) and writes
@@ -68,6 +70,10 @@ pub fn run(
         rows: table.values.len(),
         effects_applied: names(true),
         effects_not_applicable: names(false),
+        notices: match &observations {
+            Observations::Readings(readings) => readings.notices().to_vec(),
+            Observations::Maps(_) | Observations::Spectra(_) => Vec::new(),
+        },
     })
 }
 

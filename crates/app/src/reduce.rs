@@ -8,8 +8,8 @@ use isolux_record::observation::ReadingCoordinates;
 use isolux_record::{Reading, ReadingKind, Run};
 use isolux_reduce::{BenchInverse, Corrected, Correction, Options, Quantity, ReduceError, Reduction, Subtract};
 
-use crate::Failure;
 use crate::files::{self, Overwrite};
+use crate::{Failure, record};
 
 /// Name and version, as it stands in files that this program writes.
 pub const PROGRAM: &str = concat!("isolux ", env!("CARGO_PKG_VERSION"));
@@ -91,7 +91,7 @@ pub fn run(
     let model = with.map(Model::load).transpose().map_err(Failure::bad_input)?;
     // Read before anything is written: the model may lie among the results that are replaced.
     let kept = model.as_ref().map(model_files).transpose()?;
-    let record = Run::read(run).map_err(Failure::bad_input)?;
+    let record = record::read(run)?;
     let reduction = reduction(&record, &Options { without }, model)
         .map_err(|error| Failure::bad_input(format!("{run}: {error}")))?;
     let made =

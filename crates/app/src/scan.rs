@@ -12,15 +12,17 @@ use crate::bench::Source;
 use crate::catalogue::Catalogue;
 use crate::progress::{Event, Progress};
 use crate::stage::{self, Stage};
-use crate::{Failure, plan};
+use crate::{Failure, plan, record};
 
 /// Where a run is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target<'a> {
     /// A new run directory.
     New(&'a Utf8Path),
-    /// A broken-off run that is taken up again.
+    /// A broken-off run that is resumed.
     Resume(&'a Utf8Path),
+    /// A run with a damaged record: what is whole stays, what is missing is read again.
+    Reread(&'a Utf8Path),
 }
 
 /// Scans `plan` on `station`, files both, into a run directory.
@@ -87,8 +89,15 @@ pub async fn on(
     let header = source.header(devices, plan, now_utc.to_string());
     let (mut run, resumed) = match target {
         Target::New(path) => (RunDir::create(path, header).map_err(record_failure)?, None),
-        Target::Resume(path) => {
-            let (run, old) = RunDir::resume(path, &header).map_err(record_failure)?;
+        Target::Resume(path) | Target::Reread(path) => {
+            let (run, old) = match target {
+                Target::Reread(_) => RunDir::reread(path, &header),
+                _ => RunDir::resume(path, &header),
+            }
+            .map_err(record_failure)?;
+            old.notices
+                .iter()
+                .for_each(|notice| progress.event(Event::Note(notice)));
             (run, Some(old))
         }
     };
@@ -141,22 +150,28 @@ fn asks(source: &Source, plan: &Plan) -> bool {
 pub(crate) fn refuse(target: Target<'_>) -> Result<(), Failure> {
     match target {
         Target::New(path) => {
-            let occupied = path.is_file() || std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some());
-            if occupied {
+            if !isolux_record::run::vacant(path) {
                 return Err(Failure::bad_input(format!("{path} is not empty")).help(format!(
                     "choose another folder, or take the run up again with --resume {path}"
                 )));
             }
         }
         Target::Resume(path) => {
-            isolux_record::Run::read(path).map_err(Failure::bad_input)?;
+            record::read(path)?;
+        }
+        Target::Reread(path) => {
+            isolux_record::RunHeader::read(path).map_err(Failure::bad_input)?;
         }
     }
     Ok(())
 }
 
 fn record_failure(error: isolux_record::RunError) -> Failure {
-    stage::failure(&isolux_scan::ScanError::Record(error))
+    let help = record::help(&error);
+    Failure {
+        help,
+        ..stage::failure(&isolux_scan::ScanError::Record(error))
+    }
 }
 
 /// Tells a front end what the engine tells.

@@ -133,6 +133,9 @@ fn base(input: &Utf8Path) -> Result<(Utf8PathBuf, Table), Failure> {
                 Failure::bad_input(format!("{input}: no results/luminaire.model.toml"))
                     .help("a run is simulated after `isolux reduce RUN` has made its model")
             })?;
+        if model.starts_with("results/") {
+            crate::record::check_results(&input.join("results"))?;
+        }
         return Ok((input.join("scene.toml"), with_sensor("model", model)));
     }
     if input.exists() && !input.is_file() {

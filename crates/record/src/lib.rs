@@ -2,6 +2,7 @@
 //!
 //! Everything here is data on disk and its validation. Nothing here asks a clock: whoever writes a record says when.
 
+pub mod disk;
 pub mod document;
 pub mod job;
 pub mod limits;

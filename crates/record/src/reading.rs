@@ -203,4 +203,8 @@ pub struct Reading {
     pub integration_s: Option<f64>,
     /// The bytes that the meter sent, in hexadecimal, where the driver keeps them.
     pub raw: String,
+    /// Number of the session at the bench in which it was taken, from 0; set by the record.
+    pub session: u32,
+    /// How often the lamp had been switched on in this run; set by the record, none in runs of format 1.
+    pub burning: Option<u32>,
 }

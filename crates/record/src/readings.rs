@@ -1,14 +1,44 @@
-//! `readings.csv`: append-only, one row a reading, each row with its checksum.
+//! `readings.csv`: append-only, one row a reading, each row with its checksum and the hash of all rows up to it.
 
 use camino::{Utf8Path, Utf8PathBuf};
 
+use crate::disk::sha256;
 use crate::reading::{Quality, Reading};
 
 /// The header row. The first thirteen columns are the common ones of every readings file.
 pub const HEADER: &str = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,illuminance_lx,u_lx,\
+quality,role,point,repeat,c_target_deg,gamma_target_deg,digit_lx,integration_s,raw,session,burning,chain,row_crc";
+
+/// The header row of format 1.
+const HEADER_1: &str = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,illuminance_lx,u_lx,\
 quality,role,point,repeat,c_target_deg,gamma_target_deg,digit_lx,integration_s,raw,row_crc";
 
-const COLUMNS: usize = 22;
+/// Which columns a file has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Layout {
+    /// Format 1: no `session`, `burning`, `chain`.
+    V1,
+    /// Format 2.
+    #[default]
+    V2,
+}
+
+impl Layout {
+    /// The header row with its line end.
+    pub fn header(self) -> String {
+        match self {
+            Self::V1 => format!("{HEADER_1}\n"),
+            Self::V2 => format!("{HEADER}\n"),
+        }
+    }
+
+    const fn columns(self) -> usize {
+        match self {
+            Self::V1 => 22,
+            Self::V2 => 25,
+        }
+    }
+}
 
 /// What was found behind the last whole row: a write that a crash cut short. It is no reading and is ignored.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,14 +50,92 @@ pub struct TornTail {
 }
 
 /// Rows, the torn tail if there is one, and where the whole rows end.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Readings {
+    /// Columns of the file.
+    pub layout: Layout,
     /// The rows, `index` = position.
     pub rows: Vec<Reading>,
     /// What a crash left of the row after them.
     pub torn_tail: Option<TornTail>,
     /// Length of the file up to the end of the last whole row.
     pub whole_bytes: usize,
+    /// Length of the file up to the end of each row.
+    pub(crate) ends: Vec<usize>,
+    /// `chain` of each row; empty in format 1.
+    pub(crate) chains: Vec<String>,
+}
+
+impl Readings {
+    /// Readings that stand in no file.
+    pub fn of(rows: Vec<Reading>) -> Self {
+        Self {
+            rows,
+            ..Self::default()
+        }
+    }
+
+    /// Keeps the first `count` rows.
+    pub(crate) fn truncate(&mut self, count: usize) {
+        self.rows.truncate(count);
+        self.ends.truncate(count);
+        self.chains.truncate(count);
+        self.torn_tail = None;
+        self.whole_bytes = match self.ends.last() {
+            Some(end) => *end,
+            None => self.whole_bytes.min(self.layout.header().len()),
+        };
+    }
+
+    /// The chain that the next row continues.
+    pub(crate) fn chain(&self) -> Chain {
+        Chain {
+            layout: self.layout,
+            last: self.chains.last().cloned().unwrap_or_default(),
+        }
+    }
+}
+
+/// The hash of all rows up to one: the first 16 digits of SHA-256 over the one before and the row's own fields. A row that
+/// was removed, doubled, exchanged or taken from another run does not continue it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Chain {
+    layout: Layout,
+    last: String,
+}
+
+impl Chain {
+    pub(crate) const fn new(layout: Layout) -> Self {
+        Self {
+            layout,
+            last: String::new(),
+        }
+    }
+
+    /// The hash of the rows so far; empty before the first.
+    pub(crate) fn last(&self) -> &str {
+        &self.last
+    }
+
+    /// Continues with the fields of a row before its `chain`, with their last comma.
+    fn link(&self, fields: &str) -> String {
+        sha256(format!("{}{fields}", self.last).as_bytes())[..16].to_owned()
+    }
+
+    /// The row of `reading` with chain, checksum and line end, and the chain after it.
+    pub(crate) fn row(&self, reading: &Reading) -> (String, Self) {
+        let mut row = fields(reading);
+        let mut next = self.clone();
+        if self.layout == Layout::V2 {
+            let burning = reading.burning.map_or_else(String::new, |burning| burning.to_string());
+            row.push_str(&format!("{},{burning},", reading.session));
+            next.last = self.link(&row);
+            row.push_str(&format!("{},", next.last));
+        }
+        let crc = crc32fast::hash(row.as_bytes());
+        row.push_str(&format!("{crc:08x}\n"));
+        (row, next)
+    }
 }
 
 /// A readings file that cannot be trusted.
@@ -50,9 +158,7 @@ pub enum ReadingsError {
         found: String,
     },
     /// A row whose bytes are not those that were written.
-    #[error(
-        "{file}:{line}: row {row} is damaged: checksum {found} written, {computed} computed; restore the file from a copy"
-    )]
+    #[error("{file}:{line}: row {row} is damaged: checksum {found} written, {computed} computed")]
     Checksum {
         /// The file.
         file: Utf8PathBuf,
@@ -64,6 +170,18 @@ pub enum ReadingsError {
         found: String,
         /// The checksum of the row.
         computed: String,
+    },
+    /// A row that does not continue the rows before it.
+    #[error(
+        "{file}:{line}: row {row} does not continue the rows before it: rows were removed, exchanged or taken from another run"
+    )]
+    Chain {
+        /// The file.
+        file: Utf8PathBuf,
+        /// One-based line.
+        line: usize,
+        /// Number of the row, from 0.
+        row: usize,
     },
     /// A row with a right checksum whose content cannot be.
     #[error("{file}:{line}: column {column}: {message}")]
@@ -79,8 +197,8 @@ pub enum ReadingsError {
     },
 }
 
-/// The row of `reading` with its checksum and line end.
-pub fn row(reading: &Reading) -> String {
+/// The columns that both formats have, each with its comma.
+fn fields(reading: &Reading) -> String {
     let optional = |value: Option<f64>| value.map_or_else(String::new, number);
     let mut row = [
         reading.index.to_string(),
@@ -107,21 +225,7 @@ pub fn row(reading: &Reading) -> String {
     ]
     .join(",");
     row.push(',');
-    let crc = crc32fast::hash(row.as_bytes());
-    row.push_str(&format!("{crc:08x}\n"));
     row
-}
-
-/// Reads a whole file of a run.
-///
-/// # Errors
-/// [`ReadingsError`] with line and row.
-pub fn read(file: &Utf8Path) -> Result<Readings, ReadingsError> {
-    let bytes = std::fs::read(file).map_err(|error| ReadingsError::Io {
-        file: file.to_owned(),
-        message: error.to_string(),
-    })?;
-    parse(file, &bytes)
 }
 
 /// Parses the bytes of a readings file; `file` is for messages.
@@ -132,20 +236,28 @@ pub fn read(file: &Utf8Path) -> Result<Readings, ReadingsError> {
 /// # Errors
 /// [`ReadingsError`] with line and row.
 pub fn parse(file: &Utf8Path, bytes: &[u8]) -> Result<Readings, ReadingsError> {
+    match parse_whole(file, bytes) {
+        (readings, None) => Ok(readings),
+        (_, Some(error)) => Err(error),
+    }
+}
+
+/// As [`parse`], with the whole rows before the first that is damaged.
+pub(crate) fn parse_whole(file: &Utf8Path, bytes: &[u8]) -> (Readings, Option<ReadingsError>) {
     let mut lines = bytes.split_inclusive(|&byte| byte == b'\n');
     let header = lines.next().unwrap_or_default();
-    if header != format!("{HEADER}\n").as_bytes() {
+    let mut readings = Readings::default();
+    let layout = [Layout::V1, Layout::V2]
+        .into_iter()
+        .find(|layout| header == layout.header().as_bytes());
+    let Some(layout) = layout else {
         let found = String::from_utf8_lossy(header).trim_end().chars().take(120).collect();
-        return Err(ReadingsError::Header {
-            file: file.to_owned(),
-            found,
-        });
-    }
-    let mut readings = Readings {
-        rows: Vec::new(),
-        torn_tail: None,
-        whole_bytes: header.len(),
+        let file = file.to_owned();
+        return (readings, Some(ReadingsError::Header { file, found }));
     };
+    readings.layout = layout;
+    readings.whole_bytes = header.len();
+    let mut chain = Chain::new(readings.layout);
     for line in lines {
         let line_number = readings.rows.len() + 2;
         if line.last() != Some(&b'\n') {
@@ -155,14 +267,27 @@ pub fn parse(file: &Utf8Path, bytes: &[u8]) -> Result<Readings, ReadingsError> {
             });
             break;
         }
-        let reading = parse_row(file, line_number, readings.rows.len(), line)?;
-        readings.rows.push(reading);
+        match parse_row(file, line_number, readings.rows.len(), line, &mut chain) {
+            Ok(reading) => readings.rows.push(reading),
+            Err(error) => return (readings, Some(error)),
+        }
         readings.whole_bytes += line.len();
+        readings.ends.push(readings.whole_bytes);
+        if readings.layout == Layout::V2 {
+            readings.chains.push(chain.last.clone());
+        }
     }
-    Ok(readings)
+    (readings, None)
 }
 
-fn parse_row(file: &Utf8Path, line: usize, row: usize, bytes: &[u8]) -> Result<Reading, ReadingsError> {
+fn parse_row(
+    file: &Utf8Path,
+    line: usize,
+    row: usize,
+    bytes: &[u8],
+    chain: &mut Chain,
+) -> Result<Reading, ReadingsError> {
+    let columns = chain.layout.columns();
     let body = &bytes[..bytes.len() - 1];
     let split = body.iter().rposition(|&byte| byte == b',').map_or(0, |comma| comma + 1);
     let (covered, written) = body.split_at(split);
@@ -185,10 +310,10 @@ fn parse_row(file: &Utf8Path, line: usize, row: usize, bytes: &[u8]) -> Result<R
     };
     let text = std::str::from_utf8(covered).map_err(|_| damaged())?;
     let fields: Vec<&str> = text.split(',').collect();
-    if fields.len() != COLUMNS {
+    if fields.len() != columns {
         return Err(fault(
             "row_crc",
-            format!("{} columns, expected {COLUMNS}", fields.len()),
+            format!("{} columns, expected {columns}", fields.len()),
         ));
     }
     let parse = |column: &'static str, field: &str| -> Result<f64, ReadingsError> {
@@ -233,6 +358,15 @@ fn parse_row(file: &Utf8Path, line: usize, row: usize, bytes: &[u8]) -> Result<R
         digit_lx: optional("digit_lx", fields[18])?,
         integration_s: optional("integration_s", fields[19])?,
         raw: fields[20].to_owned(),
+        session: if chain.layout == Layout::V2 {
+            word!("session", fields[21])
+        } else {
+            0
+        },
+        burning: match chain.layout {
+            Layout::V2 if !fields[22].is_empty() => Some(word!("burning", fields[22])),
+            _ => None,
+        },
     };
     if reading.index != row as u64 {
         return Err(fault(
@@ -245,6 +379,18 @@ fn parse_row(file: &Utf8Path, line: usize, row: usize, bytes: &[u8]) -> Result<R
             "illuminance_lx",
             "must be given exactly when quality is ok".to_owned(),
         ));
+    }
+    if chain.layout == Layout::V2 {
+        // All fields but `chain` itself and the checksum, which `covered` ends before.
+        let linked = &text[..text.len() - fields[23].len() - 1];
+        if chain.link(linked) != fields[23] {
+            return Err(ReadingsError::Chain {
+                file: file.to_owned(),
+                line,
+                row,
+            });
+        }
+        fields[23].clone_into(&mut chain.last);
     }
     Ok(reading)
 }
@@ -283,13 +429,25 @@ pub(crate) mod tests {
             digit_lx: Some(0.01),
             integration_s: Some(0.5),
             raw: "02".to_owned(),
+            session: 0,
+            burning: Some(1),
         }
     }
 
-    fn file(count: u64) -> Vec<u8> {
+    /// A file of these readings.
+    fn of(readings: &[Reading]) -> String {
+        let mut chain = Chain::new(Layout::V2);
         let mut text = format!("{HEADER}\n");
-        (0..count).for_each(|index| text.push_str(&row(&reading(index))));
-        text.into_bytes()
+        for reading in readings {
+            let (row, next) = chain.row(reading);
+            text.push_str(&row);
+            chain = next;
+        }
+        text
+    }
+
+    fn file(count: u64) -> Vec<u8> {
+        of(&(0..count).map(reading).collect::<Vec<_>>()).into_bytes()
     }
 
     fn parse(bytes: &[u8]) -> Result<Readings, ReadingsError> {
@@ -298,7 +456,7 @@ pub(crate) mod tests {
 
     #[test]
     fn the_row_is_what_the_contract_says() {
-        let text = row(&reading(0));
+        let text = Chain::new(Layout::V2).row(&reading(0)).0;
         assert!(
             text.starts_with("0,lit,lit,1800.25,15,0,10000,-1,1,,3.37,0.01,ok,"),
             "{text}"
@@ -329,8 +487,7 @@ pub(crate) mod tests {
             parse(&bytes),
             Err(ReadingsError::Checksum { line: 4, row: 2, .. })
         ));
-        let mut text = format!("{HEADER}\n{}", row(&reading(0)));
-        text.push_str(&row(&reading(2)));
+        let text = of(&[reading(0), reading(2)]);
         assert!(matches!(
             parse(text.as_bytes()),
             Err(ReadingsError::Content {
@@ -343,7 +500,7 @@ pub(crate) mod tests {
             quality: Quality::OverRange,
             ..reading(0)
         };
-        let text = format!("{HEADER}\n{}", row(&contradiction));
+        let text = of(&[contradiction]);
         assert!(matches!(
             parse(text.as_bytes()),
             Err(ReadingsError::Content {
@@ -352,6 +509,40 @@ pub(crate) mod tests {
             })
         ));
         assert!(matches!(parse(b"index,block\n"), Err(ReadingsError::Header { .. })));
+    }
+
+    /// Each row is whole and has the number of its place; only the hash of the rows before tells.
+    #[test]
+    fn a_row_of_another_run_does_not_continue_this_one() {
+        let mut other = reading(1);
+        other.illuminance_lx = Some(3.38);
+        let (ours, theirs) = (of(&[0, 1, 2].map(reading)), of(&[reading(0), other, reading(2)]));
+        let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<_>>();
+        let (ours, theirs) = (lines(&ours), lines(&theirs));
+        for place in [2, 3] {
+            let mut mixed = ours.clone();
+            mixed[place].clone_from(&theirs[place]);
+            let text = mixed.join("\n") + "\n";
+            // Row 1 of the other run follows row 0, which both have, but our row 2 does not follow it.
+            match parse(text.as_bytes()) {
+                Err(ReadingsError::Chain { row, .. }) => assert_eq!(row, 2),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_of_format_1_is_read() {
+        let mut text = format!("{HEADER_1}\n");
+        for index in 0..2 {
+            let mut row = fields(&reading(index));
+            row.push_str(&format!("{:08x}\n", crc32fast::hash(row.as_bytes())));
+            assert_eq!(row, Chain::new(Layout::V1).row(&reading(index)).0);
+            text.push_str(&row);
+        }
+        let readings = parse(text.as_bytes()).unwrap();
+        assert_eq!((readings.layout, readings.rows.len()), (Layout::V1, 2));
+        assert_eq!(readings.rows[1].burning, None);
     }
 
     proptest! {

@@ -161,10 +161,10 @@ impl SpectrumRecord {
             self.distance_mm,
             self.index,
         );
-        let mut text = format!("{HEADER}\n");
+        let mut text = format!("{HEADER}{CHECKED}\n");
         for (place, pixel) in self.pixels.iter().enumerate() {
-            text.push_str(&format!(
-                "{},{},{},{},{},{},{},{},{},{common}\n",
+            let row = format!(
+                "{},{},{},{},{},{},{},{},{},{common},{},",
                 pixel.wavelength_nm,
                 pixel.counts,
                 pixel.u_counts,
@@ -174,7 +174,10 @@ impl SpectrumRecord {
                 pixel.factor_w_m2_nm,
                 optional(irradiance.irradiance_w_m2_nm[place]),
                 irradiance.u_w_m2_nm[place],
-            ));
+                self.pixels.len(),
+            );
+            let crc = crc32fast::hash(row.as_bytes());
+            text.push_str(&format!("{row}{crc:08x}\n"));
         }
         Ok(text)
     }
@@ -191,12 +194,16 @@ impl SpectrumRecord {
         Self::parse(file, &text)
     }
 
-    /// Parses a file of `spectra/`.
+    /// Parses a file of `spectra/`. One of a run of format 1 has neither number of pixels nor checksums.
     ///
     /// # Errors
     /// [`SpectrumError`] with line and column.
     pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, SpectrumError> {
-        let columns: Vec<&str> = HEADER.split(',').collect();
+        let checked_header = format!("{HEADER}{CHECKED}");
+        let checked = text.lines().next() == Some(checked_header.as_str());
+        let header = if checked { checked_header.as_str() } else { HEADER };
+        let columns: Vec<&str> = header.split(',').collect();
+        let mut pixels: Option<f64> = None;
         let fault = |line: usize, column: usize, message: &str| SpectrumError::Content {
             file: file.to_owned(),
             line,
@@ -204,7 +211,7 @@ impl SpectrumRecord {
             message: message.to_owned(),
         };
         let mut lines = text.lines();
-        if lines.next() != Some(HEADER) {
+        if lines.next() != Some(header) {
             return Err(fault(1, 0, "not the header of a run's spectrum"));
         }
         let mut record: Option<Self> = None;
@@ -217,6 +224,12 @@ impl SpectrumRecord {
                     0,
                     &format!("{} columns, expected {}", fields.len(), columns.len()),
                 ));
+            }
+            if checked {
+                let covered = row.rfind(',').map_or("", |comma| &row[..=comma]);
+                if fields[22] != format!("{:08x}", crc32fast::hash(covered.as_bytes())) {
+                    return Err(fault(line, 22, "the row is damaged: its checksum is another"));
+                }
             }
             let number = |column: usize| match fields[column].parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(value),
@@ -233,6 +246,9 @@ impl SpectrumRecord {
                     number(column).map(Some)
                 }
             };
+            if checked {
+                pixels = Some(number(21)?);
+            }
             let pixel = Pixel {
                 wavelength_nm: number(0)?,
                 counts: number(1)?,
@@ -271,12 +287,23 @@ impl SpectrumRecord {
                 });
             }
         }
-        record.ok_or_else(|| fault(1, 0, "the file holds no pixel"))
+        let record = record.ok_or_else(|| fault(1, 0, "the file holds no pixel"))?;
+        match pixels {
+            Some(pixels) if pixels != record.pixels.len() as f64 => {
+                let found = record.pixels.len();
+                let message = format!("the file holds {found} pixels of {pixels}");
+                Err(fault(found + 1, 21, &message))
+            }
+            _ => Ok(record),
+        }
     }
 }
 
 const HEADER: &str = "wavelength_nm,counts,u_counts,dark_counts,u_dark_counts,saturated,factor_w_m2_nm,irradiance_w_m2_nm,\
 u_w_m2_nm,integration_s,averages,detector_c,ambient_c,block,point,kind,time_s,c_deg,gamma_deg,distance_mm,index";
+
+/// Columns from format 2 on: how many pixels the file has, and CRC-32 of the row up to its last comma.
+const CHECKED: &str = ",pixels,row_crc";
 
 /// A spectrum that cannot be read or made into irradiance.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -429,6 +456,22 @@ pub(crate) mod tests {
             SpectrumRecord::parse(Utf8Path::new("0.csv"), &broken),
             Err(SpectrumError::Content { line: 2, .. })
         ));
+    }
+
+    #[test]
+    fn a_spectrum_that_was_cut_or_changed_is_refused() {
+        let parse = |text: &str| SpectrumRecord::parse(Utf8Path::new("0.csv"), text);
+        let text = spectrum().to_csv(&calibration()).unwrap();
+        let lines: Vec<&str> = text.split_inclusive('\n').collect();
+        for kept in 2..lines.len() {
+            let error = parse(&lines[..kept].concat()).unwrap_err().to_string();
+            assert!(error.contains(&format!("{} pixels of 3", kept - 1)), "{error}");
+        }
+        assert!(parse(&text.replacen("10000,", "10001,", 1)).is_err());
+        // Of format 1: no checksum, no number of pixels.
+        let strip = |line: &str| line.rsplitn(3, ',').last().unwrap().to_owned();
+        let old: Vec<String> = text.lines().map(strip).collect();
+        assert_eq!(parse(&old.join("\n")).unwrap(), spectrum());
     }
 
     #[test]

@@ -59,19 +59,20 @@ pub struct Burning {
 /// A visit to the reference point: time in seconds, what was read there (corrected), its standard uncertainty.
 pub type Visit = (f64, f64, f64);
 
-/// The first rows of the burnings of the lamp: the first lit row, every lit row that follows a lamp_off one, and every one whose
-/// clock, which starts with the lamp, is behind that of the row before.
+/// The first rows of the burnings of the lamp: the first lit row, and every lit row that follows a lamp_off one, that the record
+/// counts to another switching on, or whose clock, which starts with the lamp, is behind that of the row before. The clock
+/// alone does not tell: after a long warm-up, or one that was set ahead, it reads more than before the lamp went out.
 pub fn burnings(rows: &[Reading]) -> Vec<u64> {
-    let (mut starts, mut last_s, mut off) = (Vec::new(), f64::NEG_INFINITY, false);
+    let (mut starts, mut last_s, mut off, mut counted) = (Vec::new(), f64::NEG_INFINITY, false, None);
     for row in rows {
         match row.kind {
             ReadingKind::LampOff => off = true,
             ReadingKind::Lit => {
                 let time_s = row.time_s.unwrap_or(last_s);
-                if starts.is_empty() || off || time_s < last_s {
+                if starts.is_empty() || off || time_s < last_s || row.burning != counted {
                     starts.push(row.index);
                 }
-                (last_s, off) = (time_s, false);
+                (last_s, off, counted) = (time_s, false, row.burning);
             }
             ReadingKind::Baffled | ReadingKind::Capped => {}
         }
@@ -247,6 +248,22 @@ mod tests {
         let ratio = drift.factor(0, 1800.0) / drift.factor(0, 9300.0);
         assert!((ratio - 1.0 / (1.0 - 0.01 * 7500.0 / 3600.0)).abs() < 0.003);
         assert!(matches!(Drift::of(&visits(|_| 3.37)).unwrap(), Drift::None { .. }));
+    }
+
+    /// The lamp went out between two sessions, and its second warm-up took longer than the first session: its clock only rises.
+    #[test]
+    fn a_lamp_that_was_switched_on_again_is_another_burning_whatever_its_clock_reads() {
+        let at = |index: u64, time_s: f64, burning: u32| Reading {
+            index,
+            time_s: Some(time_s),
+            burning: Some(burning),
+            ..crate::testing::reading(0.0, 0.0, 3.37)
+        };
+        let rows = [at(0, 1800.0, 1), at(1, 1810.0, 1), at(2, 2700.0, 2), at(3, 2710.0, 2)];
+        assert_eq!(burnings(&rows), [0, 2]);
+        // The clock was set back while the lamp went on burning: no line leads through both parts.
+        let rows = [at(0, 1800.0, 1), at(1, 1810.0, 1), at(2, 900.0, 1)];
+        assert_eq!(burnings(&rows), [0, 2]);
     }
 
     #[test]

@@ -461,18 +461,6 @@ fn run_notes(
             "the uncertainty of efficacy and colour holds noise alone, not the calibration's spectral shape".to_owned(),
         );
     }
-    if let Some(torn) = &run.readings.torn_tail {
-        notes.push(format!(
-            "line {} of readings.csv was cut short by a crash and is ignored",
-            torn.line
-        ));
-    }
-    match &run.header.stopped {
-        None => notes.push("the run was never stopped: its program was killed".to_owned()),
-        Some(stopped) if stopped.how != isolux_record::run::StopHow::Completed => {
-            notes.push(format!("the run was {}: {}", stopped.how, stopped.message));
-        }
-        Some(_) => {}
-    }
+    notes.extend(run.notices.iter().cloned());
     notes
 }

@@ -26,5 +26,7 @@ pub fn reading(c_deg: f64, gamma_deg: f64, illuminance_lx: f64) -> Reading {
         digit_lx: Some(0.01),
         integration_s: Some(0.5),
         raw: String::new(),
+        session: 0,
+        burning: None,
     }
 }

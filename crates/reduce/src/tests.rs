@@ -2,7 +2,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::readings::Readings;
-use isolux_record::run::{FORMAT, Run, RunHeader};
+use isolux_record::run::{Run, RunHeader};
 use isolux_record::{Plan, Quality, Reading, ReadingKind, Role, Station};
 
 use crate::testing::reading;
@@ -43,22 +43,16 @@ fn run(mut rows: Vec<Reading>) -> Run {
         .for_each(|(index, row)| row.index = index as u64);
     Run {
         path: Utf8PathBuf::from("run"),
-        header: RunHeader {
-            format: FORMAT.to_owned(),
-            program: "test".to_owned(),
-            started_utc: "2026-01-01T00:00:00Z".to_owned(),
-            lamp_on_utc: None,
-            stopped: None,
-            device: Vec::new(),
-            spectral: None,
-            station: Station::parse(Utf8Path::new("s.toml"), STATION).unwrap(),
-            plan: Plan::parse(Utf8Path::new("p.toml"), PLAN).unwrap(),
-        },
-        readings: Readings {
-            rows,
-            torn_tail: None,
-            whole_bytes: 0,
-        },
+        header: RunHeader::new(
+            "test".to_owned(),
+            "2026-01-01T00:00:00Z".to_owned(),
+            Vec::new(),
+            None,
+            Station::parse(Utf8Path::new("s.toml"), STATION).unwrap(),
+            Plan::parse(Utf8Path::new("p.toml"), PLAN).unwrap(),
+        ),
+        readings: Readings::of(rows),
+        notices: Vec::new(),
         spectra: Vec::new(),
     }
 }

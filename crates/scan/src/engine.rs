@@ -119,15 +119,7 @@ impl Engine<'_> {
                 "stopped",
                 &json!({ "how": how.to_string(), "message": message, "axes_at_rest": axes_at_rest }),
             )
-            .and_then(|()| {
-                run.stop(Stopped {
-                    utc,
-                    how,
-                    message: message.clone(),
-                    axes_at_rest,
-                    readings,
-                })
-            });
+            .and_then(|()| run.stop(Stopped::new(utc, how, message.clone(), axes_at_rest)));
         match rest {
             Err(axes) => {
                 let before = if outcome.is_ok() {
@@ -589,6 +581,8 @@ impl<'a> Session<'a> {
                 light.ended.saturating_duration_since(light.began).as_secs_f64(),
             )),
             raw: hexadecimal(&light.evidence),
+            session: 0,
+            burning: None,
         };
         self.without_number += u64::from(quality != Quality::Ok);
         let index = self.run.append(reading.clone())?;

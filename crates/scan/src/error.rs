@@ -120,9 +120,13 @@ impl ScanError {
     pub const fn kind(&self) -> ScanErrorKind {
         match self {
             Self::Plan(_)
-            | Self::Record(RunError::Occupied { .. } | RunError::NoRun { .. } | RunError::Changed { .. }) => {
-                ScanErrorKind::BadPlan
-            }
+            | Self::Record(
+                RunError::Occupied { .. }
+                | RunError::NoRun { .. }
+                | RunError::Changed { .. }
+                | RunError::HeaderChanged { .. }
+                | RunError::Damaged { .. },
+            ) => ScanErrorKind::BadPlan,
             Self::NotStable { .. } | Self::NoLight { .. } | Self::Declined { .. } => ScanErrorKind::Gate,
             Self::Interrupted { .. } => ScanErrorKind::Interrupted,
             Self::Device { .. }

@@ -478,17 +478,14 @@ pub fn bench() -> (Devices, Shared) {
 
 pub fn header(devices: &Devices, plan: &Plan) -> RunHeader {
     let station = station();
-    RunHeader {
-        format: isolux_record::run::FORMAT.to_owned(),
-        program: "test".to_owned(),
-        started_utc: "2026-01-01T00:00:00Z".to_owned(),
-        lamp_on_utc: None,
-        stopped: None,
-        device: devices.records(&station),
-        spectral: devices.spectro.as_ref().map(|spectro| spectro.calibration.clone()),
+    RunHeader::new(
+        "test".to_owned(),
+        "2026-01-01T00:00:00Z".to_owned(),
+        devices.records(&station),
+        devices.spectro.as_ref().map(|spectro| spectro.calibration.clone()),
         station,
-        plan: plan.clone(),
-    }
+        plan.clone(),
+    )
 }
 
 pub fn run_dir(devices: &Devices, plan: &Plan) -> (tempfile::TempDir, Utf8PathBuf, RunDir) {

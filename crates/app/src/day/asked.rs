@@ -3,16 +3,19 @@
 use std::cell::Cell;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::{Job, Plan, Run, Station};
+use isolux_record::{Job, Plan, RunHeader, Station};
 use toml::{Table, Value};
 
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
-use crate::{Failure, init};
+use crate::{Failure, init, record};
 
 /// The folder's name in the day.
 const FOLDER: &str = "job";
+
+/// Files that are always in it.
+const KEPT: [&str; 2] = ["job.toml", "scene.toml"];
 
 /// Keeps the job at the first thing that a scan tells, when its run directory is there: a day whose program is killed after
 /// that still knows what it was asked.
@@ -82,7 +85,9 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
             .map(|(_, name)| name.clone());
         *text = known.unwrap_or_else(|| {
             let name = from.file_name().unwrap_or("file");
-            let name = if ["scene.toml", "job.toml"].contains(&name) || taken.iter().any(|(_, other)| other == name) {
+            let name = if ["scene.toml", "job.toml", record::SUMS].contains(&name)
+                || taken.iter().any(|(_, other)| other == name)
+            {
                 format!("{}-{name}", taken.len())
             } else {
                 name.to_owned()
@@ -91,14 +96,15 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
             name
         });
     });
-    for (from, name) in &taken {
-        files::write(&folder.join(name), &files::read(from)?, Overwrite::Force)?;
+    let mut kept: Vec<(String, Vec<u8>)> = Vec::new();
+    for (from, name) in taken {
+        kept.push((name, files::read(&from)?));
     }
     if let Value::Table(table) = &mut scene {
         table.insert("model".into(), "../results/luminaire.model.toml".into());
     }
     let text = |table: &Value| toml::to_string(table).map_err(Failure::bad_input);
-    files::write(&folder.join("scene.toml"), text(&scene)?.as_bytes(), Overwrite::Force)?;
+    kept.push(("scene.toml".to_owned(), text(&scene)?.into_bytes()));
 
     let mut document = Table::new();
     document.insert("format".into(), "isolux-job/1".into());
@@ -113,8 +119,13 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
         document.insert("diagnose".into(), diagnose.into());
     }
     // job.toml last: a folder with it holds what it names.
-    let document = text(&document.into())?;
-    files::write(&folder.join("job.toml"), document.as_bytes(), Overwrite::Force)
+    kept.push(("job.toml".to_owned(), text(&document.into())?.into_bytes()));
+    let sums = record::sums(kept.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())));
+    files::write(&folder.join(record::SUMS), sums.as_bytes(), Overwrite::Force)?;
+    for (name, bytes) in &kept {
+        files::write(&folder.join(name), bytes, Overwrite::Force)?;
+    }
+    Ok(())
 }
 
 /// The job of a day that is taken up again without one; none where the built-in virtual darkroom played it.
@@ -124,9 +135,11 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
 pub(super) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
     let file = day.join(FOLDER).join("job.toml");
     if file.is_file() {
+        let give = |failure: Failure| failure.help(format!("give the job: isolux run JOB --resume {day}"));
+        record::check_sums(day, &day.join(FOLDER), &KEPT).map_err(give)?;
         return Job::load(&file)
             .map(Some)
-            .map_err(|error| Failure::bad_input(error).help(format!("give the job: isolux run JOB --resume {day}")));
+            .map_err(|error| give(Failure::bad_input(error)));
     }
     if built_in(day)? {
         return Ok(None);
@@ -147,6 +160,8 @@ pub(super) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<(Optio
     let folder = day.join(FOLDER);
     let file = folder.join("job.toml");
     if file.is_file() {
+        record::check_sums(day, &folder, &KEPT)
+            .map_err(|failure| failure.help(format!("give the job: isolux report {day} --job JOB --out FILE")))?;
         let text =
             String::from_utf8(files::read(&file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
         let table: Table = text
@@ -167,12 +182,12 @@ fn unknown(day: &Utf8Path) -> Failure {
 /// Whether a day without a kept job can be one of the built-in virtual darkroom: its station and plan, and its sensor where
 /// the day came so far.
 fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
-    let run = Run::read(day).map_err(Failure::bad_input)?;
+    let header = RunHeader::read(day).map_err(Failure::bad_input)?;
     let (station, _) = init::virtual_station()?;
     let name = Utf8Path::new("built-in");
     let station = Station::parse(name, &station).map_err(Failure::bad_input)?;
     let plan = Plan::parse(name, init::PLAN).map_err(Failure::bad_input)?;
-    if run.header.station != station || run.header.plan != plan {
+    if header.station != station || header.plan != plan {
         return Ok(false);
     }
     let file = day.join("results/result.json");

@@ -82,6 +82,13 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, evening: &mut Evening) 
     }
     let file = results.join("diagnosis.json");
     if file.is_file() {
+        let made = results.join("diagnosis/diagnosis.json");
+        if files::read(&made)? != files::read(&file)? {
+            return Err(
+                Failure::bad_input(format!("{file} and {made} differ: one of them was changed"))
+                    .help(format!("make them again: isolux run --resume {folder}")),
+            );
+        }
         if own_model || diagnosed_here(&results)? {
             let sentence = json(&file)?["sentence"].as_str().map(str::to_owned);
             evening.diagnosis = sentence.map(|sentence| vec![sentence]);

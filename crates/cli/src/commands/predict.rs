@@ -41,6 +41,9 @@ pub fn run(arguments: &Predict) -> Result<(), Failure> {
         "{} rows of {} → {}",
         predicted.rows, predicted.kind, arguments.out
     ));
+    for notice in &predicted.notices {
+        screen::say(format_args!("note: {notice}"));
+    }
     if !predicted.effects_applied.is_empty() {
         screen::say(format_args!(
             "effects applied: {}",

@@ -20,6 +20,9 @@ pub struct Run {
     /// Take up a day that broke off: what its scan lacks is measured, and all results are made anew.
     #[arg(long, value_name = "DIR", conflicts_with = "out")]
     resume: Option<Utf8PathBuf>,
+    /// With --resume, for a damaged record: keep what is whole, set damaged files aside, read again what is missing.
+    #[arg(long, requires = "resume")]
+    reread: bool,
     /// Show the report in the browser at the end.
     #[arg(long)]
     open: bool,
@@ -31,6 +34,7 @@ pub fn run(arguments: &Run) -> Result<(), Failure> {
         job: arguments.job.clone(),
         out: arguments.resume.clone().or_else(|| arguments.out.clone()),
         resume: arguments.resume.is_some(),
+        reread: arguments.reread,
     };
     let operator = super::scan::operator();
     let operator = operator

@@ -22,9 +22,12 @@ pub struct Scan {
     /// The run directory to write; it must not exist or be empty.
     #[arg(long, conflicts_with = "resume", required_unless_present = "resume")]
     out: Option<Utf8PathBuf>,
-    /// Take a broken-off run up again: no point twice, none lost.
+    /// Resume a run that broke off: no point twice, none lost.
     #[arg(long)]
     resume: Option<Utf8PathBuf>,
+    /// With --resume, for a damaged record: keep what is whole, set damaged files aside, read again what is missing.
+    #[arg(long, requires = "resume")]
+    reread: bool,
     /// Print the facts as JSON.
     #[arg(long)]
     json: bool,
@@ -33,6 +36,7 @@ pub struct Scan {
 /// Runs the command.
 pub fn run(arguments: &Scan) -> Result<(), Failure> {
     let (path, target) = match (&arguments.out, &arguments.resume) {
+        (_, Some(path)) if arguments.reread => (path, Target::Reread(path)),
         (_, Some(path)) => (path, Target::Resume(path)),
         (Some(path), None) => (path, Target::New(path)),
         (None, None) => return Err(Failure::bad_input("give --out RUN or --resume RUN")),

@@ -30,6 +30,14 @@ pub enum Problem {
     /// A folder without readings.
     #[error("is a folder without readings.csv; give a run directory, a readings CSV, a maps.toml or a spectra.toml")]
     NotARun,
+    /// A run whose record cannot be used.
+    #[error("{0}")]
+    Record(String),
+    /// The readings of a run without its run.toml.
+    #[error(
+        "has readings.csv of a run and no run.toml: what was recorded cannot be compared; restore run.toml from a copy"
+    )]
+    NoRunToml,
     /// Another document of this program.
     #[error("is no file of observations; give a run directory, a readings CSV, a maps.toml or a spectra.toml")]
     NotObservations,

@@ -45,11 +45,14 @@ pub enum Observations {
 /// [`ObservationError`] with file and line of the first thing that is wrong.
 pub fn open(path: &Utf8Path, need: Need) -> Result<Observations, ObservationError> {
     if path.is_dir() {
-        let readings = path.join("readings.csv");
-        if !readings.is_file() {
-            return Err(ObservationError::new(path, None, Problem::NotARun));
-        }
-        return Readings::open_run(&readings, need).map(Observations::Readings);
+        return Readings::open_run(path, need).map(Observations::Readings);
+    }
+    // The readings of a run by their own name are still those of the run.
+    if path.file_name() == Some("readings.csv")
+        && let Some(run) = path.parent()
+        && run.join("run.toml").is_file()
+    {
+        return Readings::open_run(run, need).map(Observations::Readings);
     }
     match path.extension() {
         Some("toml") => {

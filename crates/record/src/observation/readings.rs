@@ -6,6 +6,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 
 use super::table::{Fields, Table, read_text};
 use super::{Need, ObservationError, Problem};
+use crate::run::Run;
 use crate::{Quality, ReadingKind};
 
 /// Where, when and how a reading was taken: all that a prediction needs.
@@ -55,6 +56,7 @@ pub struct Readings {
     header: Vec<String>,
     text: Vec<Vec<String>>,
     rows: Vec<ReadingRow>,
+    notices: Vec<String>,
 }
 
 const COORDINATES: [&str; 10] = [
@@ -83,9 +85,32 @@ impl Readings {
         Self::parse(path, &read_text(path)?, need, false)
     }
 
-    /// Readings of a run directory: a last line that a power cut tore is left out.
-    pub(super) fn open_run(path: &Utf8Path, need: Need) -> Result<Self, ObservationError> {
-        Self::parse(path, &read_text(path)?, need, true)
+    /// Readings of a run directory, compared with what was recorded: a last line that a power cut tore is left out. A folder
+    /// with the readings of another program has no run.toml and is taken as it is.
+    pub(super) fn open_run(folder: &Utf8Path, need: Need) -> Result<Self, ObservationError> {
+        let path = folder.join("readings.csv");
+        let failed = |problem| ObservationError::new(folder, None, problem);
+        if folder.join("run.toml").is_file() {
+            let run = Run::read(folder).map_err(|error| failed(Problem::Record(error.to_string())))?;
+            let text = read_text(&path)?;
+            let whole = text.get(..run.readings.whole_bytes).unwrap_or(&text);
+            let mut readings = Self::parse(&path, whole, need, false)?;
+            readings.notices = run.notices;
+            return Ok(readings);
+        }
+        if !path.is_file() {
+            return Err(failed(Problem::NotARun));
+        }
+        let text = read_text(&path)?;
+        if text.starts_with(crate::readings::HEADER) {
+            return Err(failed(Problem::NoRunToml));
+        }
+        Self::parse(&path, &text, need, true)
+    }
+
+    /// What a person should know of the record that they come from.
+    pub fn notices(&self) -> &[String] {
+        &self.notices
     }
 
     fn parse(path: &Utf8Path, text: &str, need: Need, torn_tail: bool) -> Result<Self, ObservationError> {
@@ -136,6 +161,7 @@ impl Readings {
             header,
             text,
             rows,
+            notices: Vec::new(),
         })
     }
 
@@ -173,6 +199,7 @@ impl Readings {
             header: self.header.clone(),
             text: rest(&self.text, left_out),
             rows: rest(&self.rows, left_out),
+            notices: self.notices.clone(),
         }
     }
 

@@ -1,0 +1,104 @@
+//! Runs as use cases read them: what is damaged comes with what can be done about it.
+
+use std::collections::BTreeMap;
+
+use camino::Utf8Path;
+use isolux_record::disk::sha256;
+use isolux_record::readings::Layout;
+use isolux_record::{Run, RunError, RunHeader};
+use serde::Deserialize;
+
+use crate::{Failure, files};
+
+/// File in a folder of a run with the SHA-256 of the other files, as `sha256sum` writes and checks it.
+pub(crate) const SUMS: &str = "SHA256SUMS";
+
+/// Reads the run in `path`.
+///
+/// # Errors
+/// Bad input (exit 2): no run, or one that is not as it was recorded.
+pub fn read(path: &Utf8Path) -> Result<Run, Failure> {
+    Run::read(path).map_err(|error| Failure {
+        help: help(&error),
+        ..Failure::bad_input(error)
+    })
+}
+
+/// What to do about a run that cannot be used.
+pub(crate) fn help(error: &RunError) -> Option<String> {
+    match error {
+        RunError::Damaged { path, .. } => Some(format!(
+            "restore the damaged files from a copy; without one, `isolux run --resume {path} --reread` (or `isolux scan STATION \
+             PLAN --resume {path} --reread`) keeps what is whole, sets the damaged files aside in the run, and reads again what \
+             is missing"
+        )),
+        _ => None,
+    }
+}
+
+/// The lines of [`SUMS`] for these files.
+pub(crate) fn sums<'a>(files: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> String {
+    files.into_iter().fold(String::new(), |text, (name, bytes)| {
+        text + &format!("{}  {name}\n", sha256(bytes))
+    })
+}
+
+/// Compares the files of `folder` in the run `run` with its [`SUMS`]; a run of format 1 has none.
+///
+/// # Errors
+/// Bad input (exit 2) with the file that is missing or not what was written, or that is among `needed` and not in the list.
+pub(crate) fn check_sums(run: &Utf8Path, folder: &Utf8Path, needed: &[&str]) -> Result<(), Failure> {
+    let file = folder.join(SUMS);
+    if !file.is_file() {
+        let header = RunHeader::read(run).map_err(Failure::bad_input)?;
+        if header.layout() == Layout::V1 {
+            return Ok(());
+        }
+        return Err(Failure::bad_input(format!(
+            "{file} is missing: {folder} cannot be compared with what was written"
+        )));
+    }
+    let text =
+        String::from_utf8(files::read(&file)?).map_err(|_| Failure::bad_input(format!("{file}: is not UTF-8 text")))?;
+    let mut listed = BTreeMap::new();
+    for (place, line) in text.lines().enumerate() {
+        let (hash, name) = line
+            .split_once("  ")
+            .ok_or_else(|| Failure::bad_input(format!("{file}:{}: not a SHA-256 and a name", place + 1)))?;
+        listed.insert(name.to_owned(), hash.to_owned());
+    }
+    if let Some(name) = needed.iter().find(|name| !listed.contains_key(**name)) {
+        return Err(Failure::bad_input(format!("{file}: {name} is not listed")));
+    }
+    compare(folder, &listed)
+}
+
+/// Compares the results of a reduction with the list of them in its provenance.json; nothing where nothing was reduced.
+///
+/// # Errors
+/// Bad input (exit 2) with the file that is missing or not what the reduction wrote.
+pub(crate) fn check_results(results: &Utf8Path) -> Result<(), Failure> {
+    #[derive(Deserialize)]
+    struct Provenance {
+        results_sha256: BTreeMap<String, String>,
+    }
+    let file = results.join("provenance.json");
+    if !file.exists() && !results.join("budget.json").exists() {
+        return Ok(());
+    }
+    let again = "make the results again with `isolux reduce RUN --force`; a file of your own keeps its changes under another name";
+    let provenance: Provenance = serde_json::from_slice(&files::read(&file)?)
+        .map_err(|error| Failure::bad_input(format!("{file}: {error}")).help(again))?;
+    compare(results, &provenance.results_sha256).map_err(|failure| failure.help(again))
+}
+
+fn compare(folder: &Utf8Path, listed: &BTreeMap<String, String>) -> Result<(), Failure> {
+    for (name, hash) in listed {
+        let file = folder.join(name);
+        if sha256(&files::read(&file)?) != *hash {
+            let message = format!("{file}: is not the file that was written: its SHA-256 is another");
+            return Err(Failure::bad_input(message).help("restore it from a copy"));
+        }
+    }
+    Ok(())
+}

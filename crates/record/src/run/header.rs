@@ -1,0 +1,287 @@
+//! run.toml: what a run is of, how far it is known to be written, and the checksum that says that nobody changed it since.
+
+use camino::Utf8Path;
+use serde::{Deserialize, Serialize};
+
+use super::RunError;
+use crate::disk::sha256;
+use crate::document::{Source, read_text};
+use crate::plan::Plan;
+use crate::readings::Layout;
+use crate::spectra::SpectralCalibration;
+use crate::station::Station;
+
+/// Value of `format` in run.toml.
+pub const FORMAT: &str = "isolux-run/2";
+
+/// The format before: without checksums of run.toml and of spectra, without hashes of rows.
+pub const FORMAT_1: &str = "isolux-run/1";
+
+/// run.toml.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunHeader {
+    /// [`FORMAT`], or [`FORMAT_1`] of a run that an earlier program began.
+    pub format: String,
+    /// Name and version of the program that wrote the run.
+    pub program: String,
+    /// UTC of the start, RFC 3339.
+    pub started_utc: String,
+    /// UTC of t = 0, the last switching on of the lamp; none before it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lamp_on_utc: Option<String>,
+    /// How often the lamp was switched on.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub burnings: u32,
+    /// Rows that readings.csv holds at least.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub written: Option<Written>,
+    /// How the run ended; none while it lasts, and for ever if its program was killed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<Stopped>,
+    /// When the run was resumed, the first start left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub resumed: Vec<Resumed>,
+    /// The spectra of the run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spectrum: Vec<SpectrumEntry>,
+    /// Identities of the instruments.
+    #[serde(default)]
+    pub device: Vec<DeviceRecord>,
+    /// Calibration of the spectroradiometer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectral: Option<SpectralCalibration>,
+    /// The station as it was.
+    pub station: Station,
+    /// The plan as it was.
+    pub plan: Plan,
+}
+
+/// Rows that readings.csv holds at least, and the `chain` of two of them: rows that are lost or of another run are
+/// missed, even where the program was killed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Written {
+    /// How many.
+    pub readings: u64,
+    /// `chain` of the first.
+    pub first_chain: String,
+    /// `chain` of the last of them.
+    pub chain: String,
+}
+
+/// A further session at the bench.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Resumed {
+    /// UTC, RFC 3339.
+    pub utc: String,
+    /// Name and version of the program.
+    pub program: String,
+    /// Its first row.
+    pub first_row: u64,
+    /// What was damaged, where what is whole was kept and the rest is read again.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub damage: Vec<String>,
+    /// Folder in the run with the damaged files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub set_aside: Option<String>,
+}
+
+/// A spectrum of the run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpectrumEntry {
+    /// Its number, which names the file.
+    pub index: u64,
+    /// Pixels in it.
+    pub pixels: u64,
+    /// SHA-256 of the file.
+    pub sha256: String,
+}
+
+impl SpectrumEntry {
+    /// The file's name in the run.
+    pub fn file(&self) -> String {
+        format!("spectra/{:03}.csv", self.index)
+    }
+}
+
+/// What an instrument said of itself.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DeviceRecord {
+    /// Its part: `axis.c`, `axis.gamma`, `luxmeter`, `spectroradiometer`, `lamp`, …
+    pub role: String,
+    /// `driver:target`, or `prompt` for a person.
+    pub open: String,
+    /// Model.
+    pub model: String,
+    /// Serial number, where it can be asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
+    /// Firmware, where it can be asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub firmware: Option<String>,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stopped {
+    /// UTC, RFC 3339.
+    pub utc: String,
+    /// In a word.
+    pub how: StopHow,
+    /// In a sentence.
+    pub message: String,
+    /// Whether both axes were verified at rest.
+    pub axes_at_rest: bool,
+    /// Readings recorded; set by the record.
+    #[serde(default)]
+    pub readings: u64,
+    /// SHA-256 of readings.csv with these rows; set by the record, none in format 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub readings_sha256: Option<String>,
+    /// Events recorded; set by the record, none in format 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub events: Option<u64>,
+    /// SHA-256 of events.jsonl with these lines; set by the record, none in format 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub events_sha256: Option<String>,
+}
+
+/// How a run ended, in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopHow {
+    /// Every point of the plan was read.
+    Completed,
+    /// A person or a signal asked for it.
+    Interrupted,
+    /// An instrument or the system failed.
+    Failed,
+}
+
+impl std::fmt::Display for StopHow {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Completed => "completed",
+            Self::Interrupted => "interrupted",
+            Self::Failed => "failed",
+        })
+    }
+}
+
+impl Stopped {
+    /// How a run ended; what it holds is set by the record.
+    pub fn new(utc: String, how: StopHow, message: String, axes_at_rest: bool) -> Self {
+        Self {
+            utc,
+            how,
+            message,
+            axes_at_rest,
+            readings: 0,
+            readings_sha256: None,
+            events: None,
+            events_sha256: None,
+        }
+    }
+}
+
+impl RunHeader {
+    /// run.toml of a run that begins: no lamp, no rows, no spectrum yet.
+    pub fn new(
+        program: String,
+        started_utc: String,
+        device: Vec<DeviceRecord>,
+        spectral: Option<SpectralCalibration>,
+        station: Station,
+        plan: Plan,
+    ) -> Self {
+        Self {
+            format: FORMAT.to_owned(),
+            program,
+            started_utc,
+            lamp_on_utc: None,
+            burnings: 0,
+            written: None,
+            stopped: None,
+            resumed: Vec::new(),
+            spectrum: Vec::new(),
+            device,
+            spectral,
+            station,
+            plan,
+        }
+    }
+
+    /// run.toml of the run in `path`, without its rows and spectra.
+    ///
+    /// # Errors
+    /// As [`Run::read`](super::Run::read) for run.toml.
+    pub fn read(path: &Utf8Path) -> Result<Self, RunError> {
+        let file = path.join("run.toml");
+        if !file.is_file() {
+            return Err(RunError::NoRun {
+                path: path.to_owned(),
+                unfinished: path.exists() && super::vacant(path),
+            });
+        }
+        Self::parse(&file, &read_text(&file)?)
+    }
+
+    /// Columns of its readings.csv.
+    pub fn layout(&self) -> Layout {
+        if self.format == FORMAT_1 {
+            Layout::V1
+        } else {
+            Layout::V2
+        }
+    }
+
+    /// The text of run.toml. From format 2 on it ends with the SHA-256 of everything before.
+    pub(super) fn to_text(&self) -> Result<String, toml::ser::Error> {
+        let body = toml::to_string(self)?;
+        Ok(match self.layout() {
+            Layout::V1 => body,
+            Layout::V2 => {
+                let body = format!("{}\n", body.trim_end());
+                let check = check(&body);
+                body + &check
+            }
+        })
+    }
+
+    /// Parses run.toml of either format.
+    fn parse(file: &Utf8Path, text: &str) -> Result<Self, RunError> {
+        if text.starts_with(&format!("format = \"{FORMAT_1}\"")) {
+            return Ok(Source { file, text }.parse(FORMAT_1)?);
+        }
+        let changed = |what: &str| RunError::HeaderChanged {
+            file: file.to_owned(),
+            what: what.to_owned(),
+        };
+        let Some(end) = text.rfind(CHECK) else {
+            // A file that never was of this format says so in its own words.
+            Source { file, text }.parse::<toml::Table>(FORMAT)?;
+            return Err(changed("the [check] at its end is missing"));
+        };
+        let body = &text[..end];
+        if text[end..] != check(body) {
+            return Err(changed("its SHA-256 is not that of its [check]"));
+        }
+        Ok(Source { file, text: body }.parse(FORMAT)?)
+    }
+}
+
+const CHECK: &str = "\n[check]\n";
+
+fn check(body: &str) -> String {
+    format!("{CHECK}sha256 = \"{}\"\n", sha256(body.as_bytes()))
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
+fn is_zero(number: &u32) -> bool {
+    *number == 0
+}
