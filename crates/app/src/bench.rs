@@ -133,8 +133,10 @@ impl Source {
             (file.file_name().unwrap_or("calibration"), text.clone(), factors)
         } else {
             let factors = properties.irradiance_factor.clone().ok_or_else(|| {
-                Failure::bad_input("spectroradiometer: calibration = \"device\", but the instrument stores none")
-                    .help("name a CSV file of wavelength_nm,factor beside the station")
+                Failure::bad_input(
+                    "spectroradiometer: calibration = \"device\", but the instrument stores none that can be used",
+                )
+                .help("name a CSV file of wavelength_nm,factor beside the station")
             })?;
             let text = factors
                 .iter()

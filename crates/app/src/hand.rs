@@ -28,13 +28,13 @@ pub struct Position {
 /// One reading of the lux meter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Lux {
-    /// Illuminance after the station's calibration factor; none out of range.
+    /// Illuminance after the station's calibration factor; none out of range or of unsteady light.
     pub illuminance_lx: Option<f64>,
     /// One digit of the display.
     pub digit_lx: f64,
     /// The meter's range.
     pub range: u8,
-    /// `ok`, `over_range` or `under_range`.
+    /// `ok`, `over_range`, `under_range` or `unsteady`.
     pub quality: &'static str,
 }
 
@@ -183,6 +183,7 @@ pub(crate) async fn readings(meter: &dyn LuxMeter, factor: f64, count: u32) -> R
             LuxOutcome::Measured(_) => "ok",
             LuxOutcome::OverRange => "over_range",
             LuxOutcome::UnderRange => "under_range",
+            LuxOutcome::Unsteady => "unsteady",
         };
         list.push(Lux {
             illuminance_lx: reading.illuminance().map(|lux| lux.value() * factor),

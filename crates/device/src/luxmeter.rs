@@ -22,7 +22,7 @@ pub trait LuxMeter: Send + Sync {
     ///
     /// # Errors
     /// [`Timeout`](DeviceError::Timeout) at `deadline`; [`Fault`](DeviceError::Fault) for a broken or unpowered head. A
-    /// signal outside the range is no error but [`LuxOutcome::OverRange`] or [`LuxOutcome::UnderRange`].
+    /// signal outside the range, or one that does not stay the same, is no error but another [`LuxOutcome`].
     async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError>;
 
     /// Chooses a measuring range for the readings that follow.
@@ -61,6 +61,8 @@ pub enum LuxOutcome {
     OverRange,
     /// Less light than the range resolves, said by the meter. There is no number.
     UnderRange,
+    /// No two exchanges in a row agreed: the light changes, or the link damages or delays answers. There is no number.
+    Unsteady,
 }
 
 /// Something that does not spoil a reading but should be known.
@@ -77,6 +79,9 @@ pub struct LuxReading {
     pub outcome: LuxOutcome,
     /// Range in which it was taken, in the meter's own numbering; 0 when the meter does not say.
     pub range: u8,
+    /// The outcome of the exchange before it, of light after `not_before` too, with which it agrees. Given by a driver whose
+    /// language cannot tie an answer to its request, so that one exchange alone proves nothing.
+    pub confirmed_by: Option<LuxOutcome>,
     /// One digit of the answer: the full width of the rectangular distribution that rounding makes.
     pub digit: Lux,
     /// No light before this moment contributed.
@@ -94,7 +99,7 @@ impl LuxReading {
     pub const fn illuminance(&self) -> Option<Lux> {
         match self.outcome {
             LuxOutcome::Measured(lux) => Some(lux),
-            LuxOutcome::OverRange | LuxOutcome::UnderRange => None,
+            LuxOutcome::OverRange | LuxOutcome::UnderRange | LuxOutcome::Unsteady => None,
         }
     }
 

@@ -547,6 +547,7 @@ impl<'a> Session<'a> {
     ) -> Result<Option<f64>, ScanError> {
         let quality = match light.outcome {
             _ if !stable => Quality::Failed,
+            LuxOutcome::Unsteady => Quality::Failed,
             LuxOutcome::Measured(_) => Quality::Ok,
             LuxOutcome::OverRange => Quality::OverRange,
             LuxOutcome::UnderRange => Quality::UnderRange,

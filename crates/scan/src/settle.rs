@@ -104,21 +104,27 @@ impl<'a> Photometer<'a> {
     }
 
     /// Reads until two consecutive readings of light after `rest_at` agree within noise and digit. Out of range twice is
-    /// agreement too: more readings would say the same.
+    /// agreement too: more readings would say the same. The exchange by which a driver confirmed a reading is the first of
+    /// two; light that the driver found unsteady does not settle.
     ///
     /// # Errors
     /// As [`read`](Self::read).
     pub async fn settled(&mut self, rest_at: Instant) -> Result<Settled, ScanError> {
         let mut before = self.read(rest_at).await?;
+        if let Some(earlier) = before.confirmed_by
+            && self.agree((earlier, before.digit.value()), &before)
+        {
+            return Ok(Settled {
+                reading: before,
+                stable: true,
+            });
+        }
         for _ in 1..MOST_READINGS {
+            if before.outcome == LuxOutcome::Unsteady {
+                break;
+            }
             let reading = self.read(rest_at).await?;
-            let agree = match (before.outcome, reading.outcome) {
-                (LuxOutcome::Measured(a), LuxOutcome::Measured(b)) => self
-                    .noise
-                    .agree((a.value(), before.digit.value()), (b.value(), reading.digit.value())),
-                (a, b) => a == b,
-            };
-            if agree {
+            if self.agree((before.outcome, before.digit.value()), &reading) {
                 return Ok(Settled { reading, stable: true });
             }
             before = reading;
@@ -127,6 +133,30 @@ impl<'a> Photometer<'a> {
             reading: before,
             stable: false,
         })
+    }
+
+    /// The error for light of which no reading could be confirmed where a number is needed.
+    pub(crate) fn unsteady(&self) -> ScanError {
+        ScanError::Device {
+            role: "luxmeter",
+            source: DeviceError::Fault {
+                device: self.meter.identity().target.clone(),
+                action: "read".to_owned(),
+                reason: "no two answers in a row agree: the light changes, or the link damages or delays answers"
+                    .to_owned(),
+                evidence: Vec::new(),
+            },
+        }
+    }
+
+    fn agree(&self, (before, digit_lx): (LuxOutcome, f64), reading: &LuxReading) -> bool {
+        match (before, reading.outcome) {
+            (LuxOutcome::Measured(a), LuxOutcome::Measured(b)) => self
+                .noise
+                .agree((a.value(), digit_lx), (b.value(), reading.digit.value())),
+            (LuxOutcome::Unsteady, _) => false,
+            (a, b) => a == b,
+        }
     }
 }
 

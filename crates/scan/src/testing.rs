@@ -313,6 +313,7 @@ impl LuxMeter for FakeMeter {
         Ok(LuxReading {
             outcome: LuxOutcome::Measured(Lux::new(lux).unwrap()),
             range: 1,
+            confirmed_by: None,
             digit: Lux::new(0.01).unwrap(),
             began,
             ended,

@@ -139,14 +139,23 @@ async fn look(
 ) -> Result<(f64, f64), ScanError> {
     let asked = Instant::now();
     let (mut sum, mut middle_s) = (0.0, 0.0);
-    let mut before: Option<f64> = None;
+    let (mut before, mut count) = (None::<f64>, 0.0);
     for _ in 0..READINGS_A_LOOK {
         let reading = photometer.read(asked).await?;
-        let LuxOutcome::Measured(lux) = reading.outcome else {
-            return Err(ScanError::NoLight {
-                illuminance_lx: f64::NAN,
-            });
+        let lux = match reading.outcome {
+            LuxOutcome::Measured(lux) => lux,
+            // A change while the lamp settles: the look goes on without this reading.
+            LuxOutcome::Unsteady => {
+                before = None;
+                continue;
+            }
+            LuxOutcome::OverRange | LuxOutcome::UnderRange => {
+                return Err(ScanError::NoLight {
+                    illuminance_lx: f64::NAN,
+                });
+            }
         };
+        count += 1.0;
         let at = reading.middle().saturating_duration_since(on_at).as_secs_f64();
         if let Some(before) = before {
             scatter.push_back((at, lux.value() - before, reading.digit.value()));
@@ -155,7 +164,9 @@ async fn look(
         sum += lux.value();
         middle_s += at;
     }
-    let count = READINGS_A_LOOK as f64;
+    if count == 0.0 {
+        return Err(photometer.unsteady());
+    }
     Ok((sum / count, middle_s / count))
 }
 

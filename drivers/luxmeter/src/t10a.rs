@@ -4,6 +4,11 @@
 //! `t` is answered with light of (t − 1 s, t], and while the automatic range is changing the old value is repeated for one
 //! interval more (manual, section 1). The driver therefore waits two intervals after `not_before` in a fixed range, three in
 //! automatic range, and more than one interval between two requests, so that no conversion is returned twice.
+//!
+//! An answer carries no number that would tie it to its request. A value is therefore given only when two exchanges in a
+//! row agree, when it fits the range it states, and when no byte arrived that nothing had asked for; such a byte discards
+//! what was read, and the line is drained and put in step again. The exchange before confirms the next one, so a series
+//! of readings of the same light costs one exchange more in all.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,7 +18,7 @@ use isolux_device::{
     Caution, DeviceError, ErrorKind, Identity, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxOutcome, LuxRange,
     LuxReading, OpenError, Target,
 };
-use isolux_protocol_t10a::{Answer, Conversation, Event, Measurement, QUIET, Range, Request};
+use isolux_protocol_t10a::{Answer, Conversation, Event, Measurement, QUIET, Range, Request, Value};
 use isolux_transport::{Bus, LineSettings, Links, Outcome, Parity};
 use isolux_units::Lux;
 use tokio::sync::Mutex;
@@ -47,6 +52,17 @@ const FULL_SCALE_LX: [f64; 5] = [29.99, 299.9, 2999.0, 29_990.0, 299_900.0];
 
 /// Tries at one reading before its error is told.
 const TRIES: usize = 3;
+
+/// After the last answer the line is watched for so long: a request and an answer take 48 ms, so the true answer to a
+/// request that an old one seemed to answer has arrived by then.
+const GUARD: Duration = Duration::from_millis(100);
+
+/// Exchanges of one reading within which two in a row must agree.
+const MOST_EXCHANGES: usize = 12;
+
+/// Two exchanges agree when they differ by no more than this share of the value, or by one digit. Scatter of 0.1 %, as a
+/// stable lamp has, stays inside; a lamp that changes faster than 1 % a second is not steady.
+const AGREEMENT: f64 = 0.005;
 
 /// Opens T-10A meters.
 pub struct T10aDriver {
@@ -95,6 +111,8 @@ impl LuxMeterFactory for T10aDriver {
                 range: Range::Auto,
                 asked: None,
                 in_doubt: false,
+                last: None,
+                unsolicited: 0,
             }),
         };
         meter.connect().await?;
@@ -115,8 +133,35 @@ struct State {
     range: Range,
     /// When the last reading was asked for.
     asked: Option<Instant>,
-    /// A reading was given up and may still come.
+    /// A reading was given up and may still come, or something came that nobody asked for.
     in_doubt: bool,
+    /// The exchange that may confirm the next one.
+    last: Option<Exchange>,
+    /// Count of the bus when the line was last known to be in step.
+    unsolicited: u64,
+}
+
+/// A request and its answer.
+#[derive(Clone)]
+struct Exchange {
+    asked: Instant,
+    reading: LuxReading,
+}
+
+impl Exchange {
+    /// Whether both can be readings of the same light. A change of range between them is a disagreement: the meter repeats
+    /// old values while it changes.
+    fn agrees(&self, other: &Self) -> bool {
+        let (a, b) = (&self.reading, &other.reading);
+        match (a.outcome, b.outcome) {
+            (LuxOutcome::Measured(first), LuxOutcome::Measured(second)) => {
+                let (first, second, digit) = (first.value(), second.value(), a.digit.value());
+                let allowed = (AGREEMENT * first.abs().max(second.abs())).max(digit * 1.000_001);
+                a.range == b.range && a.digit == b.digit && (first - second).abs() <= allowed
+            }
+            (first, second) => first == second,
+        }
+    }
 }
 
 #[async_trait]
@@ -132,12 +177,18 @@ impl LuxMeter for T10a {
     async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError> {
         let began = Instant::now();
         let mut state = self.state.lock().await;
-        let mut tries = 0;
+        let (mut damaged, mut exchanges) = (0, 0);
+        let mut disagreed: Option<LuxReading> = None;
         loop {
+            self.surplus(&mut state);
             let reach = if state.range == Range::Auto { 3 } else { 2 } * UPDATE;
             let fresh = state.asked.map_or(began, |asked| asked + UPDATE + MARGIN);
             let at = fresh.max(not_before + reach);
-            if at + Duration::from_millis(50) > deadline {
+            let late = at + GUARD + MARGIN > deadline;
+            if let Some(reading) = disagreed.take_if(|_| late || exchanges >= MOST_EXCHANGES) {
+                return Ok(reading);
+            }
+            if late {
                 sleep_until(deadline).await;
                 let (device, action) = (self.name.clone(), "read".to_owned());
                 return Err(DeviceError::Timeout {
@@ -153,36 +204,53 @@ impl LuxMeter for T10a {
                 if let Ok(result) = tokio::time::timeout_at(deadline, self.connect()).await {
                     result?;
                     state.in_doubt = false;
+                    state.unsolicited = self.bus.unsolicited();
                 }
                 continue;
             }
             sleep_until(at).await;
-            state.in_doubt = true;
-            let asked = Instant::now();
-            state.asked = Some(asked);
-            let request = Request::Read {
-                head: self.head,
-                range: state.range,
-                hold: false,
-            };
-            let error = match self.ask(request, "read", deadline).await {
-                Ok((Answer::Long { measurement, .. }, evidence)) => {
-                    // A range that was asked for and is not there yet: the value is an old one.
-                    let switching = matches!(state.range, Range::Fixed(range) if measurement.status.range != range);
-                    state.in_doubt = false;
-                    if !switching {
-                        return self.reading(measurement, asked - reach, evidence);
+            // Bytes that came while nothing was asked: the line is not in step with the requests.
+            if self.surplus(&mut state) {
+                continue;
+            }
+            let error = match self.exchange(&mut state, reach, deadline).await {
+                Ok(exchange) => {
+                    exchanges += 1;
+                    let outcome = exchange.reading.outcome;
+                    let before = state.last.replace(exchange.clone());
+                    // The one before counts if its light, too, fell after `not_before`.
+                    match before.filter(|before| before.asked >= not_before + reach) {
+                        Some(before) if before.agrees(&exchange) => {
+                            sleep(GUARD).await;
+                            if !self.surplus(&mut state) {
+                                let confirmed_by = Some(before.reading.outcome);
+                                return Ok(LuxReading {
+                                    confirmed_by,
+                                    ..exchange.reading
+                                });
+                            }
+                            let reason = "more bytes arrived than the answer to one request";
+                            self.malformed("read", reason, exchange.reading.evidence)
+                        }
+                        Some(before) => {
+                            tracing::warn!(first = ?before.reading.outcome, second = ?outcome, "two answers disagree");
+                            disagreed = Some(LuxReading {
+                                outcome: LuxOutcome::Unsteady,
+                                ..exchange.reading
+                            });
+                            continue;
+                        }
+                        None => continue,
                     }
-                    self.malformed("read", "the range that was asked for is not in use yet", evidence)
                 }
-                Ok((Answer::Short { .. }, evidence)) => self.malformed("read", "no measurement", evidence),
                 Err(error) => error,
             };
-            tries += 1;
-            if tries >= TRIES || !matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) {
+            state.last = None;
+            damaged += 1;
+            if damaged >= TRIES || !matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) {
                 return Err(error);
             }
-            tracing::warn!(%error, tries, "asking again");
+            tracing::warn!(%error, damaged, "asking again");
         }
     }
 
@@ -222,6 +290,46 @@ impl T10a {
         Ok(())
     }
 
+    /// Whether bytes have arrived that answer no request. They discard what was read: any answer since may be an old one.
+    fn surplus(&self, state: &mut State) -> bool {
+        let unsolicited = self.bus.unsolicited();
+        let surplus = unsolicited != state.unsolicited;
+        if surplus {
+            tracing::warn!(
+                device = self.name,
+                "bytes arrived that nobody asked for: the line is drained"
+            );
+            state.unsolicited = unsolicited;
+            state.last = None;
+            state.in_doubt = true;
+        }
+        surplus
+    }
+
+    /// One reading asked for and answered.
+    async fn exchange(&self, state: &mut State, reach: Duration, deadline: Instant) -> Result<Exchange, DeviceError> {
+        state.in_doubt = true;
+        let asked = Instant::now();
+        state.asked = Some(asked);
+        let request = Request::Read {
+            head: self.head,
+            range: state.range,
+            hold: false,
+        };
+        let (measurement, evidence) = match self.ask(request, "read", deadline).await? {
+            (Answer::Long { measurement, .. }, evidence) => (measurement, evidence),
+            (Answer::Short { .. }, evidence) => return Err(self.malformed("read", "no measurement", evidence)),
+        };
+        // A range that was asked for and is not there yet: the value is an old one.
+        let switching = matches!(state.range, Range::Fixed(range) if measurement.status.range != range);
+        state.in_doubt = false;
+        if switching {
+            return Err(self.malformed("read", "the range that was asked for is not in use yet", evidence));
+        }
+        let reading = self.reading(measurement, asked - reach, evidence)?;
+        Ok(Exchange { asked, reading })
+    }
+
     /// One exchange; after an earlier failure the line is drained first.
     async fn ask(&self, request: Request, action: &str, deadline: Instant) -> Result<(Answer, Vec<u8>), DeviceError> {
         match self.bus.ask_within(request, ANSWER, deadline).await {
@@ -251,6 +359,9 @@ impl T10a {
         let (outcome, digit) = match (status.over_range, measurement.illuminance_lx) {
             (true, value) => (LuxOutcome::OverRange, value.map_or(1.0, |value| value.digit())),
             (false, Some(value)) => {
+                if let Err(reason) = shown_in(status.range, value) {
+                    return Err(unusable(&reason));
+                }
                 let lux = Lux::new(value.number()).map_err(|error| unusable(&error.to_string()))?;
                 (LuxOutcome::Measured(lux), value.digit())
             }
@@ -259,6 +370,7 @@ impl T10a {
         Ok(LuxReading {
             outcome,
             range: status.range,
+            confirmed_by: None,
             digit: Lux::new(digit).map_err(|error| unusable(&error.to_string()))?,
             began,
             ended: Instant::now(),
@@ -276,6 +388,29 @@ impl T10a {
             frame,
         }
     }
+}
+
+/// Refuses a value that a meter in `range` cannot show: above the range's end, or in steps coarser than its digit. A meter
+/// that states no range (0) is held to its widest.
+fn shown_in(range: u8, value: Value) -> Result<(), String> {
+    let place = if range == 0 {
+        FULL_SCALE_LX.len()
+    } else {
+        usize::from(range)
+    };
+    let Some(top_lx) = FULL_SCALE_LX.get(place - 1) else {
+        return Err(format!("the meter has no range {range}"));
+    };
+    // Four digits, of which the first goes up to 2: range 1 ends at 29.99 lx and shows 0.01 lx.
+    let digit_lx = top_lx / 2999.0;
+    if value.number().abs() > top_lx * 1.000_001 || value.digit() > digit_lx * 1.000_001 {
+        return Err(format!(
+            "{} lx in steps of {} lx is nothing that range {range} can show (up to {top_lx} lx)",
+            value.number(),
+            value.digit()
+        ));
+    }
+    Ok(())
 }
 
 /// The codec as the owner of a bus.

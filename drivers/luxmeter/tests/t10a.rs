@@ -18,6 +18,12 @@ enum Fault {
     Silent,
     Late(u64),
     FlipBit,
+    /// An answer that was given before arrives first, the true one after it.
+    Replayed,
+    /// An answer that was given before arrives instead of the true one.
+    Replaced,
+    /// The answer arrives twice, the second time so many ms later.
+    Twice(u64),
     Disconnect,
 }
 
@@ -31,6 +37,10 @@ struct Meter {
     /// Answers until a change of range has happened.
     range_delay: u32,
     heard: Vec<String>,
+    /// Overrides the value: what the meter shows, and its exponent.
+    shown: Option<(u64, char)>,
+    /// What the line replays: the answer at the beginning of the test.
+    old: Option<Vec<u8>>,
 }
 
 impl Meter {
@@ -68,7 +78,9 @@ async fn serve(meter: Arc<Mutex<Meter>>, mut stream: DuplexStream) {
                         }
                     }
                     let (hold, error, battery) = meter.status;
-                    let value = if error == ' ' {
+                    let value = if let Some((digits, exponent)) = meter.shown {
+                        format!("+{digits:04}{exponent}")
+                    } else if error == ' ' {
                         format!("+{:04}2", meter.conversion())
                     } else {
                         " ".repeat(6)
@@ -91,7 +103,15 @@ async fn serve(meter: Arc<Mutex<Meter>>, mut stream: DuplexStream) {
         };
         let Some(mut answer) = answer else { continue };
         tokio::time::sleep(Duration::from_millis(15)).await;
+        let old = meter.lock().unwrap().old.clone();
+        if answer.len() == 32 && old.is_none() {
+            meter.lock().unwrap().old = Some(answer.clone());
+        }
+        let mut again = None;
         match fault {
+            Some(Fault::Replayed) => again = Some((20, std::mem::replace(&mut answer, old.unwrap()))),
+            Some(Fault::Replaced) => answer = old.unwrap(),
+            Some(Fault::Twice(milliseconds)) => again = Some((milliseconds, answer.clone())),
             Some(Fault::Silent) => continue,
             Some(Fault::Disconnect) => return,
             Some(Fault::FlipBit) => answer[12] ^= 1,
@@ -100,6 +120,12 @@ async fn serve(meter: Arc<Mutex<Meter>>, mut stream: DuplexStream) {
         }
         if stream.write_all(&answer).await.is_err() {
             return;
+        }
+        if let Some((milliseconds, second)) = again {
+            tokio::time::sleep(Duration::from_millis(milliseconds)).await;
+            if stream.write_all(&second).await.is_err() {
+                return;
+            }
         }
     }
 }
@@ -129,6 +155,8 @@ async fn bench() -> (Box<dyn LuxMeter>, Arc<Mutex<Meter>>) {
         range: '2',
         range_delay: 0,
         heard: vec![],
+        shown: None,
+        old: None,
     }));
     let twin = Arc::clone(&meter);
     tokio::spawn(async move {
@@ -320,4 +348,104 @@ async fn wrong_addresses_are_refused() {
             .unwrap();
         assert!(matches!(error, OpenError::Address { .. }), "{error}");
     }
+}
+
+/// Issue 10, B9: a frame that is played back 0.6 s late was taken for the next answer.
+#[tokio::test(start_paused = true)]
+async fn an_old_answer_is_never_the_reading() {
+    use Fault::{FlipBit, Replaced, Replayed, Silent, Twice};
+    for faults in [
+        vec![Replayed],
+        vec![Replaced],
+        vec![Replayed, Replayed],
+        vec![FlipBit, Replayed],
+        vec![Silent, Replaced],
+        vec![Twice(30)],
+        vec![Twice(600)],
+    ] {
+        for first in 0..2 {
+            let (meter, truth) = bench().await;
+            truth.lock().unwrap().shown = Some((812, '2'));
+            meter
+                .read(Instant::now(), Instant::now() + Duration::from_secs(10))
+                .await
+                .unwrap();
+            // The axes move; the light is another one.
+            truth.lock().unwrap().shown = Some((1234, '2'));
+            let good = std::iter::repeat_n(Fault::Late(0), first);
+            truth.lock().unwrap().faults = good.chain(faults.iter().copied()).collect();
+            for _ in 0..4 {
+                let reading = meter
+                    .read(Instant::now(), Instant::now() + Duration::from_secs(20))
+                    .await
+                    .unwrap();
+                let lux = reading.illuminance().unwrap().value();
+                assert_eq!(
+                    (lux, reading.confirmed_by),
+                    (12.34, Some(reading.outcome)),
+                    "{faults:?}"
+                );
+            }
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_value_that_its_range_cannot_show_is_damage() {
+    let (meter, truth) = bench().await;
+    // Range 2 ends at 299.9 lx and shows 0.1 lx.
+    for shown in [(3001, '3'), (340, '4'), (9999, '9')] {
+        truth.lock().unwrap().shown = Some(shown);
+        let error = meter
+            .read(Instant::now(), Instant::now() + Duration::from_secs(20))
+            .await
+            .unwrap_err();
+        assert!(
+            error.kind() == ErrorKind::Malformed && error.to_string().contains("range 2 can show"),
+            "{error}"
+        );
+    }
+    truth.lock().unwrap().shown = Some((2999, '3'));
+    let reading = meter
+        .read(Instant::now(), Instant::now() + Duration::from_secs(20))
+        .await
+        .unwrap();
+    assert_eq!(reading.illuminance().unwrap().value(), 299.9);
+}
+
+#[tokio::test(start_paused = true)]
+async fn light_that_does_not_stay_has_no_number() {
+    let (meter, truth) = bench().await;
+    let changing = async {
+        for step in 0_u64.. {
+            truth.lock().unwrap().shown = Some((1000 + 100 * (step % 7), '2'));
+            tokio::time::sleep(Duration::from_millis(500)).await;
+        }
+    };
+    let reading = tokio::select! {
+        reading = meter.read(Instant::now(), Instant::now() + Duration::from_secs(20)) => reading.unwrap(),
+        () = changing => panic!(),
+    };
+    assert_eq!((reading.outcome, reading.illuminance()), (LuxOutcome::Unsteady, None));
+}
+
+/// One reading costs two exchanges, each further one of the same light one.
+#[tokio::test(start_paused = true)]
+async fn confirmation_costs_one_exchange_a_series() {
+    let (meter, truth) = bench().await;
+    truth.lock().unwrap().shown = Some((812, '2'));
+    truth.lock().unwrap().heard.clear();
+    let rest = Instant::now();
+    for asked in 2..6 {
+        meter
+            .read(rest, Instant::now() + Duration::from_secs(10))
+            .await
+            .unwrap();
+        assert_eq!(truth.lock().unwrap().heard.len(), asked);
+    }
+    meter
+        .read(Instant::now(), Instant::now() + Duration::from_secs(10))
+        .await
+        .unwrap();
+    assert_eq!(truth.lock().unwrap().heard.len(), 7);
 }

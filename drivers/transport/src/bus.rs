@@ -1,5 +1,7 @@
 //! One owner a link: callers send requests, the owner pumps the codec.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use isolux_device::DeviceError;
@@ -24,6 +26,11 @@ pub trait Conversation: Send + 'static {
 
     /// Takes bytes as they arrive; the outcome of the request in flight, if they decide it. Called between requests too.
     fn handle_input(&mut self, now: Instant, bytes: &[u8]) -> Option<Outcome<Self::Answer>>;
+
+    /// Answers so far beyond the first to one request, where the language can tell.
+    fn surplus(&self) -> u64 {
+        0
+    }
 
     /// The deadline has passed: nothing that arrives from now on may answer anything. Returns what had arrived.
     fn abandon(&mut self, now: Instant) -> Vec<u8>;
@@ -100,12 +107,14 @@ struct Job<C: Conversation> {
 #[derive(Debug)]
 pub struct Bus<C: Conversation> {
     jobs: mpsc::Sender<Job<C>>,
+    unsolicited: Arc<AtomicU64>,
 }
 
 impl<C: Conversation> Clone for Bus<C> {
     fn clone(&self) -> Self {
         Self {
             jobs: self.jobs.clone(),
+            unsolicited: Arc::clone(&self.unsolicited),
         }
     }
 }
@@ -114,15 +123,23 @@ impl<C: Conversation> Bus<C> {
     /// Gives `link` to a new task of the current runtime.
     pub fn spawn(link: Box<dyn Link>, conversation: C) -> Self {
         let (jobs, queue) = mpsc::channel(32);
+        let unsolicited = Arc::<AtomicU64>::default();
         tokio::spawn(
             Owner {
                 link,
                 conversation,
                 lost: None,
+                unsolicited: Arc::clone(&unsolicited),
             }
             .serve(queue),
         );
-        Self { jobs }
+        Self { jobs, unsolicited }
+    }
+
+    /// How often bytes have arrived while no request was in flight, and second answers to a request. Either means that an
+    /// answer that was believed may have belonged to another request: compare before and after reading a value.
+    pub fn unsolicited(&self) -> u64 {
+        self.unsolicited.load(Ordering::Relaxed)
     }
 
     /// Whether the link is gone: open it again.
@@ -172,6 +189,7 @@ struct Owner<C: Conversation> {
     link: Box<dyn Link>,
     conversation: C,
     lost: Option<String>,
+    unsolicited: Arc<AtomicU64>,
 }
 
 impl<C: Conversation> Owner<C> {
@@ -187,7 +205,7 @@ impl<C: Conversation> Owner<C> {
                     }
                 }
                 // Between requests: late replies and alerts are read and thrown away, and a lost link is noticed.
-                input = read(&mut self.link) => { self.take(input); }
+                input = read(&mut self.link) => self.discard(input),
             }
         }
         queue.close();
@@ -204,8 +222,24 @@ impl<C: Conversation> Owner<C> {
         deadline: Instant,
     ) -> Result<C::Answer, BusError> {
         let began = Instant::now();
-        while self.conversation.ready_at(Instant::now()) > Instant::now() {
+        loop {
+            // What has arrived by now was sent before this request: it must not be read as the answer to it.
+            let arrived = tokio::select! {
+                biased;
+                input = read(&mut self.link) => Some(input),
+                () = std::future::ready(()) => None,
+            };
+            if let Some(input) = arrived {
+                self.discard(input);
+                self.still_connected()?;
+                if Instant::now() < deadline {
+                    continue;
+                }
+            }
             let ready = self.conversation.ready_at(Instant::now());
+            if ready <= Instant::now() {
+                break;
+            }
             if ready >= deadline {
                 tokio::time::sleep_until(deadline).await;
                 return Err(BusError::Timeout {
@@ -215,7 +249,7 @@ impl<C: Conversation> Owner<C> {
             }
             tokio::select! {
                 () = tokio::time::sleep_until(ready) => {}
-                input = read(&mut self.link) => { self.take(input); }
+                input = read(&mut self.link) => self.discard(input),
             }
             self.still_connected()?;
         }
@@ -263,6 +297,14 @@ impl<C: Conversation> Owner<C> {
         }
     }
 
+    /// Takes what arrived while no request was in flight.
+    fn discard(&mut self, input: std::io::Result<Vec<u8>>) {
+        if input.as_ref().is_ok_and(|bytes| !bytes.is_empty()) {
+            self.unsolicited.fetch_add(1, Ordering::Relaxed);
+        }
+        self.take(input);
+    }
+
     fn take(&mut self, input: std::io::Result<Vec<u8>>) -> Option<Outcome<C::Answer>> {
         match input {
             // An unplugged USB adapter reads as an endless end of file.
@@ -272,7 +314,11 @@ impl<C: Conversation> Owner<C> {
             }
             Ok(bytes) => {
                 tracing::trace!(bytes = %bytes.escape_ascii(), "received");
-                self.conversation.handle_input(Instant::now(), &bytes)
+                let before = self.conversation.surplus();
+                let outcome = self.conversation.handle_input(Instant::now(), &bytes);
+                let surplus = self.conversation.surplus() - before;
+                self.unsolicited.fetch_add(surplus, Ordering::Relaxed);
+                outcome
             }
             Err(error) => {
                 self.lost = Some(error.to_string());
@@ -412,12 +458,33 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn damage_and_a_lost_link_are_told_apart() {
         let (bus, mut twin) = bus();
-        let (answer, ()) = tokio::join!(bus.ask(1, soon()), async { twin.write_u8(0xFF).await.unwrap() });
+        let damage = async {
+            assert_eq!(twin.read_u8().await.unwrap(), 1);
+            twin.write_u8(0xFF).await.unwrap();
+        };
+        let (answer, ()) = tokio::join!(bus.ask(1, soon()), damage);
         assert!(matches!(answer, Err(BusError::Malformed { .. })));
         drop(twin);
         assert!(matches!(bus.ask(1, soon()).await, Err(BusError::Disconnected { .. })));
         assert!(matches!(bus.ask(1, soon()).await, Err(BusError::Disconnected { .. })));
         assert!(bus.is_closed());
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_arrived_before_a_request_never_answers_it_and_is_counted() {
+        let (bus, mut twin) = bus();
+        // The request is queued and the bytes lie in the link before the owner of the link runs at all.
+        twin.write_u8(99).await.unwrap();
+        let answer = async {
+            assert_eq!(twin.read_u8().await.unwrap(), 1);
+            twin.write_u8(2).await.unwrap();
+        };
+        let deadline = Instant::now() + Duration::from_secs(1);
+        assert_eq!(tokio::join!(bus.ask(1, deadline), answer).0, Ok(2));
+        assert_eq!(bus.unsolicited(), 1);
+        twin.write_u8(3).await.unwrap();
+        tokio::time::sleep(Duration::from_millis(1)).await;
+        assert_eq!(bus.unsolicited(), 2);
     }
 
     #[tokio::test(start_paused = true)]
