@@ -3,6 +3,11 @@
 //!
 //! The detector integrates all the time and a request may be answered with an exposure that was begun before it, so each
 //! acquisition throws one spectrum away and returns the next (python-seabreeze issues 110 and 177).
+//!
+//! The language has neither checksum nor request number. What the instrument stores is therefore read twice and held
+//! against what its detector can be (see `stored`); a spectrum is given only when it agrees, pixel by pixel, with the
+//! exposure before it, which is taken anyway (see `agreement`), and when the instrument's next answer proves that no
+//! other spectrum was on its way.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,13 +17,14 @@ use isolux_device::{
     DeviceError, ErrorKind, Identity, OpenError, RawSpectrum, Spectroradiometer, SpectroradiometerFactory,
     SpectroradiometerProperties, Target,
 };
-use isolux_protocol_ooi::{
-    Answer, Conversation, DARK_PIXELS, EepromSlot, Event, FULL_SCALE, INTEGRATION_LIMITS_US, IRRADIANCE_BLOCK,
-    InstrumentStatus, PIXELS, Request, slots,
-};
-use isolux_transport::{Bus, LineSettings, Links, Outcome, Parity};
+use isolux_protocol_ooi::{Answer, DARK_PIXELS, FULL_SCALE, INTEGRATION_LIMITS_US, PIXELS, Request};
+use isolux_transport::{LineSettings, Links, Parity};
 use tokio::sync::Mutex;
 use tokio::time::{Instant, sleep};
+
+use crate::agreement::Pair;
+use crate::line::{Line, TRIES};
+use crate::stored::Stored;
 
 /// Name of the driver in `open = "ocean-ooi:…"`.
 const NAME: &str = "ocean-ooi";
@@ -31,17 +37,14 @@ const LINE: LineSettings = LineSettings {
     stop_bits: 1,
 };
 
-/// A short answer.
-const ANSWER: Duration = Duration::from_millis(500);
-
 /// Read-out and transfer of a spectrum, over and above the exposure.
 const READ_OUT: Duration = Duration::from_secs(1);
 
 /// After command 01.
 const INITIALIZE: Duration = Duration::from_millis(100);
 
-/// Tries at one request before its error is told.
-const TRIES: usize = 3;
+/// Exposures of one spectrum within which two in a row must agree.
+const MOST_EXPOSURES: usize = 8;
 
 /// Opens OOI spectrometers.
 pub struct OceanOoiDriver {
@@ -64,10 +67,7 @@ impl SpectroradiometerFactory for OceanOoiDriver {
             .open(target.link(), LINE)
             .await
             .map_err(|error| error.opening(target))?;
-        let line = Line {
-            bus: Bus::spawn(link, Talk::default()),
-            name: target.to_string(),
-        };
+        let line = Line::new(link, target.to_string());
         Ok(Box::new(OceanOoi::open(line, target).await?))
     }
 }
@@ -83,8 +83,10 @@ struct OceanOoi {
 struct State {
     /// Integration time in use.
     integration: Duration,
-    /// A spectrum was given up and may still come.
+    /// A spectrum was given up and may still come, or bytes came that nobody asked for.
     in_doubt: bool,
+    /// Count of the bus when the line was last known to be in step.
+    unsolicited: u64,
 }
 
 impl OceanOoi {
@@ -93,7 +95,7 @@ impl OceanOoi {
         sleep(INITIALIZE).await;
         // An interrupted program may have left it waiting for a trigger.
         line.send(Request::Trigger(0)).await?;
-        let status = line.status().await?;
+        let status = line.status_twice().await?;
         if usize::from(status.pixels) != PIXELS || status.trigger != 0 {
             let reason = format!(
                 "{} pixels and trigger mode {}: not a USB2000+ or Flame-S in free run",
@@ -105,59 +107,29 @@ impl OceanOoi {
                 reason,
             });
         }
-        let serial = line.slot(slots::SERIAL).await?;
-        let mut wavelength = Vec::new();
-        for slot in slots::WAVELENGTH {
-            wavelength.push(line.coefficient(slot).await?);
-        }
-        let order = line.coefficient(slots::NONLINEARITY_ORDER).await?;
-        if order.fract() != 0.0 || !(0.0..=7.0).contains(&order) {
-            return Err(line.fault(
-                &format!("EEPROM slot 14 gives {order} as the order of a polynomial"),
-                &[],
-            ));
-        }
-        let mut nonlinearity = Vec::new();
-        for slot in slots::NONLINEARITY.take(order as usize + 1) {
-            nonlinearity.push(line.coefficient(slot).await?);
-        }
-        let saturation = line.slot(slots::SATURATION).await?.saturation().unwrap_or(FULL_SCALE);
-        let irradiance_factor = line.irradiance().await?;
-
-        let polynomial = |pixel: usize| {
-            wavelength
-                .iter()
-                .rev()
-                .fold(0.0, |sum, coefficient| sum * pixel as f64 + coefficient)
-        };
-        let wavelength_nm: Vec<f64> = (0..PIXELS).map(polynomial).collect();
-        if !wavelength_nm.windows(2).all(|pair| pair[0] < pair[1]) {
-            return Err(line.fault(
-                &format!("the wavelength polynomial {wavelength:?} of the EEPROM does not rise"),
-                &[],
-            ));
-        }
+        let stored = Stored::read_twice(&line).await?.checked(&line)?;
         let identity = Identity {
             driver: NAME,
             target: target.to_string(),
             model: "Ocean Optics USB2000+ / Flame-S".to_owned(),
-            serial: serial.text().map(str::to_owned),
+            serial: stored.serial,
             firmware: None,
         };
         let limits = INTEGRATION_LIMITS_US;
         let microseconds = |us: u32| Duration::from_micros(u64::from(us));
         let properties = SpectroradiometerProperties {
-            wavelength_nm,
+            wavelength_nm: stored.wavelength_nm,
             dark_pixels: DARK_PIXELS,
             integration_limits: (microseconds(limits.0), microseconds(limits.1)),
-            saturation_counts: saturation,
+            saturation_counts: stored.saturation_counts,
             full_scale_counts: FULL_SCALE,
-            nonlinearity,
-            irradiance_factor,
+            nonlinearity: stored.nonlinearity,
+            irradiance_factor: stored.irradiance_factor,
         };
         let state = Mutex::new(State {
             integration: microseconds(status.integration_us),
             in_doubt: false,
+            unsolicited: line.unsolicited(),
         });
         Ok(Self {
             line,
@@ -179,6 +151,7 @@ impl OceanOoi {
             if state.in_doubt {
                 self.line.synchronise().await?;
                 state.in_doubt = false;
+                state.unsolicited = self.line.unsolicited();
             }
             state.in_doubt = true;
             let asked = Instant::now();
@@ -229,7 +202,7 @@ impl Spectroradiometer for OceanOoi {
         };
         let mut state = self.state.lock().await;
         self.line.send(Request::IntegrationTime(us)).await?;
-        let status = self.line.status().await?;
+        let status = self.line.status_twice().await?;
         if status.integration_us != us {
             return Err(self.line.fault(
                 &format!("{us} µs were set, {} µs are read back", status.integration_us),
@@ -247,158 +220,89 @@ impl Spectroradiometer for OceanOoi {
     async fn acquire(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError> {
         let mut state = self.state.lock().await;
         let integration_time = state.integration;
-        // Begun before the call, perhaps.
-        self.expose(&mut state, integration_time, deadline).await?;
-        let (counts, began) = self.expose(&mut state, integration_time, deadline).await?;
-        Ok(RawSpectrum {
-            counts,
-            integration_time,
-            detector_c: None,
-            began,
-            ended: Instant::now(),
-        })
-    }
-}
-
-/// The bus, with the words for what went wrong on it.
-struct Line {
-    bus: Bus<Talk>,
-    name: String,
-}
-
-impl Line {
-    /// Sends what nobody answers.
-    async fn send(&self, request: Request) -> Result<(), DeviceError> {
-        let deadline = Instant::now() + 4 * ANSWER;
-        match self.bus.ask(request, deadline).await {
-            Ok(_) => Ok(()),
-            Err(error) => Err(error.during(&self.name, &format!("{request:?}"))),
-        }
-    }
-
-    async fn ask_within(
-        &self,
-        request: Request,
-        action: &str,
-        patience: Duration,
-        deadline: Instant,
-    ) -> Result<Answer, DeviceError> {
-        match self.bus.ask_within(request, patience, deadline).await {
-            Ok(Some(answer)) => Ok(answer),
-            Ok(None) => Err(self.fault("nobody answers this command", &[])),
-            Err(error) => Err(error.during(&self.name, action)),
-        }
-    }
-
-    /// A short request, again if the line damaged or lost the answer.
-    async fn ask(&self, request: Request) -> Result<Answer, DeviceError> {
-        let mut tries = 1;
-        loop {
-            let deadline = Instant::now() + 4 * ANSWER;
-            match self
-                .ask_within(request, &format!("{request:?}"), ANSWER, deadline)
-                .await
-            {
-                Err(error) if tries < TRIES && matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) => {
-                    tracing::warn!(%error, tries, "asking again");
-                    tries += 1;
-                    if request != Request::Status {
-                        self.synchronise().await?;
+        let mut before: Option<Vec<u16>> = None;
+        let mut disagreement = String::new();
+        for _ in 0..MOST_EXPOSURES {
+            if self.surplus(&mut state) {
+                before = None;
+            }
+            let (counts, began) = self.expose(&mut state, integration_time, deadline).await?;
+            let ended = Instant::now();
+            // The first was begun before the call, perhaps. If nothing has changed since, it agrees with the second.
+            if let Some(before) = before.replace(counts.clone()) {
+                let pair = Pair {
+                    before: &before,
+                    after: &counts,
+                    dark: self.properties.dark_pixels.clone(),
+                    saturation: self.properties.saturation_counts,
+                };
+                match pair.agree() {
+                    Ok(()) => {
+                        if self.in_step(&mut state).await? {
+                            return Ok(RawSpectrum {
+                                counts,
+                                integration_time,
+                                detector_c: None,
+                                began,
+                                ended,
+                            });
+                        }
+                        "an answer came that nothing had asked for".clone_into(&mut disagreement);
+                    }
+                    Err(difference) => {
+                        tracing::warn!(%difference, "two exposures disagree");
+                        disagreement = difference.to_string();
+                        // One of them may be an old one, with the true one still on its way.
+                        state.in_doubt = true;
                     }
                 }
-                result => return result,
             }
         }
-    }
-
-    /// Proves that nothing older is on its way: the instrument answers in order, and the status looks like no other answer.
-    async fn synchronise(&self) -> Result<(), DeviceError> {
-        Box::pin(self.status()).await.map(|_| ())
-    }
-
-    async fn status(&self) -> Result<InstrumentStatus, DeviceError> {
-        match self.ask(Request::Status).await? {
-            Answer::Status(status) => Ok(status),
-            _ => Err(self.fault("another answer than the status", &[])),
-        }
-    }
-
-    async fn slot(&self, slot: u8) -> Result<EepromSlot, DeviceError> {
-        match self.ask(Request::Eeprom(slot)).await? {
-            Answer::Eeprom(slot) => Ok(slot),
-            _ => Err(self.fault("another answer than an EEPROM slot", &[])),
-        }
-    }
-
-    /// A number of the EEPROM: without it a wavelength or a count would be a guess.
-    async fn coefficient(&self, slot: u8) -> Result<f64, DeviceError> {
-        let stored = self.slot(slot).await?;
-        stored
-            .number()
-            .ok_or_else(|| self.fault(&format!("EEPROM slot {slot} holds no number"), &stored.data))
-    }
-
-    /// The irradiance calibration; `None` when it is blank or the instrument does not know the command.
-    async fn irradiance(&self) -> Result<Option<Vec<f64>>, DeviceError> {
-        let size = 4 * PIXELS;
-        let mut bytes = Vec::with_capacity(size + usize::from(IRRADIANCE_BLOCK));
-        while bytes.len() < size {
-            match self.ask(Request::Irradiance(bytes.len() as u16)).await {
-                Ok(Answer::Irradiance(_, block)) => bytes.extend_from_slice(&block),
-                Ok(_) => return Err(self.fault("another answer than an irradiance block", &[])),
-                Err(error) if bytes.is_empty() && error.kind() == ErrorKind::Timeout => {
-                    tracing::warn!(%error, "the instrument gives no irradiance calibration");
-                    return Ok(None);
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        let floats = bytes[..size]
-            .chunks_exact(4)
-            .map(|word| f32::from_be_bytes([word[0], word[1], word[2], word[3]]));
-        let factors: Vec<f64> = floats.map(f64::from).collect();
-        // An erased memory reads as NaN, a blank one as zeros.
-        let sound = factors.iter().all(|factor| factor.is_finite() && *factor >= 0.0);
-        Ok((sound && factors.iter().any(|factor| *factor > 0.0)).then_some(factors))
-    }
-
-    fn fault(&self, reason: &str, evidence: &[u8]) -> DeviceError {
-        let (device, action) = (self.name.clone(), "read the instrument".to_owned());
-        DeviceError::Fault {
-            device,
-            action,
-            reason: reason.to_owned(),
-            evidence: evidence.to_vec(),
-        }
+        Err(DeviceError::Malformed {
+            device: self.line.name.clone(),
+            action: "spectrum".to_owned(),
+            reason: format!("of {MOST_EXPOSURES} exposures no two in a row agree; of the last two: {disagreement}"),
+            frame: Vec::new(),
+        })
     }
 }
 
-/// The codec as the owner of a bus.
-#[derive(Default)]
-struct Talk(Conversation);
-
-impl isolux_transport::Conversation for Talk {
-    type Request = Request;
-    /// `None`: sent, and nobody answers.
-    type Answer = Option<Answer>;
-
-    fn ready_at(&self, now: Instant) -> Instant {
-        Instant::from_std(self.0.ready_at(now.into_std()))
+impl OceanOoi {
+    /// Whether bytes have arrived that answer no request; the line is put in step again before the next.
+    fn surplus(&self, state: &mut State) -> bool {
+        let unsolicited = self.line.unsolicited();
+        let surplus = unsolicited != state.unsolicited;
+        if surplus {
+            tracing::warn!(device = self.line.name, "bytes arrived that nobody asked for");
+            state.unsolicited = unsolicited;
+            state.in_doubt = true;
+        }
+        surplus
     }
 
-    fn start(&mut self, _: Instant, request: Request) -> (Vec<u8>, Option<Self::Answer>) {
-        let (frame, answered) = self.0.start(request);
-        (frame, if answered { None } else { Some(None) })
-    }
-
-    fn handle_input(&mut self, now: Instant, bytes: &[u8]) -> Option<Outcome<Self::Answer>> {
-        Some(match self.0.handle_input(now.into_std(), bytes)? {
-            Event::Answer(answer) => Outcome::Answer(Some(answer)),
-            Event::Damaged { reason, frame } => Outcome::Malformed { reason, frame },
-        })
-    }
-
-    fn abandon(&mut self, now: Instant) -> Vec<u8> {
-        self.0.abandon(now.into_std())
+    /// Whether no spectrum is on its way: the instrument answers in order, so its status must be the next answer. It also says
+    /// whether the integration time is still the one that was set; after a restart, or where another program uses the
+    /// instrument, it is not.
+    async fn in_step(&self, state: &mut State) -> Result<bool, DeviceError> {
+        let integration = state.integration;
+        let expected = |us: u32, trigger: u8| Duration::from_micros(u64::from(us)) == integration && trigger == 0;
+        match self.line.status_once().await {
+            Ok(status) if expected(status.integration_us, status.trigger) => return Ok(!self.surplus(state)),
+            Ok(_) => {}
+            Err(error) if matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) => {
+                state.in_doubt = true;
+                return Ok(false);
+            }
+            Err(error) => return Err(error),
+        }
+        let status = self.line.status_twice().await?;
+        if expected(status.integration_us, status.trigger) {
+            return Ok(false);
+        }
+        let reason = format!(
+            "{:?} was set and {} µs with trigger mode {} is read back: it was restarted, or another program uses it",
+            state.integration, status.integration_us, status.trigger
+        );
+        Err(self.line.fault(&reason, &[]))
     }
 }

@@ -1,6 +1,7 @@
 //! The OOI driver against a scripted USB2000+ on an in-memory link, with the clock paused.
 //!
-//! The instrument below has its own framing; each spectrum says in its counts when its exposure began and how long it was.
+//! The instrument below has its own framing; each spectrum says in the last bits of its counts when its exposure began and
+//! how long it was, so that two exposures of the same light differ by no more than one count.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
@@ -18,6 +19,7 @@ enum Fault {
     Late(u64),
     NoEndMark,
     Short,
+    FlipBit(usize, u8),
     Disconnect,
 }
 
@@ -32,7 +34,27 @@ struct Instrument {
     irradiance: bool,
     spectrum_faults: VecDeque<Fault>,
     control_faults: VecDeque<Fault>,
+    /// By slot: what is done to the bytes of the next readings of it.
+    slot_faults: VecDeque<(u8, Fault)>,
     spectra: u32,
+    /// Counts of the light above 1000.
+    light: u16,
+}
+
+/// `bits` of `number`, one a pixel from `pixel` on.
+fn write_bits(counts: &mut [u16], pixel: usize, bits: usize, number: u64) {
+    for bit in 0..bits {
+        counts[pixel + bit] += (number >> bit & 1) as u16;
+    }
+}
+
+fn read_bits(counts: &[u16], pixel: usize, bits: usize) -> u64 {
+    (0..bits).map(|bit| u64::from(counts[pixel + bit] & 1) << bit).sum()
+}
+
+/// When the exposure began, ms since power-on, and how long it was, ms.
+fn exposure(counts: &[u16]) -> (u64, u64) {
+    (read_bits(counts, 100, 32), read_bits(counts, 140, 20))
 }
 
 fn transfer(endpoint: u8, payload: &[u8]) -> Vec<u8> {
@@ -82,7 +104,17 @@ async fn serve(instrument: Arc<Mutex<Instrument>>, mut stream: DuplexStream) {
                     now.integration_us = u32::from_le_bytes([a, b, c, d]);
                     continue;
                 }
-                [0x05, slot] => (transfer(0x81, &now.slot(slot)), now.control_faults.pop_front()),
+                [0x05, slot] => {
+                    let next = now.slot_faults.front().is_some_and(|(at, _)| *at == slot);
+                    let fault = next
+                        .then(|| now.slot_faults.pop_front())
+                        .flatten()
+                        .map(|(_, fault)| fault);
+                    (
+                        transfer(0x81, &now.slot(slot)),
+                        fault.or_else(|| now.control_faults.pop_front()),
+                    )
+                }
                 [0x6D, low, high] => {
                     let address = usize::from(u16::from_le_bytes([low, high]));
                     assert_eq!(address % 60, 0, "byte addresses in steps of a block");
@@ -106,15 +138,17 @@ async fn serve(instrument: Arc<Mutex<Instrument>>, mut stream: DuplexStream) {
                     now.buffered = (now.now() + wait, now.integration_us);
                     now.spectra += 1;
                     let mut counts = vec![1000_u16; 2048];
-                    counts[100] = begun as u16;
-                    counts[101] = (us / 1000) as u16;
-                    counts[102] = 62_040;
+                    counts[30..1000].fill(1000 + now.light);
+                    write_bits(&mut counts, 100, 32, begun);
+                    write_bits(&mut counts, 140, 20, u64::from(us / 1000));
+                    counts[99] = 62_040;
                     let mut bytes: Vec<u8> = counts.iter().flat_map(|count| count.to_le_bytes()).collect();
                     bytes.push(0x69);
                     let fault = now.spectrum_faults.pop_front();
                     match fault {
                         Some(Fault::NoEndMark) => bytes[4096] = 0,
                         Some(Fault::Short) => bytes.truncate(4000),
+                        Some(Fault::FlipBit(at, bit)) => bytes[at] ^= 1 << bit,
                         _ => {}
                     }
                     (transfer(0x82, &bytes), fault)
@@ -128,6 +162,7 @@ async fn serve(instrument: Arc<Mutex<Instrument>>, mut stream: DuplexStream) {
             Some(Fault::Disconnect) => return,
             Some(Fault::Late(milliseconds)) => tokio::time::sleep(Duration::from_millis(milliseconds)).await,
             Some(Fault::NoEndMark) if answer[0] == 0x81 => answer[4] ^= 0x40,
+            Some(Fault::FlipBit(at, bit)) if answer[0] == 0x81 => answer[5 + at] ^= 1 << bit,
             _ => {}
         }
         if stream.write_all(&answer).await.is_err() {
@@ -149,7 +184,9 @@ fn bench() -> (OceanOoiDriver, Arc<Mutex<Instrument>>) {
         irradiance: true,
         spectrum_faults: VecDeque::new(),
         control_faults: VecDeque::new(),
+        slot_faults: VecDeque::new(),
         spectra: 0,
+        light: 0,
     }));
     let twin = Arc::clone(&instrument);
     tokio::spawn(async move {
@@ -203,19 +240,20 @@ async fn no_stale_spectrum_after_a_pause_or_a_change_of_time() {
         tokio::time::sleep(Duration::from_secs(3)).await;
         let called = Instant::now();
         let raw = spectro.acquire(deadline()).await.unwrap();
-        assert_eq!(u64::from(raw.counts[101]), milliseconds, "taken with the old time");
-        let begun = power_on + Duration::from_millis(u64::from(raw.counts[100]));
+        let (begun_ms, time_ms) = exposure(&raw.counts);
+        assert_eq!(time_ms, milliseconds, "taken with the old time");
+        let begun = power_on + Duration::from_millis(begun_ms);
         assert!(begun >= called, "its exposure began before it was asked for");
         assert!(
             raw.began <= begun && begun + time <= raw.ended,
             "the stated interval holds the true one"
         );
         assert_eq!(raw.integration_time, time);
-        assert_eq!(spectro.properties().saturated(&raw), [102]);
+        assert_eq!(spectro.properties().saturated(&raw), [99]);
         let linear = spectro.properties().linear_counts(&raw, None).unwrap();
         assert_eq!(linear[500], 0.0);
         let net = (62_040.0 - 1000.0) * 65_535.0 / 62_040.0;
-        assert!((linear[102] - net / (0.99 + 1.5e-6 * net)).abs() < 1e-6);
+        assert!((linear[99] - net / (0.99 + 1.5e-6 * net)).abs() < 1e-6);
     }
 }
 
@@ -243,7 +281,7 @@ async fn damaged_spectra_are_taken_again_and_late_ones_never_mistaken() {
             Ok(raw) => {
                 let power_on = instrument.lock().unwrap().began;
                 assert!(
-                    power_on + Duration::from_millis(u64::from(raw.counts[100])) >= called,
+                    power_on + Duration::from_millis(exposure(&raw.counts).0) >= called,
                     "late by {late} ms"
                 );
             }
@@ -299,4 +337,118 @@ async fn an_instrument_without_calibration_is_refused_or_says_so() {
     let (driver, instrument) = bench();
     instrument.lock().unwrap().order = "8";
     assert!(open(&driver).await.is_err());
+}
+
+/// Issue 10, B8: one flipped bit made 339 nm into 379 nm, and the colour temperature 3407 K instead of 5897 K.
+#[tokio::test(start_paused = true)]
+async fn a_bit_that_flips_in_a_coefficient_changes_nothing_or_is_a_fault() {
+    // "3.3926E+02": byte 2 is the second 3; with bit 2 flipped it is a 7.
+    let flip = Fault::FlipBit(2, 2);
+    for faults in [vec![(1, flip)], vec![(1, Fault::Silent), (1, flip)]] {
+        let (driver, instrument) = bench();
+        instrument.lock().unwrap().slot_faults.extend(faults);
+        let spectro = open(&driver).await.unwrap();
+        assert!(instrument.lock().unwrap().slot_faults.is_empty(), "it happened");
+        assert_eq!(spectro.properties().wavelength_nm[0], 339.26);
+    }
+    for (slot, at) in [(0, 7), (3, 3), (6, 0), (17, 5)] {
+        let (driver, instrument) = bench();
+        instrument
+            .lock()
+            .unwrap()
+            .slot_faults
+            .push_back((slot, Fault::FlipBit(at, 1)));
+        let spectro = open(&driver).await.unwrap();
+        let properties = spectro.properties();
+        assert_eq!(
+            (
+                spectro.identity().serial.as_deref(),
+                properties.wavelength_nm[2047].round()
+            ),
+            (Some("USB2+H16355"), 1032.0)
+        );
+        assert_eq!(
+            (properties.nonlinearity[0], properties.saturation_counts),
+            (0.99, 62_040)
+        );
+    }
+    // Three readings, three texts.
+    let (driver, instrument) = bench();
+    let faults = [flip, Fault::FlipBit(3, 1), Fault::FlipBit(3, 0)];
+    instrument
+        .lock()
+        .unwrap()
+        .slot_faults
+        .extend(faults.map(|fault| (1, fault)));
+    let Err(OpenError::Device(error)) = open(&driver).await else {
+        panic!("opened")
+    };
+    assert!(matches!(error, DeviceError::Fault { .. }), "{error}");
+    for part in ["EEPROM slot 1", "3.7926E+02", "3.3;26E+02", "3.3826E+02"] {
+        assert!(error.to_string().contains(part), "{part}: {error}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_no_detector_can_see_is_a_fault() {
+    for wavelength in [
+        ["3.3926E+03", "3.8E-01", "-1.5E-05", "-2.6E-09"],
+        ["3.3926E+02", "3.8E-04", "0", "0"],
+        ["3.3926E+02", "3.8E-01", "1.5E-03", "0"],
+    ] {
+        let (driver, instrument) = bench();
+        instrument.lock().unwrap().wavelength = wavelength;
+        let Err(OpenError::Device(error)) = open(&driver).await else {
+            panic!("opened with {wavelength:?}")
+        };
+        assert!(error.to_string().contains("EEPROM slots 1 to 4"), "{error}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_bit_that_flips_in_a_spectrum_is_never_given() {
+    let (driver, instrument) = bench();
+    let spectro = open(&driver).await.unwrap();
+    spectro.set_integration_time(Duration::from_millis(50)).await.unwrap();
+    for skipped in 0..3 {
+        for bit in [12, 13, 14, 15] {
+            // The high byte of pixel 700, in the first, second or third exposure of an acquisition.
+            let fault = Fault::FlipBit(1401, bit - 8);
+            let faults = std::iter::repeat_n(Fault::Late(0), skipped).chain([fault]);
+            instrument.lock().unwrap().spectrum_faults = faults.collect();
+            let raw = spectro.acquire(deadline()).await.unwrap();
+            assert_eq!(raw.counts[700], 1000, "bit {bit} of exposure {skipped}");
+        }
+    }
+    instrument.lock().unwrap().spectrum_faults = (0..20).map(|place| Fault::FlipBit(1401 + 2 * place, 6)).collect();
+    let error = spectro.acquire(deadline()).await.unwrap_err();
+    assert!(
+        error.kind() == ErrorKind::Malformed && error.to_string().contains("17384 and 1000 counts"),
+        "{error}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn light_that_changed_before_the_call_is_not_mixed_in() {
+    let (driver, instrument) = bench();
+    let spectro = open(&driver).await.unwrap();
+    spectro.set_integration_time(Duration::from_millis(50)).await.unwrap();
+    for light in [20_000, 0, 5_000] {
+        instrument.lock().unwrap().light = light;
+        let raw = spectro.acquire(deadline()).await.unwrap();
+        assert_eq!(raw.counts[700], 1000 + light);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_instrument_that_lost_its_integration_time_is_a_fault() {
+    let (driver, instrument) = bench();
+    let spectro = open(&driver).await.unwrap();
+    spectro.set_integration_time(Duration::from_millis(50)).await.unwrap();
+    instrument.lock().unwrap().integration_us = 100_000;
+    let error = spectro.acquire(deadline()).await.unwrap_err();
+    assert!(
+        error.kind() == ErrorKind::Fault && error.to_string().contains("100000 µs"),
+        "{error}"
+    );
 }
