@@ -21,7 +21,8 @@ pub enum Event {
 ///
 /// Contract: [`start`](Self::start), write what it returns, feed every byte that arrives to
 /// [`handle_input`](Self::handle_input), and [`abandon`](Self::abandon) when the deadline has passed. Ids run over all
-/// hundred values, so a late answer would have to be late by a hundred requests to be taken for another.
+/// hundred values, so a late answer would have to be late by a hundred requests to be taken for another. The true answer
+/// comes as well then, and [`surplus`](Self::surplus) counts it.
 ///
 /// A device sends checksums once it has accepted [`CHECKSUMS_ON`]; from then on an answer of that device without one is
 /// damaged.
@@ -29,6 +30,9 @@ pub enum Event {
 pub struct Conversation {
     framer: Framer,
     waiting: Option<Command>,
+    /// The request that was answered last.
+    answered: Option<Command>,
+    surplus: u64,
     next_id: u8,
     checked_devices: BTreeSet<u8>,
 }
@@ -73,16 +77,32 @@ impl Conversation {
         pending
     }
 
+    /// Second answers to a request: one of the two, perhaps the one that was believed, is an old one.
+    pub fn surplus(&self) -> u64 {
+        self.surplus
+    }
+
+    fn count_surplus(&mut self, reply: &Reply) {
+        let again = self
+            .answered
+            .as_ref()
+            .is_some_and(|command| command.id() == reply.id && command.axis() == reply.axis);
+        self.surplus += u64::from(again);
+    }
+
     fn sort(&mut self, reply: Reply) -> Event {
         let Some(command) = &self.waiting else {
+            self.count_surplus(&reply);
             return Event::Stray(reply);
         };
         let ours = reply.id == command.id()
             && (command.device() == 0 || reply.device == command.device())
             && reply.axis == command.axis();
         if !ours {
+            self.count_surplus(&reply);
             return Event::Stray(reply);
         }
+        self.answered = Some(command.clone());
         if command.text() == CHECKSUMS_ON && reply.outcome.is_ok() {
             self.checked_devices.insert(reply.device);
             self.waiting = None;
@@ -137,6 +157,11 @@ mod tests {
         assert!(
             matches!(talk.handle_input(&answer(1, "6"))[..], [Event::Stray(_)]),
             "an echo answers nothing"
+        );
+        assert_eq!(
+            talk.surplus(),
+            1,
+            "and is counted; the late answer to a request that was given up is not"
         );
     }
 

@@ -19,6 +19,9 @@ const NO_PROGRESS: Duration = Duration::from_secs(1);
 /// How far from its target a move may end, in microsteps: an encoder's dither.
 const TOLERANCE_STEPS: u64 = 2;
 
+/// Positions within which two in a row must fit together.
+const MOST_POSITIONS: usize = 6;
+
 /// Between the two equal positions that prove standstill.
 const STANDSTILL: Duration = Duration::from_millis(50);
 
@@ -30,6 +33,9 @@ pub(crate) struct ZaberAxis {
 
 /// A position and what the axis says of itself.
 struct State {
+    asked: Instant,
+    /// Answers in excess when this was asked, and when it was answered.
+    surplus: (u64, u64),
     position: AxisPosition,
     flags: Vec<WarningFlag>,
     said: Said,
@@ -112,7 +118,9 @@ impl ZaberAxis {
 
     /// Count, motion and all flags. The reply carries one flag; only when there is one are all of them asked for.
     async fn state(&self) -> Result<State, DeviceError> {
-        let (steps, said) = self.controller.number::<i64>(self.axis, "get pos").await?;
+        let (asked, surplus) = (Instant::now(), self.controller.surplus());
+        let said = self.ask("get pos").await?;
+        let (steps, said) = self.controller.parsed::<i64>("get pos", said)?;
         let at = Instant::now();
         let mut flags: Vec<WarningFlag> = said.flag.into_iter().collect();
         if said.flag.is_some() {
@@ -127,7 +135,26 @@ impl ZaberAxis {
             homed,
             at,
         };
-        Ok(State { position, flags, said })
+        Ok(State {
+            asked,
+            surplus: (surplus, self.controller.surplus()),
+            position,
+            flags,
+            said,
+        })
+    }
+
+    /// Whether two states in a row can be those of one axis: at rest in the same place, or no further apart than it can have
+    /// travelled; and no answer came in between that nothing had asked for.
+    fn fit_together(&self, before: &State, now: &State) -> bool {
+        let (a, b) = (&before.position, &now.position);
+        let travel = if a.moving || b.moving {
+            let steps_s = self.settings.speed_deg_s() * self.settings.scale().steps_per_deg();
+            (1.2 * steps_s * (b.at - before.asked).as_secs_f64()).ceil() as u64
+        } else {
+            0
+        };
+        before.surplus.0 == now.surplus.1 && a.homed == b.homed && a.steps.abs_diff(b.steps) <= TOLERANCE_STEPS + travel
     }
 
     /// Stops after a failure, and says in `error` when even that could not be verified.
@@ -180,7 +207,8 @@ impl ZaberAxis {
         loop {
             sleep(STANDSTILL).await;
             let now = self.state().await?;
-            if !now.position.moving && !before.position.moving && now.position.steps == before.position.steps {
+            let at_rest = !now.position.moving && !before.position.moving;
+            if at_rest && now.position.steps == before.position.steps && before.surplus.0 == now.surplus.1 {
                 return Ok(now);
             }
             if began.elapsed() >= limit {
@@ -202,11 +230,20 @@ impl Axis for ZaberAxis {
     }
 
     async fn position(&self) -> Result<AxisPosition, DeviceError> {
-        let state = self.state().await?;
-        match state.fault() {
-            Some(flag) => Err(self.refused_by(flag, "get pos", &state.said)),
-            None => Ok(state.position),
+        let mut before = self.state().await?;
+        for _ in 1..MOST_POSITIONS {
+            let now = self.state().await?;
+            if !self.fit_together(&before, &now) {
+                before = now;
+                continue;
+            }
+            return match now.fault() {
+                Some(flag) => Err(self.refused_by(flag, "get pos", &now.said)),
+                None => Ok(now.position),
+            };
         }
+        let reason = "no two positions in a row fit together: another program moves the axis, or the link is bad";
+        Err(self.controller.malformed("get pos", reason, before.said.frame))
     }
 
     async fn home(&self, deadline: Instant) -> Result<AxisPosition, DeviceError> {
@@ -222,8 +259,12 @@ impl Axis for ZaberAxis {
                 return Err(self.stopped_because(error).await);
             }
             if !state.position.moving {
-                if state.position.homed {
-                    return Ok(self.standstill("home", Duration::from_secs(1)).await?.position);
+                let rest = match self.standstill("home", Duration::from_secs(1)).await {
+                    Ok(state) => state.position,
+                    Err(error) => return Err(self.stopped_because(error).await),
+                };
+                if rest.homed {
+                    return Ok(rest);
                 }
                 let reason = "it came to rest without a reference";
                 return Err(self.controller.fault("home", reason, state.said.frame));
@@ -279,8 +320,22 @@ impl Axis for ZaberAxis {
         let mut last = (motion.from_steps, began);
         loop {
             sleep(pause).await;
-            let state = match self.state().await {
-                Ok(state) => state,
+            let looked = match self.state().await {
+                // An axis that has come to rest is asked again: one old reply must not end the move.
+                Ok(first) if !first.position.moving && first.fault().is_none() => self
+                    .state()
+                    .await
+                    .map(|now| self.fit_together(&first, &now).then_some(now)),
+                look => look.map(Some),
+            };
+            let state = match looked {
+                Ok(Some(state)) => state,
+                Ok(None) if Instant::now() < motion.deadline => continue,
+                Ok(None) => {
+                    let reason = "no two positions in a row fit together";
+                    let error = self.controller.malformed(&action, reason, Vec::new());
+                    return Err(self.stopped_because(error).await);
+                }
                 Err(error) => return Err(self.stopped_because(error).await),
             };
             let position = state.position;

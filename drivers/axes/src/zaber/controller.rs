@@ -10,6 +10,9 @@ use tokio::time::Instant;
 /// A reply takes a few milliseconds at 115200 baud, some 100 ms at 9600.
 const ANSWER: Duration = Duration::from_millis(500);
 
+/// Answers to one question within which two in a row must be the same.
+const MOST_ANSWERS: usize = 6;
+
 /// Every command used here may be repeated: it asks, sets a value, or moves to an absolute place.
 const TRIES: usize = 3;
 
@@ -46,6 +49,10 @@ impl isolux_transport::Conversation for Talk {
             }
         }
         outcome
+    }
+
+    fn surplus(&self) -> u64 {
+        self.0.surplus()
     }
 
     fn abandon(&mut self, _: Instant) -> Vec<u8> {
@@ -88,10 +95,10 @@ impl Controller {
             identity,
         };
         controller.ask(0, CHECKSUMS_ON).await?;
-        let id = controller.ask(0, "get device.id").await?.data;
+        let id = controller.ask_twice(0, "get device.id").await?.data;
         controller.identity.model = format!("Zaber device id {id}");
-        controller.identity.serial = Some(controller.ask(0, "get system.serial").await?.data);
-        controller.identity.firmware = Some(controller.ask(0, "get version").await?.data);
+        controller.identity.serial = Some(controller.ask_twice(0, "get system.serial").await?.data);
+        controller.identity.firmware = Some(controller.ask_twice(0, "get version").await?.data);
         Ok(controller)
     }
 
@@ -117,9 +124,53 @@ impl Controller {
         }
     }
 
-    /// Asks for a number.
+    /// Asks for what does not change, until two answers in a row are the same. Message ids repeat after a hundred requests, and
+    /// the checksum is a sum: a reply that old, or one with two damaged bytes, can answer one request, but not two in a row.
+    pub async fn ask_twice(&self, axis: u8, text: &str) -> Result<Said, DeviceError> {
+        self.ask_until(axis, text, |before, now| before.data == now.data).await
+    }
+
+    /// The same, for what may change a little.
+    pub async fn ask_until(
+        &self,
+        axis: u8,
+        text: &str,
+        agree: impl Fn(&Said, &Said) -> bool + Send,
+    ) -> Result<Said, DeviceError> {
+        let mut surplus = self.surplus();
+        let mut before = self.ask(axis, text).await?;
+        for _ in 1..MOST_ANSWERS {
+            let now = self.ask(axis, text).await?;
+            let in_step = std::mem::replace(&mut surplus, self.surplus()) == surplus;
+            if in_step && agree(&before, &now) {
+                return Ok(now);
+            }
+            tracing::warn!(
+                text,
+                before = before.data,
+                now = now.data,
+                in_step,
+                "two answers disagree"
+            );
+            before = now;
+        }
+        let reason = format!("of {MOST_ANSWERS} answers no two in a row agree");
+        Err(self.malformed(text, &reason, before.frame))
+    }
+
+    /// How many answers came that no request was waiting for: a change between two looks spoils what was read between them.
+    pub fn surplus(&self) -> u64 {
+        self.bus.unsolicited()
+    }
+
+    /// Asks for a number that does not change.
     pub async fn number<T: std::str::FromStr>(&self, axis: u8, text: &str) -> Result<(T, Said), DeviceError> {
-        let said = self.ask(axis, text).await?;
+        let said = self.ask_twice(axis, text).await?;
+        self.parsed(text, said)
+    }
+
+    /// The number in an answer.
+    pub fn parsed<T: std::str::FromStr>(&self, text: &str, said: Said) -> Result<(T, Said), DeviceError> {
         // Firmware 7 writes decimals where a setting has a fraction; a count never has one.
         match said.data.parse() {
             Ok(number) => Ok((number, said)),

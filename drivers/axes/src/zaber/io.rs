@@ -5,7 +5,10 @@ use isolux_device::{DeviceError, Identity, Switch, TemperatureReading, Thermomet
 use isolux_units::Celsius;
 use tokio::time::Instant;
 
-use super::controller::Controller;
+use super::controller::{Controller, Said};
+
+/// Two readings of an input in a row may differ by so much: two steps of a converter of 12 bits, and noise.
+const AGREEMENT_V: f64 = 0.01;
 
 /// A digital output: on when it conducts.
 pub(crate) struct ZaberSwitch {
@@ -37,7 +40,7 @@ impl Switch for ZaberSwitch {
 
     async fn state(&self) -> Result<bool, DeviceError> {
         let action = format!("io get do {}", self.output);
-        let said = self.controller.ask(0, &action).await?;
+        let said = self.controller.ask_twice(0, &action).await?;
         match said.data.as_str() {
             "0" => Ok(false),
             "1" => Ok(true),
@@ -72,7 +75,13 @@ impl Thermometer for ZaberThermometer {
 
     async fn read(&self) -> Result<TemperatureReading, DeviceError> {
         let action = format!("io get ai {}", self.input);
-        let (volts, said) = self.controller.number::<f64>(0, &action).await?;
+        let agree = |before: &Said, now: &Said| match (before.data.parse::<f64>(), now.data.parse::<f64>()) {
+            (Ok(before), Ok(now)) => (before - now).abs() <= AGREEMENT_V,
+            // What is no number is said below.
+            _ => before.data == now.data,
+        };
+        let said = self.controller.ask_until(0, &action, agree).await?;
+        let (volts, said) = self.controller.parsed::<f64>(&action, said)?;
         // A broken wire reads as 0 V or the supply; the ends of the range are therefore no temperature.
         if !(0.01..=9.99).contains(&volts) {
             return Err(self.controller.fault(
