@@ -100,6 +100,7 @@ pub fn run(
         files::refuse_existing(&folder.join(file.name), overwrite)?;
     }
     keep_model(&folder, kept)?;
+    remove_raw(&folder, &made)?;
     for file in &made {
         files::write(&folder.join(file.name), &file.bytes, overwrite)?;
     }
@@ -110,6 +111,9 @@ pub fn run(
         files: made.iter().map(|file| file.name).collect(),
     })
 }
+
+/// The distribution before it was smoothed.
+const RAW: &str = "luminaire.raw.ldt";
 
 /// Folder in the results with the model whose bench effects were taken out, and the file's name there.
 const REDUCED_WITH: [&str; 2] = ["reduced_with", "model.toml"];
@@ -148,6 +152,15 @@ fn keep_model(results: &Utf8Path, kept: Option<Vec<(String, Vec<u8>)>>) -> Resul
         files::write(&folder.join(name), &bytes, Overwrite::Force)?;
     }
     Ok(())
+}
+
+/// Removes the raw distribution of an earlier reduction where this one is not smoothed and writes none.
+fn remove_raw(results: &Utf8Path, made: &[isolux_reduce::ResultFile]) -> Result<(), Failure> {
+    let file = results.join(RAW);
+    if made.iter().any(|file| file.name == RAW) || !file.is_file() {
+        return Ok(());
+    }
+    std::fs::remove_file(&file).map_err(|error| Failure::instrument(format!("{file}: {error}")))
 }
 
 /// Names and bytes of the record's own files, for their hashes.

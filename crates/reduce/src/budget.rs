@@ -87,6 +87,16 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
     let mut groups: Vec<(i64, f64)> = alike.into_iter().collect();
     groups.sort_by_key(|(display, _)| *display);
     let digit2 = alone2 + groups.iter().map(|(_, sum)| sum * sum).sum::<f64>();
+    // Where light lies inside the intervals of its readings is not known better than by what smoothing moves it.
+    let smoothing = grid.smoothed.as_ref().map(|(raw, _)| {
+        let raw: f64 = raw
+            .intensity_cd()
+            .iter()
+            .zip(weights)
+            .map(|(cd, weight)| cd * weight)
+            .sum();
+        ("smoothing", value - raw)
+    });
     Quantity::new(
         value,
         unit,
@@ -98,7 +108,9 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
             ("distance", value * common.distance_rel),
             ("calibration", value * common.calibration_rel),
             ("drift", value * common.drift_rel),
-        ],
+        ]
+        .into_iter()
+        .chain(smoothing),
     )
 }
 

@@ -21,17 +21,20 @@ pub enum Correction {
     Drift,
     /// The dark spectrum.
     SpectralDark,
+    /// The smoothest distribution that rounding and scatter of the readings allow; off: the raw one.
+    Smoothing,
 }
 
 impl Correction {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Dark,
         Self::Ambient,
         Self::Stray,
         Self::InverseSquare,
         Self::Drift,
         Self::SpectralDark,
+        Self::Smoothing,
     ];
 
     /// The word on the command line.
@@ -43,6 +46,7 @@ impl Correction {
             Self::InverseSquare => "inverse_square",
             Self::Drift => "drift",
             Self::SpectralDark => "spectral_dark",
+            Self::Smoothing => "smoothing",
         }
     }
 }
@@ -55,7 +59,7 @@ impl fmt::Display for Correction {
 
 /// A word that is no correction.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no correction; there are dark, ambient, stray, inverse_square, drift, spectral_dark")]
+#[error("`{0}` is no correction; there are dark, ambient, stray, inverse_square, drift, spectral_dark, smoothing")]
 pub struct UnknownCorrection(String);
 
 impl FromStr for Correction {

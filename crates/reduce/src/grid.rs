@@ -5,6 +5,7 @@ use isolux_photometry::{IntensityDistribution, Symmetry};
 use crate::circle::Circle;
 use crate::error::ReduceError;
 use crate::samples::Sample;
+use crate::smooth::{SmoothError, Smoothing, smooth};
 
 /// Rounds of moving intensities from where they were read to the nodes of the grid. Displacements are small against the
 /// grid, so that each round gains several digits.
@@ -13,8 +14,10 @@ const ROUNDS: usize = 6;
 /// A distribution and the samples that stand at its nodes.
 #[derive(Debug, Clone)]
 pub struct Grid {
-    /// The distribution.
+    /// The distribution: smoothed, where `smoothed` says so.
     pub distribution: IntensityDistribution,
+    /// The distribution as it was read, and what smoothing changed, where it was smoothed.
+    pub smoothed: Option<(IntensityDistribution, Smoothing)>,
     /// The samples, by half-plane and γ; at a pole all half-planes share their mean.
     pub nodes: Vec<Sample>,
     /// The sample of each node `[ic * ng + ig]` of the distribution: one for each, but for half-planes that are mirror images,
@@ -65,11 +68,23 @@ impl Grid {
         let distribution = of(one_at_poles(&spread(&moved), &gamma_deg))?;
         Ok(Self {
             distribution,
+            smoothed: None,
             nodes,
             sample_of,
             assumed: circle.assumed,
             pole_spread_cd,
         })
+    }
+
+    /// Replaces the distribution by the smoothest one that its readings allow, and keeps the raw one beside it.
+    ///
+    /// # Errors
+    /// [`SmoothError`]; the distribution is as it was then.
+    pub fn smooth(&mut self) -> Result<(), SmoothError> {
+        let (smooth, facts) = smooth(self)?;
+        let raw = std::mem::replace(&mut self.distribution, smooth);
+        self.smoothed = Some((raw, facts));
+        Ok(())
     }
 
     /// Weight of every node in the luminous flux, in sr: Φ = Σ w·I.

@@ -13,6 +13,7 @@ mod grid;
 mod levels;
 mod results;
 mod samples;
+mod smooth;
 mod spectral;
 
 #[cfg(test)]
@@ -36,6 +37,7 @@ pub use grid::Grid;
 pub use levels::{Level, Levels, Subtract};
 pub use results::{ResultFile, files};
 pub use samples::{Corrected, Sample};
+pub use smooth::{SmoothError, Smoothing};
 pub use spectral::SpectralResult;
 
 /// Side of the square sensor and its distance, for which the budget gives the mean irradiance: a full-frame-class sensor
@@ -196,7 +198,8 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
             ..corrected
         }
     })?;
-    let grid = Grid::new(&samples)?;
+    let mut grid = Grid::new(&samples)?;
+    let not_smoothed = on(Correction::Smoothing).then(|| grid.smooth().err()).flatten();
     let closing = closing(&samples);
     // What a model takes out was learnt from such readings too: their noise and digit stay in the budget.
     let common = common(run, &levels, corrected, &drift, &grid, distance_mm);
@@ -221,6 +224,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
     notes.extend(left_out);
     notes.extend(circle::note(grid.assumed));
     notes.extend(zone_note(&grid));
+    notes.extend(not_smoothed.map(|error| error.to_string()));
     notes.extend(burning_notes(all, &rows, &drift, on(Correction::Drift)));
     notes.extend(run_notes(
         run,

@@ -30,17 +30,22 @@ pub fn files(
     run_files: &[(String, Vec<u8>)],
     program: &str,
 ) -> Result<Vec<ResultFile>, ReduceError> {
-    let shown = without_negative(reduction)?;
-    let mut files = vec![
-        ResultFile {
-            name: "luminaire.ldt",
-            bytes: ldt(&shown, reduction, run)?,
-        },
-        ResultFile {
-            name: "luminaire.ies",
-            bytes: ies(&shown, reduction, run, program),
-        },
-    ];
+    let shown = without_negative(&reduction.grid.distribution)?;
+    let state = reduction.grid.smoothed.as_ref().map_or("", |_| ", smoothed");
+    let mut files = vec![ResultFile {
+        name: "luminaire.ldt",
+        bytes: ldt(&shown, state, reduction, run)?,
+    }];
+    if let Some((raw, _)) = &reduction.grid.smoothed {
+        files.push(ResultFile {
+            name: "luminaire.raw.ldt",
+            bytes: ldt(&without_negative(raw)?, ", as read", reduction, run)?,
+        });
+    }
+    files.push(ResultFile {
+        name: "luminaire.ies",
+        bytes: ies(&shown, reduction, run, program),
+    });
     files.extend(spectral_files(reduction, run, program));
     let model = model_toml(reduction, run_files);
     files.push(ResultFile {
@@ -74,8 +79,7 @@ fn diameter_mm(run: &Run) -> Option<f64> {
 
 /// The distribution as files hold it: noise about zero that came out negative is written as zero there. The budget's flux
 /// is that of the readings; what the zeros add to it stands in `budget.json`.
-fn without_negative(reduction: &Reduction) -> Result<IntensityDistribution, ReduceError> {
-    let measured = &reduction.grid.distribution;
+fn without_negative(measured: &IntensityDistribution) -> Result<IntensityDistribution, ReduceError> {
     let floor = measured.intensity_cd().iter().map(|value| value.max(0.0)).collect();
     Ok(IntensityDistribution::new(
         measured.c_deg().to_vec(),
@@ -84,12 +88,12 @@ fn without_negative(reduction: &Reduction) -> Result<IntensityDistribution, Redu
     )?)
 }
 
-fn ldt(shown: &IntensityDistribution, reduction: &Reduction, run: &Run) -> Result<Vec<u8>, ReduceError> {
+fn ldt(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &Run) -> Result<Vec<u8>, ReduceError> {
     let colour = reduction.spectral.as_ref().and_then(|spectral| spectral.cct.as_ref());
     let header = eulumdat::Header {
         company: String::new(),
         report: format!(
-            "isolux {:.0} mm{}",
+            "isolux {:.0} mm{state}{}",
             reduction.distance_mm,
             match reduction.grid.assumed {
                 Symmetry::None => "",
@@ -137,6 +141,10 @@ fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, program:
             ),
         ),
     ];
+    keywords.extend(reduction.grid.smoothed.as_ref().map(|_| {
+        let text = "smoothed within the rounding and the scatter of the readings";
+        ("OTHER", text.to_owned())
+    }));
     keywords.extend(crate::circle::note(reduction.grid.assumed).map(|note| {
         // The first clause: LM-63 has short lines of ASCII.
         let clause = note.split(',').next().unwrap_or_default();
@@ -285,6 +293,7 @@ fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
         },
         "negative_points_written_as_zero": reduction.grid.distribution.intensity_cd().iter().filter(|cd| **cd < 0.0).count(),
         "flux_added_by_them_lm": shown.flux().value() - reduction.grid.distribution.flux().value(),
+        "smoothing": reduction.grid.smoothed.as_ref().map(|(_, facts)| facts),
         "drift": reduction.drift,
         "closing_plane": reduction.closing,
         "pole_spread_cd": reduction.grid.pole_spread_cd,

@@ -127,11 +127,13 @@ fn reduced(rows: Vec<Reading>, without: &[Correction]) -> Reduction {
 #[test]
 fn every_correction_brings_the_flux_home() {
     let exact = std::f64::consts::PI * 337.0;
-    let full = reduced(day(|lux| lux, 0.0), &[]);
+    // Values that were not rounded need no smoothing, though they state a digit.
+    let raw = Correction::Smoothing;
+    let full = reduced(day(|lux| lux, 0.0), &[raw]);
     assert!((full.flux.value / exact - 1.0).abs() < 3e-4, "{}", full.flux.value);
     assert_eq!(full.grid.distribution.c_deg().len(), 24);
     let sphere_lm_per_lx = 4.0 * std::f64::consts::PI * 100.0;
-    let without = |correction| reduced(day(|lux| lux, 0.0), &[correction]).flux.value - full.flux.value;
+    let without = |correction| reduced(day(|lux| lux, 0.0), &[raw, correction]).flux.value - full.flux.value;
     assert!((without(Correction::Dark) - 0.05 * sphere_lm_per_lx).abs() < 1e-6);
     assert!((without(Correction::Ambient) - 0.02 * sphere_lm_per_lx).abs() < 1e-6);
     assert!((without(Correction::Stray) / (0.0225 * sphere_lm_per_lx) - 1.0).abs() < 1e-9);
@@ -208,7 +210,7 @@ fn poles_have_one_value_and_displaced_readings_go_home() {
                 Some(0.07 + 0.03 * (1.0 - row.gamma_deg / 360.0) + lamp(row.c_deg, row.gamma_deg) / 100.0);
         }
     }
-    let result = reduced(rows, &[]);
+    let result = reduced(rows, &[Correction::Smoothing]);
     let distribution = &result.grid.distribution;
     for plane in 0..24 {
         assert_eq!(distribution.row(plane)[0], distribution.row(0)[0]);
@@ -310,10 +312,48 @@ fn the_same_run_gives_the_same_bytes_and_the_file_the_same_flux() {
     assert_eq!(first, make().1);
     let ldt = first.iter().find(|file| file.name == "luminaire.ldt").unwrap();
     let (read, findings) = isolux_formats::Distribution::load(&ldt.bytes, "luminaire.ldt").unwrap();
+    // Intensities below zero are written as zero, and the budget says what that adds.
+    let budget = first.iter().find(|file| file.name == "budget.json").unwrap();
+    let budget: serde_json::Value = serde_json::from_slice(&budget.bytes).unwrap();
+    let written_lm = result.flux.value + budget["flux_added_by_them_lm"].as_f64().unwrap();
     assert!(
-        (read.intensity.flux().value() / result.flux.value - 1.0).abs() < 1e-6,
+        (read.intensity.flux().value() / written_lm - 1.0).abs() < 1e-6,
         "{findings:?}"
     );
+}
+
+#[test]
+fn readings_are_intervals_and_the_raw_distribution_stays_beside_the_smoothed_one() {
+    let rows = || run(day(rounded, 0.0));
+    let of = |without: &[Correction]| {
+        let without = without.iter().copied().collect();
+        reduce(&rows(), &Options { without }, None).unwrap()
+    };
+    let (smooth, raw) = (of(&[]), of(&[Correction::Smoothing]));
+    let (kept, facts) = smooth.grid.smoothed.as_ref().unwrap();
+    assert_eq!(kept, &raw.grid.distribution);
+    assert!(raw.grid.smoothed.is_none());
+    assert!(facts.rms_cd > 0.0 && facts.max_of_half_width <= 1.0, "{facts:?}");
+    // The difference is a part of every number that rests on the distribution.
+    for (with, without) in [
+        (&smooth.flux, &raw.flux),
+        (&smooth.sensor_illuminance, &raw.sensor_illuminance),
+    ] {
+        let moved = (with.value - without.value).abs();
+        assert!((with.parts["smoothing"] - moved).abs() < 1e-9 * with.value, "{with:?}");
+        assert!(!without.parts.contains_key("smoothing"));
+    }
+    // What each direction has on its own is not stated smaller.
+    assert_eq!(
+        crate::budget::noise_of_directions(&smooth.grid),
+        crate::budget::noise_of_directions(&raw.grid)
+    );
+    let names = |reduction: &Reduction| -> Vec<&str> {
+        let files = crate::files(reduction, &rows(), &[], "isolux test").unwrap();
+        files.iter().map(|file| file.name).collect()
+    };
+    assert!(names(&smooth).contains(&"luminaire.raw.ldt"));
+    assert!(!names(&raw).contains(&"luminaire.raw.ldt"));
 }
 
 #[test]

@@ -259,6 +259,7 @@ fn results(page: &mut Page, evening: &Evening) {
     page.heading("Files");
     let mut files = vec![
         ("luminaire.ldt", "EULUMDAT"),
+        ("luminaire.raw.ldt", "EULUMDAT as read, before smoothing"),
         ("luminaire.ies", "IES LM-63-2002"),
         ("luminaire.spdx", "spectrum, IES TM-27"),
         ("luminaire.spd", "spectrum, plain columns"),

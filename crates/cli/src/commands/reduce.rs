@@ -10,7 +10,7 @@ use crate::screen;
 /// Turns the record of a scan into distribution, spectrum, files and uncertainty budget.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux reduce run --without drift --out run/without-drift\n\
-Corrections: dark, ambient, stray, inverse_square, drift, spectral_dark.")]
+Corrections: dark, ambient, stray, inverse_square, drift, spectral_dark, smoothing.")]
 pub struct Reduce {
     /// The run directory.
     run: Utf8PathBuf,
