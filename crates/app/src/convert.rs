@@ -5,6 +5,7 @@ pub use isolux_formats::ies::Photometry;
 pub use isolux_formats::spectral::Interpolation;
 use isolux_formats::spectral::{self, SpectrumFile};
 use isolux_formats::{Content, Distribution, Finding, Format, Parsed, ReadOptions, Severity, eulumdat, ies, tm33};
+pub use isolux_formats::{Edit, Symmetry};
 
 use crate::files::{self, Overwrite};
 use crate::inspect::{self, Inspection};
@@ -23,6 +24,8 @@ pub struct Wishes {
     pub photometry: Option<Photometry>,
     /// Series of a spectrum with several, by name.
     pub series: Option<String>,
+    /// Changes of a distribution, in their order.
+    pub edits: Vec<Edit>,
     /// Another spacing of a spectrum, nm, and how values between its points are found.
     pub resample: Option<(f64, Interpolation)>,
 }
@@ -62,7 +65,6 @@ pub fn run(
         readable: only.document.is_some(),
         findings: only.findings,
         quantities: serde_json::Map::new(),
-        self_check: None,
         content: only.document,
     };
     let result = written
@@ -115,7 +117,19 @@ fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, wishes: &Wishes) -> R
             "convert-option",
             "--series and --step-nm are for spectra; this file holds a distribution",
         )),
-        Some(Content::Distribution(distribution)) => encode_distribution(distribution, format, wishes),
+        Some(Content::Distribution(distribution)) if wishes.edits.is_empty() => {
+            encode_distribution(distribution, format, wishes)
+        }
+        Some(Content::Distribution(distribution)) => {
+            let (edited, mut findings) = distribution.edited(&wishes.edits)?;
+            let (bytes, of_writing) = encode_distribution(&edited, format, wishes)?;
+            findings.extend(of_writing);
+            Ok((bytes, findings))
+        }
+        Some(Content::Spectrum(_)) if !wishes.edits.is_empty() => Err(Finding::error(
+            "convert-option",
+            "--set, --scale-flux, --rotate-c, --symmetrize and --resample are for distributions; this file holds a spectrum",
+        )),
         Some(Content::Spectrum(_))
             if wishes.edition.is_some() || wishes.generation.is_some() || wishes.photometry.is_some() =>
         {
@@ -186,7 +200,8 @@ fn encode_distribution(
         }
         Some(Format::Eulumdat) => {
             let written = match &distribution.eulumdat {
-                Some(document) => eulumdat::rewrite(document, &distribution.intensity),
+                Some(document) if wishes.edits.is_empty() => eulumdat::rewrite(document, &distribution.intensity),
+                Some(document) => eulumdat::write(&distribution.intensity, &document.header)?,
                 None => eulumdat::write(&distribution.intensity, &distribution.eulumdat_header())?,
             };
             Ok((

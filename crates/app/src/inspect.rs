@@ -5,9 +5,7 @@ pub(crate) mod rays;
 mod source;
 
 use camino::{Utf8Component, Utf8Path, Utf8PathBuf};
-use isolux_formats::{
-    Content, Finding, Format, Kind, Opened, Parsed, ReadOptions, SelfCheck, Severity, read_any_beside,
-};
+use isolux_formats::{Content, Finding, Format, Kind, Opened, Parsed, ReadOptions, Severity, read_any_beside};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -31,8 +29,6 @@ pub struct Inspection {
     pub findings: Vec<Finding>,
     /// What follows from the content.
     pub quantities: Map<String, Value>,
-    /// Which exchanges of two intensities the checks would tell; none without intensities.
-    pub self_check: Option<SelfCheck>,
     /// The content itself, for pictures.
     #[serde(skip)]
     pub content: Option<Content>,
@@ -47,10 +43,6 @@ impl Inspection {
 
 /// Looks at one file; a file that cannot be read gives its reason as a finding.
 pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
-    let options = ReadOptions {
-        self_check: true,
-        ..options
-    };
     let parsed = match Source::open(path) {
         Ok(source) if rays::are_in(path, &source) => return vec![rays::inspection(path, source)],
         Ok(source) => parsed(path, source, options),
@@ -65,7 +57,6 @@ pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
             readable: false,
             findings: vec![finding],
             quantities: Map::new(),
-            self_check: None,
             content: None,
         }],
     }
@@ -182,10 +173,6 @@ fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
         },
         None => Map::new(),
     };
-    let self_check = match &parsed.document {
-        Some(Content::Distribution(distribution)) => distribution.self_check.clone(),
-        _ => None,
-    };
     Inspection {
         file,
         format: parsed.format,
@@ -193,7 +180,6 @@ fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
         readable: parsed.document.is_some(),
         findings: parsed.findings,
         quantities,
-        self_check,
         content: parsed.document,
     }
 }
@@ -208,22 +194,6 @@ mod tests {
         let path = folder.join("lamp.ies");
         std::fs::write(&path, LAMP.replace("NAME", name)).unwrap();
         file(&path, ReadOptions::default()).remove(0)
-    }
-
-    #[test]
-    fn a_file_too_coarse_to_be_checked_says_so() {
-        let folder = tempfile::tempdir().unwrap();
-        let found = inspected(Utf8Path::from_path(folder.path()).unwrap(), "NONE");
-        let json = serde_json::to_value(&found).unwrap();
-        assert_eq!(json["self_check"]["exchanges"], 2);
-        assert_eq!(json["self_check"]["told"], 0);
-        assert_eq!(json["self_check"]["largest_untold_cd"], 70.0);
-        let said = found
-            .findings
-            .iter()
-            .find(|f| f.code == "intensity-self-check")
-            .unwrap();
-        assert_eq!((said.severity, said.line), (Severity::Warning, Some(11)));
     }
 
     fn tilt(inspection: &Inspection) -> Option<isolux_formats::ies::TiltFactors> {

@@ -41,5 +41,5 @@ pub use failure::{Failure, FailureKind};
 
 /// Findings, reader options and rounded numbers, for front ends.
 pub mod formats {
-    pub use isolux_formats::{Finding, ReadOptions, Severity, significant};
+    pub use isolux_formats::{Content, Distribution, Finding, Kind, ReadOptions, Severity, significant};
 }

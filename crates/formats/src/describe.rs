@@ -68,6 +68,14 @@ impl Distribution {
             .map(|(name, text)| (name.to_owned(), text.clone()))
             .collect()
         });
+        // A file of LM-63 keeps the record among its own keywords; see `edit`.
+        let changes = self.header.get("changes").and_then(Value::as_array);
+        let changes = changes.filter(|_| !self.header.contains_key("keywords"));
+        let changes = changes.into_iter().flatten().filter_map(Value::as_str);
+        let keywords = keywords
+            .into_iter()
+            .chain(changes.map(|change| ("OTHER".to_owned(), format!("Changed with isolux: {change}"))))
+            .collect();
         ies::Facts {
             keywords,
             lamp_flux_lm: self.lamp_flux_lm.filter(|_| !self.absolute),
@@ -197,7 +205,8 @@ impl Distribution {
 }
 
 /// Header keys that the intensities, the flux or the target's own fields say again.
-const SAID_AGAIN: [&str; 31] = [
+const SAID_AGAIN: [&str; 32] = [
+    "changes",
     "encoding",
     "line_ending",
     "symmetry_indicator",

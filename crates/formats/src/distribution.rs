@@ -6,8 +6,8 @@ use serde_json::{Map, Value, json};
 use crate::finding::{Finding, Findings};
 use crate::number;
 
-use crate::plausible::{self, SelfCheck, Stored};
-use crate::read::{Content, Format, Kind, Parsed, ReadOptions, read_any};
+use crate::plausible::{self, Stored};
+use crate::read::{Content, Format, Kind, Parsed, read_any};
 use crate::text::Text;
 
 /// What was read from a photometric file.
@@ -21,9 +21,6 @@ pub struct Distribution {
     pub lamp_flux_lm: Option<f64>,
     /// Absolute photometry: the intensities are those of the luminaire, no lamp was measured bare.
     pub absolute: bool,
-    /// What the file's own smoothness could betray, where
-    /// [`ReadOptions::self_check`] asks for it.
-    pub self_check: Option<SelfCheck>,
     /// The file's own coordinates, where they are not C-γ.
     pub native: Option<Native>,
     /// The description that formats share.
@@ -203,7 +200,7 @@ pub fn looks_like_csv(head: &Text<'_>) -> bool {
 }
 
 /// Reads `gamma_deg,intensity_cd`, a rotational distribution in candela.
-pub fn read_csv(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
+pub fn read_csv(bytes: &[u8]) -> Parsed<Distribution> {
     let mut findings = Findings::new();
     let text = Text::decode(bytes, &mut findings);
     let (mut gamma_deg, mut intensity_cd) = (Vec::new(), Vec::new());
@@ -249,7 +246,6 @@ pub fn read_csv(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
         places.push((index + 1, cells[0].chars().count() + 2));
     }
     let mut document = None;
-    let mut self_check = None;
     if whole {
         if gamma_deg.windows(2).all(|pair| pair[0] < pair[1]) {
             let stored = Stored {
@@ -260,9 +256,8 @@ pub fn read_csv(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
                 raw: &|index| raws[index],
                 poles: true,
                 ends_with_newline: text.ends_with_newline,
-                unit_cd: 1.0,
             };
-            self_check = plausible::check(&stored, options.self_check, &mut findings);
+            plausible::check(&stored, &mut findings);
         }
         match IntensityDistribution::new(vec![0.0], gamma_deg, intensity_cd) {
             Ok(intensity) => {
@@ -272,7 +267,6 @@ pub fn read_csv(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
                     symmetry: Symmetry::Rotational,
                     lamp_flux_lm: None,
                     absolute: true,
-                    self_check,
                     native: None,
                     luminaire: Luminaire::default(),
                     header,

@@ -18,6 +18,13 @@ pub(crate) fn looks_like(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06")
 }
 
+/// Whether the zip is a workbook of Excel.
+pub(crate) fn is_workbook(bytes: &[u8]) -> bool {
+    looks_like(bytes)
+        && zip::ZipArchive::new(Cursor::new(bytes))
+            .is_ok_and(|archive| archive.index_for_name("xl/workbook.xml").is_some())
+}
+
 fn refused(finding: Finding) -> Vec<Parsed<Content>> {
     vec![Parsed {
         inner: None,

@@ -6,6 +6,7 @@
 
 mod describe;
 pub mod distribution;
+mod edit;
 pub mod eulumdat;
 pub mod finding;
 mod gldf;
@@ -22,9 +23,10 @@ pub mod tm33;
 mod xml;
 
 pub use distribution::Distribution;
+pub use edit::Edit;
 pub use finding::{Finding, Findings, Severity};
+pub use isolux_photometry::Symmetry;
 pub use number::significant;
-pub use plausible::{Exchanges, SelfCheck, Untold};
 pub use read::{
     Beside, Content, Format, Kind, LARGEST_FILE, Opened, Parsed, ReadOptions, read_any, read_any_beside, read_any_with,
 };

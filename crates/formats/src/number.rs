@@ -98,7 +98,8 @@ pub fn read_up_to(text: &str, largest: f64) -> Result<Number, NotANumber> {
 
 /// One decimal comma and no point.
 fn with_comma(text: &str) -> Option<f64> {
-    if text.contains('.') || text.matches(',').count() != 1 {
+    // `380,` is a number with a separator behind it.
+    if text.contains('.') || text.matches(',').count() != 1 || text.ends_with(',') {
         return None;
     }
     text.replace(',', ".").parse().ok()

@@ -1,16 +1,11 @@
 //! Physical plausibility of what was read: damage that is still a number shows here.
 
 mod floor;
-mod misfit;
 mod outliers;
-mod rerun;
-mod resolution;
-mod self_check;
 mod twins;
 
 use isolux_photometry::IntensityDistribution;
 
-pub use self::self_check::{Exchanges, SelfCheck, Untold};
 use crate::finding::{Finding, Findings};
 
 /// Intensities as they stand in a file.
@@ -30,19 +25,16 @@ pub(crate) struct Stored<'s> {
     pub poles: bool,
     /// Whether the file's last line has its end.
     pub ends_with_newline: bool,
-    /// Candela of a value of 1.
-    pub unit_cd: f64,
 }
 
-/// Checks the numbers against each other, and where it is asked for, what these checks would tell.
-pub(crate) fn check(stored: &Stored<'_>, self_check: bool, findings: &mut Findings) -> Option<SelfCheck> {
+/// Checks the numbers against each other.
+pub(crate) fn check(stored: &Stored<'_>, findings: &mut Findings) {
     negative(stored, findings);
     poles(stored, findings);
     cut_short(stored, findings);
     floor::check(stored, findings);
     twins::check(stored, findings);
     outliers::check(stored, findings);
-    self_check.then(|| self_check::run(stored, findings)).flatten()
 }
 
 /// The last number may have lost digits where the file ends without a line end: it then has fewer decimals than all
@@ -76,22 +68,41 @@ fn cut_short(stored: &Stored<'_>, findings: &mut Findings) {
     }
 }
 
+/// Values that are looked at for their decimals.
+const VALUES: usize = 500;
+
+/// The largest number of decimals among some hundred values, zeros at their end not counted.
+fn decimals(stored: &Stored<'_>) -> i32 {
+    let some = (0..stored.values.len()).step_by(stored.values.len() / VALUES + 1);
+    let of = |index: usize| {
+        let text = (stored.raw)(index);
+        let point = text.bytes().rposition(|byte| matches!(byte, b'.' | b','));
+        point.map_or(0, |at| text[at + 1..].trim_end_matches('0').len()) as i32
+    };
+    some.map(of).max().unwrap_or(0).min(12)
+}
+
 fn at(stored: &Stored<'_>, index: usize, finding: Finding) -> Finding {
     let (line, column) = stored.places.get(index).copied().unwrap_or((1, 1));
     finding.at(line, column).raw((stored.raw)(index))
 }
 
+/// Light below zero, as one finding: how many values there are and the lowest of them.
 fn negative(stored: &Stored<'_>, findings: &mut Findings) {
-    for (index, &value) in stored.values.iter().enumerate() {
-        if value < 0.0 {
-            let finding = Finding::warning("intensity-negative", "the intensity is below zero");
-            findings.push(
-                at(stored, index, finding)
-                    .assumed("as it stands")
-                    .fix("light cannot be negative; check the dark correction"),
-            );
-        }
-    }
+    let below: Vec<usize> = (0..stored.values.len())
+        .filter(|&index| stored.values[index] < 0.0)
+        .collect();
+    let lowest = below
+        .iter()
+        .copied()
+        .min_by(|&a, &b| stored.values[a].total_cmp(&stored.values[b]));
+    let Some(lowest) = lowest else { return };
+    let message = match below.len() {
+        1 => "the intensity is below zero".to_owned(),
+        count => format!("{count} intensities are below zero; this is the lowest"),
+    };
+    let finding = Finding::warning("intensity-negative", message).assumed("as they stand");
+    findings.push(at(stored, lowest, finding).fix("light cannot be negative; check the dark correction"));
 }
 
 /// At γ = 0 and 180 all planes meet in one direction.

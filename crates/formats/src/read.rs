@@ -102,13 +102,12 @@ pub enum Content {
 /// What a person may decide for a reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ReadOptions {
+    /// A table is a spectrum: the columns, counted from 1, of its wavelengths and of its values.
+    pub columns: Option<[usize; 2]>,
     /// EULUMDAT symmetry 3 stored with C90 first, against the format's description.
     pub isym3_c90_first: bool,
     /// IES 1995 and 2002: multiply by the field that these editions keep for future use.
     pub apply_future_use: bool,
-    /// Find out which exchanges of two neighbouring intensities the checks would tell; this takes many times as long as
-    /// reading.
-    pub self_check: bool,
 }
 
 /// Another file that the file names, opened.
@@ -183,6 +182,10 @@ pub fn read_any_beside(
         );
     }
     let distribution = |parsed: Parsed<Distribution>| vec![parsed.map(|d| Content::Distribution(Box::new(d)))];
+    if gldf::is_workbook(bytes) {
+        let finding = Finding::error("format-workbook", "this is an Excel workbook");
+        return refused(None, finding.fix("save the sheet with the data as CSV"));
+    }
     if gldf::looks_like(bytes) {
         return gldf::read(bytes, options);
     }
@@ -191,12 +194,12 @@ pub fn read_any_beside(
         return distribution(ies::read_beside(bytes, options, beside));
     }
     if tm33::looks_like(&head) {
-        return distribution(tm33::read(bytes, options));
+        return distribution(tm33::read(bytes));
     }
     if distribution::looks_like_csv(&head) {
-        return distribution(distribution::read_csv(bytes, options));
+        return distribution(distribution::read_csv(bytes));
     }
-    if let Some(parsed) = spectral::read(bytes, file_name) {
+    if let Some(parsed) = spectral::read(bytes, file_name, options) {
         return vec![parsed.map(|spectrum| Content::Spectrum(Box::new(spectrum)))];
     }
     if extension == "ldt" || extension == "eul" || eulumdat::looks_like(&head) {
@@ -213,6 +216,23 @@ pub fn read_any_beside(
 }
 
 impl Format {
+    /// Its name for people.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Eulumdat => "EULUMDAT",
+            Self::Ies => "IES LM-63",
+            Self::Tm33 => "TM-33",
+            Self::Gldf => "GLDF",
+            Self::Spdx => "TM-27 .spdx",
+            Self::Spd => "pairs of wavelength and value",
+            Self::Sp => "CGATS",
+            Self::Spectrum => "Speos",
+            Self::Csv => "table",
+            Self::Json => "isolux JSON",
+            Self::Tm25 => "TM-25",
+        }
+    }
+
     /// The format that a file extension (lower case, no point) stands for.
     pub fn of_extension(extension: &str) -> Option<Self> {
         Some(match extension {

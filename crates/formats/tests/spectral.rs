@@ -1,7 +1,7 @@
 //! Spectral files as they come: every legal variant right, every damage told at its line.
 
 use isolux_formats::spectral::{SpectrumFile, write};
-use isolux_formats::{Content, Finding, Format, Parsed, Severity, read_any};
+use isolux_formats::{Content, Finding, Format, Parsed, ReadOptions, Severity, read_any, read_any_with};
 use proptest::prelude::*;
 
 fn read(bytes: &[u8], name: &str) -> Parsed<Content> {
@@ -248,7 +248,7 @@ fn several_series() {
 fn damage_is_told_at_its_line() {
     refused("nm,v\n380,1\n38S,2\n390,3\n", "x.csv", "csv-number", 3);
     refused("nm,v\n38O,1\n385,2\n390,3\n", "x.csv", "csv-number", 2);
-    refused("38O,1\n385,2\n390,3\n395,4\n", "x.csv", "csv-number", 1);
+    refused("38O,1\n385,2\n390,3\n395,4\n400,5\n", "x.csv", "csv-number", 1);
     refused("nm,v\nO80,1\n385,2\n390,3\n", "x.csv", "csv-number", 2);
     refused("nm,v\n380,1\nO85,2\n390,3\n", "x.csv", "csv-number", 3);
     refused("nm,v\n380,1\n385,NaN\n390,3\n", "x.csv", "csv-number", 3);
@@ -312,7 +312,10 @@ fn what_is_assumed_is_said() {
     assert_eq!(finding(&even(425.0), "x.csv", "spectrum-gap").line, Some(11));
     let again = even(0.0).replace("400,4\n", "400,4\n400,4\n");
     assert_eq!(finding(&again, "x.csv", "spectrum-wavelength-repeated").line, Some(7));
-    assert_eq!(finding("nm,v\n380,1\n385,2", "x.csv", "text-unfinished").line, Some(3));
+    let cut = "nm,v\n380,1.25\n385,2.25\n390,2.5";
+    assert_eq!(finding(cut, "x.csv", "text-unfinished").line, Some(4));
+    let whole = "nm,v\n380,1.25\n385,2.25\n390,2.50";
+    assert!(read(whole.as_bytes(), "x.csv").findings.is_empty());
     let counted = "OPTIS - Spectrum file v1.0\nd\n4\n380 1\n385 2\n390 3\n";
     assert_eq!(finding(counted, "x.spectrum", "speos-count").severity, Severity::Error);
     let bare = "0.380 1\n0.385 2\n0.390 3\n";
@@ -480,24 +483,6 @@ fn a_letter_e_in_place_of_a_digit_is_told_where_no_other_number_has_one() {
 }
 
 #[test]
-fn swapped_values_in_a_smooth_curve_are_told() {
-    let value = |w: f64| (-((w - 480.0) / 40.0).powi(2)).exp();
-    let rows: Vec<(f64, f64)> = (0..60)
-        .map(|i| 380.0 + 5.0 * f64::from(i))
-        .map(|w| (w, value(w)))
-        .collect();
-    let text = |rows: &[(f64, f64)]| {
-        let lines: Vec<String> = rows.iter().map(|(w, v)| format!("{w},{v}\n")).collect();
-        format!("nm,v\n{}", lines.concat())
-    };
-    assert!(read(text(&rows).as_bytes(), "x.csv").findings.is_empty());
-    let mut swapped = rows;
-    let (a, b) = (swapped[10].1, swapped[20].1);
-    (swapped[10].1, swapped[20].1) = (b, a);
-    assert_eq!(finding(&text(&swapped), "x.csv", "spectrum-swapped").line, Some(12));
-}
-
-#[test]
 fn what_a_heading_states_of_its_data_is_checked() {
     let rows: String = (0..31).fold(String::new(), |rows, k| {
         let value = if k == 4 { -0.5 } else { f64::from(k) };
@@ -520,22 +505,130 @@ fn what_a_heading_states_of_its_data_is_checked() {
     assert_eq!(told(&good[..cut]), [Some(3), Some(6)]);
 }
 
+/// The code of the error for a table that is refused.
+fn refusal(text: &str, name: &str) -> Option<&'static str> {
+    let parsed = read(text.as_bytes(), name);
+    assert!(parsed.document.is_none(), "{name}: {text}");
+    let errors = parsed
+        .findings
+        .into_iter()
+        .filter(|finding| finding.severity == Severity::Error);
+    errors.map(|finding| finding.code).next()
+}
+
 #[test]
-fn a_value_that_lost_its_sign_among_few_of_its_kind_is_told() {
-    let value = |k: f64| if k < 30.0 { 5.0 + k } else { -(k - 29.0) * 0.5 - 3.0 };
-    let rows: Vec<String> = (0..48)
-        .map(f64::from)
-        .map(|k| format!("{},{}\n", 400.0 + 5.0 * k, value(k)))
+fn tables_of_something_else_are_no_spectra() {
+    let rows = |from: f64, step: f64, columns: usize| -> String {
+        let line = |k: u32| {
+            let others: String = (1..columns)
+                .map(|n| format!(",{}", 0.5 + 0.01 * f64::from(k) * n as f64))
+                .collect();
+            format!("{}{others}\n", from + step * f64::from(k))
+        };
+        (0..40).map(line).collect()
+    };
+    for (heading, table) in [
+        ("temperature_k,resistance\n", rows(310.0, 20.0, 2)),
+        ("price,quantity,x\n", rows(120.0, 3.0, 3)),
+        ("PAR,power_w,level\n", rows(200.0, 25.0, 3)),
+        ("pixel,red,nir\n", rows(300.0, 1.0, 3)),
+        ("latitude,longitude,altitude\n", rows(400.0, 0.1, 3)),
+        ("# position  error\n", rows(0.01, 0.02, 2)),
+        ("", rows(0.01, 0.02, 2)),
+        ("", rows(1.0, 1.0, 2)),
+    ] {
+        let text = format!("{heading}{table}");
+        assert_eq!(refusal(&text, "table.csv"), Some("table-no-spectrum"), "{heading}");
+        // A person who knows better says which columns they are.
+        let options = ReadOptions {
+            columns: Some([1, 2]),
+            ..ReadOptions::default()
+        };
+        let forced = read_any_with(text.as_bytes(), "table.csv", options).remove(0);
+        let Some(Content::Spectrum(file)) = forced.document else {
+            assert!(
+                heading.is_empty() || heading.starts_with('#'),
+                "{heading}: {:?}",
+                forced.findings
+            );
+            continue;
+        };
+        assert_eq!(file.value.len(), 40);
+    }
+}
+
+#[test]
+fn tables_that_are_spectra_are_read_under_every_name() {
+    let rows: Vec<String> = (0..40)
+        .map(|k| format!("{} {} {}\n", 400 + 5 * k, 0.5 + f64::from(k), f64::from(k)))
         .collect();
-    let good = rows.concat();
+    let plain = rows.concat();
+    for heading in ["", "# wavelength value dark\n", "# exported from the lab\n"] {
+        let text = format!("{heading}{plain}");
+        let as_csv = spectrum(&text, "x.csv").0;
+        for name in ["x.txt", "x.dat"] {
+            let file = spectrum(&text, name).0;
+            assert_eq!(
+                (&file.wavelength_nm, &file.value),
+                (&as_csv.wavelength_nm, &as_csv.value),
+                "{name} {heading}"
+            );
+        }
+    }
+    let commas = plain.replace(' ', ", ");
+    let file = spectrum(&commas, "x.csv").0;
+    assert_eq!((file.wavelength_nm[0], file.value[0]), (400.0, 0.5));
+    let named = format!("wavelength, value, dark\n{commas}");
+    let (file, findings) = spectrum(&named, "x.csv");
+    assert_eq!(file.series[0].name, "value");
+    assert!(findings.iter().all(|finding| finding.code != "csv-decimal-comma"));
+    let footer = format!("{plain}\nLux\n276\n");
+    let (file, findings) = spectrum(&footer, "x.txt");
+    assert_eq!(file.value.len(), 40);
+    assert!(findings.iter().any(|finding| finding.code == "csv-after-data"));
+}
+
+#[test]
+fn jaz_takes_what_was_processed_with_and_without_a_reference() {
+    let body = |columns: &str, row: &str| {
+        let rows: String = (0..10).map(|k| format!("{}\t{row}\n", 400 + k)).collect();
+        format!(
+            "Jaz Absolute Irradiance File\n>>>>>Begin Processed Spectral Data<<<<<\n{columns}\n{rows}>>>>>End Processed Spectral Data<<<<<\n"
+        )
+    };
+    let without = body("W\tD\tS\tP", "1\t2\t3");
+    assert_eq!(spectrum(&without, "x.JazIrrad").0.value, [3.0; 10]);
+    let with = body("W\tD\tR\tS\tP", "1\t2\t3\t4");
+    assert_eq!(spectrum(&with, "x.jaz").0.value, [4.0; 10]);
+}
+
+#[test]
+fn what_a_program_could_not_compute_is_left_out_where_there_is_no_light() {
+    let text = "nm,v\n300,nan\n340,1\n360,inf\n400,2\n440,3\n480,4\n900,nan\n";
+    let (file, findings) = spectrum(text, "x.csv");
+    assert_eq!(file.wavelength_nm, [340.0, 400.0, 440.0, 480.0]);
+    let said = findings.iter().find(|finding| finding.code == "csv-nan").unwrap();
     assert!(
-        read(good.as_bytes(), "x.csv")
-            .findings
-            .iter()
-            .all(|finding| finding.code != "spectrum-sign")
+        said.severity == Severity::Warning && said.message.starts_with("3 "),
+        "{said:?}"
     );
-    let lost = good.replacen(",-8", ",8", 1);
-    assert_eq!(finding(&lost, "x.csv", "spectrum-sign").line, Some(40));
+    assert_eq!(refusal(&text.replace("440,3", "440,nan"), "x.csv"), Some("csv-number"));
+}
+
+#[test]
+fn macam_and_pairs_of_cgats() {
+    let macam = "@19/5/1997\n@17:44:58\n#Glasshouse\n 4.0E+02\n 1.0E-01\n 4.01E+02\n 2.0E-01\n 4.02E+02\n 3.0E-01\n";
+    for name in ["x.DTA", "x.DAT"] {
+        assert_eq!(points(macam, name), [(400.0, 0.1), (401.0, 0.2), (402.0, 0.3)]);
+    }
+    let cut = macam.trim_end().rsplit_once('\n').unwrap().0;
+    assert_eq!(refusal(cut, "x.DTA"), Some("macam-pairs"));
+    let columns = "CGATS.17\nBEGIN_DATA_FORMAT\nSPECTRAL_NM SPECTRAL_VAL\nEND_DATA_FORMAT\nNUMBER_OF_SETS 3\nBEGIN_DATA\n\
+                   400 0.1\n401 0.2\n402 0.3\nEND_DATA\n";
+    assert_eq!(points(columns, "x.txt"), [(400.0, 0.1), (401.0, 0.2), (402.0, 0.3)]);
+    let tabs = "CGATS.17\nNUMBER_OF_FIELDS\t4\nBEGIN_DATA_FORMAT\nSAMPLE_NAME\tnm400\tnm410\tnm420\nEND_DATA_FORMAT\n\
+                BEGIN_DATA\ndark skin\t0.1\t0.2\t0.3\nEND_DATA\n";
+    assert_eq!(spectrum(tabs, "x.txt").0.value, [0.1, 0.2, 0.3]);
 }
 
 #[test]

@@ -26,7 +26,6 @@ pub(super) fn inspection(path: &Utf8Path, source: Source) -> Inspection {
         readable: false,
         findings: Vec::new(),
         quantities: Map::new(),
-        self_check: None,
         content: None,
     };
     if let Err(error) = look(source, &mut inspection) {

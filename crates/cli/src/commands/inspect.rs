@@ -4,6 +4,7 @@ use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
+use isolux_app::formats::{Finding, Kind, Severity};
 use isolux_app::inspect::{self, Inspection, Meter};
 use isolux_app::plot;
 
@@ -22,6 +23,9 @@ pub struct Inspect {
     /// One JSON object a line and file.
     #[arg(long)]
     json: bool,
+    /// All findings, notes too, each with its place.
+    #[arg(long)]
+    all: bool,
     /// Draw the content as SVG files into this folder.
     #[arg(long, value_name = "DIR")]
     plot: Option<Utf8PathBuf>,
@@ -81,7 +85,7 @@ fn tell(
             let line = serde_json::to_string(&inspection).map_err(Failure::instrument)?;
             screen::say(line);
         } else {
-            print(&inspection);
+            print(&inspection, arguments.all);
         }
         if let Some(folder) = &arguments.plot {
             for picture in plot::write(&inspection, folder, overwrite)? {
@@ -94,23 +98,63 @@ fn tell(
     Ok(wrong)
 }
 
-fn print(inspection: &Inspection) {
-    let name = |value: serde_json::Result<String>| value.unwrap_or_default().trim_matches('"').to_owned();
-    let format = name(serde_json::to_string(&inspection.format));
-    let kind = name(serde_json::to_string(&inspection.kind));
+/// What it is, its quantities, then its findings: a screen of them, or all.
+fn print(inspection: &Inspection, all: bool) {
     screen::say(format_args!(
-        "{}: {format}, {kind}{}",
+        "{}: {}{}",
         inspection.file,
+        what(inspection),
         if inspection.readable { "" } else { ", not readable" }
     ));
-    for finding in &inspection.findings {
-        screen::say(super::reading::compiler_style(&inspection.file, finding));
+    super::quantities::print(inspection);
+    findings(inspection, all);
+}
+
+fn what(inspection: &Inspection) -> String {
+    let kind = match inspection.kind {
+        Some(Kind::Distribution) => "luminous intensity distribution",
+        Some(Kind::Spectrum) => "spectrum",
+        Some(Kind::Rays) => "ray file",
+        None => return "of no known format".to_owned(),
+    };
+    match inspection.format {
+        Some(format) => format!("{kind}, {}", format.title()),
+        None => kind.to_owned(),
     }
-    if let Some(check) = &inspection.self_check {
-        screen::say(format_args!("  {:20} along γ {}", "self_check", check.along_gamma));
-        if check.across_planes.exchanges > 0 {
-            screen::say(format_args!("  {:20} across planes {}", "", check.across_planes));
+}
+
+/// Findings that are shown without `--all`.
+const A_SCREEN: usize = 8;
+
+/// Errors first, then warnings; one entry a kind. Notes, and the places beyond the first of each kind, with `--all`.
+fn findings(inspection: &Inspection, all: bool) {
+    let mut kinds: Vec<Vec<&Finding>> = Vec::new();
+    for finding in &inspection.findings {
+        match kinds.iter_mut().find(|kind| kind[0].code == finding.code) {
+            Some(kind) => kind.push(finding),
+            None => kinds.push(vec![finding]),
         }
     }
-    super::quantities::print(inspection.quantities.iter());
+    let severity = |kind: &[&Finding]| kind.iter().map(|finding| finding.severity).max();
+    kinds.sort_by_key(|kind| std::cmp::Reverse(severity(kind)));
+    let shown = |kind: &&Vec<&Finding>| all || severity(kind) > Some(Severity::Note);
+    for kind in kinds.iter().filter(shown).take(if all { usize::MAX } else { A_SCREEN }) {
+        let said: &[&Finding] = if all { kind } else { &kind[..1] };
+        for finding in said {
+            screen::say(super::reading::compiler_style(&inspection.file, finding));
+        }
+        if said.len() < kind.len() {
+            screen::say(format_args!("    and {} more of this kind", kind.len() - said.len()));
+        }
+    }
+    let hidden = kinds.len()
+        - kinds
+            .iter()
+            .filter(shown)
+            .count()
+            .min(if all { usize::MAX } else { A_SCREEN });
+    if hidden > 0 {
+        let kinds = if hidden == 1 { "kind" } else { "kinds" };
+        screen::say(format_args!("  {hidden} more {kinds} of notes and findings: --all"));
+    }
 }

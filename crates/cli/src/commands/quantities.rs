@@ -1,87 +1,185 @@
-//! Quantities for a person to read: six digits, and the glare table as a table. Programs take `--json`, which has every digit.
+//! Quantities for a person to read, each with its name and unit. Programs take `--json`, which has every key and digit.
 
+use isolux_app::formats::{Content, Distribution, significant};
+use isolux_app::inspect::Inspection;
 use serde_json::{Map, Value};
 
 use crate::screen;
 
-/// Six significant digits are more than any photometer has.
-const DIGITS: usize = 6;
-/// Values of a list on one line: the half-planes at 15°, the zones at 10°.
-const AT_ONCE: usize = 24;
+/// Four significant digits are as many as a photometer has.
+const DIGITS: usize = 4;
 
-/// A line a quantity; what could not be computed is left out.
-pub fn print<'a>(quantities: impl Iterator<Item = (&'a String, &'a Value)>) {
-    for (key, value) in quantities {
-        match value {
-            Value::Null => {}
-            Value::Object(table) => glare(key, table),
-            Value::Array(list) => {
-                let first: Vec<String> = list.iter().take(AT_ONCE).map(word).collect();
-                let rest = if list.len() > AT_ONCE {
-                    format!(" … ({} values)", list.len())
-                } else {
-                    String::new()
-                };
-                screen::say(format_args!("  {key:20} {}{rest}", first.join(" ")));
+/// Prints what follows from the content; what could not be computed is left out.
+pub fn print(inspection: &Inspection) {
+    let quantities = Quantities(&inspection.quantities);
+    match &inspection.content {
+        Some(Content::Distribution(distribution)) => quantities.distribution(distribution),
+        Some(Content::Spectrum(_)) => quantities.spectrum(),
+        None => quantities.others(),
+    }
+}
+
+struct Quantities<'q>(&'q Map<String, Value>);
+
+impl Quantities<'_> {
+    fn number(&self, key: &str) -> Option<f64> {
+        self.0.get(key).and_then(Value::as_f64)
+    }
+
+    fn list(&self, key: &str) -> Vec<f64> {
+        let list = self.0.get(key).and_then(Value::as_array);
+        list.into_iter().flatten().filter_map(Value::as_f64).collect()
+    }
+
+    fn distribution(&self, distribution: &Distribution) {
+        if let Some(flux) = self.number("flux_lm") {
+            let stated = self.number("flux_stated_lm");
+            let stated = stated.map_or(String::new(), |lamps| format!(", of the lamps {} lm", digits(lamps)));
+            line("luminous flux", format_args!("{} lm{stated}", digits(flux)));
+        }
+        if let Some(peak) = self.number("i_max_cd") {
+            line(
+                "maximum intensity",
+                format_args!("{} cd at {}", digits(peak), self.direction()),
+            );
+        }
+        self.angle("beam angle (50 %)", "beam_angle_deg", distribution);
+        self.angle("field angle (10 %)", "field_angle_deg", distribution);
+        if let Some(ratio) = self.number("lorl_percent").filter(|_| !distribution.absolute) {
+            line("light output ratio", format_args!("{} % (LORL)", digits(ratio)));
+        }
+        if let Some(down) = self.number("dff_percent") {
+            line("downward flux", format_args!("{} % of the flux (DFF)", digits(down)));
+        }
+        let code: Vec<String> = self
+            .list("cie_flux_code")
+            .iter()
+            .map(|part| format!("{part:.0}"))
+            .collect();
+        if !code.is_empty() {
+            line("CIE flux code", code.join(" "));
+        }
+        if let Some(area) = self.number("luminous_area_mm2") {
+            line("luminous area", format_args!("{} mm²", digits(area)));
+        }
+        if let Some(Value::Object(table)) = self.0.get("ugr") {
+            glare(table);
+        }
+    }
+
+    /// Where the maximum is. On the axis all half-planes meet.
+    fn direction(&self) -> String {
+        let (c, gamma) = (self.number("i_max_c_deg"), self.number("i_max_gamma_deg"));
+        match (c, gamma) {
+            (_, Some(gamma)) if gamma == 0.0 || gamma == 180.0 => format!("γ {gamma}°"),
+            (Some(c), Some(gamma)) => format!("C {}°, γ {}°", digits(c), digits(gamma)),
+            _ => "an unknown direction".to_owned(),
+        }
+    }
+
+    /// Full angles across C0–C180 and C90–C270; one where all half-planes are alike.
+    fn angle(&self, name: &str, key: &str, distribution: &Distribution) {
+        let Some(angles) = self.0.get(key).and_then(Value::as_array) else {
+            return;
+        };
+        let planes = distribution.intensity.c_deg();
+        let at = |c: f64| {
+            let plane = planes.iter().position(|&plane| (plane - c).abs() < 1e-6)?;
+            angles.get(plane)?.as_f64().map(digits)
+        };
+        let said: Vec<String> = match planes.len() {
+            1 => at(planes[0])
+                .map(|angle| format!("{angle}° in all half-planes"))
+                .into_iter()
+                .collect(),
+            _ => [(0.0, "C0–C180"), (90.0, "C90–C270")]
+                .into_iter()
+                .filter_map(|(c, pair)| Some(format!("{pair} {}°", at(c)?)))
+                .collect(),
+        };
+        if !said.is_empty() {
+            line(name, said.join(", "));
+        }
+    }
+
+    fn spectrum(&self) {
+        let with_unit = |key: &str, name: &str, unit: &str| {
+            if let Some(value) = self.number(key) {
+                line(name, format_args!("{}{unit}", digits(value)));
             }
-            other => screen::say(format_args!("  {key:20} {}", word(other))),
+        };
+        if let Some(cct) = self.number("cct_k") {
+            let duv = self
+                .number("duv")
+                .map_or(String::new(), |duv| format!(", Duv {duv:+.4}"));
+            line("correlated colour temp.", format_args!("{cct:.0} K{duv}"));
+        }
+        if let (Some(ra), r) = (self.number("ra"), self.list("r")) {
+            let r9 = r.get(8).map_or(String::new(), |r9| format!(", R9 {r9:.0}"));
+            line("colour rendering", format_args!("Ra {ra:.1}{r9}"));
+        }
+        if let (Some(rf), Some(rg)) = (self.number("rf"), self.number("rg")) {
+            line("TM-30", format_args!("Rf {rf:.1}, Rg {rg:.1}"));
+        }
+        if let (Some(x), Some(y)) = (self.number("x"), self.number("y")) {
+            line("chromaticity", format_args!("x {x:.4}, y {y:.4}"));
+        }
+        if let (Some(u), Some(v)) = (self.number("u_prime"), self.number("v_prime")) {
+            line("", format_args!("u′ {u:.4}, v′ {v:.4}"));
+        }
+        with_unit("peak_nm", "peak wavelength", " nm");
+        with_unit("centroid_nm", "centroid wavelength", " nm");
+        with_unit("dominant_nm", "dominant wavelength", " nm");
+        with_unit("fwhm_nm", "width at half maximum", " nm");
+        with_unit("ler_lm_per_w", "luminous efficacy", " lm/W (of the radiation)");
+        with_unit("sp_ratio", "S/P ratio", "");
+        with_unit("f1_prime", "f1′ as a responsivity", "");
+        with_unit("spectral_mismatch", "spectral mismatch factor", "");
+    }
+
+    /// Ray files: their keys carry the units.
+    fn others(&self) {
+        for (key, value) in self.0.iter().filter(|(_, value)| !value.is_null()) {
+            let text = match value {
+                Value::Number(number) if number.is_f64() => number.as_f64().map_or_else(String::new, digits),
+                Value::String(text) => text.clone(),
+                other => other.to_string(),
+            };
+            line(&key.replace('_', " "), text);
         }
     }
 }
 
-fn word(value: &Value) -> String {
-    match value {
-        Value::Number(number) if number.is_f64() => number.as_f64().map_or_else(
-            || number.to_string(),
-            |value| isolux_app::formats::significant(value, DIGITS),
-        ),
-        Value::String(text) => text.clone(),
-        other => other.to_string(),
-    }
+fn digits(value: f64) -> String {
+    significant(value, DIGITS)
 }
 
-/// The table of CIE 117: rooms of x·H by y·H, five sets of reflectances, seen crosswise and endwise.
-fn glare(key: &str, table: &Map<String, Value>) {
+fn line(name: &str, text: impl std::fmt::Display) {
+    screen::say(format_args!("  {name:24} {text}"));
+}
+
+/// The room of 4H × 8H with the reflectances that data sheets quote, from the table of CIE 117.
+fn glare(table: &Map<String, Value>) {
     let rows = |name: &str| table.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
-    let line = |of: &Value| -> Vec<String> {
-        let cells = of.as_array().map_or(&[][..], Vec::as_slice);
-        cells
-            .iter()
-            .map(|cell| {
-                cell.as_f64()
-                    .map_or_else(|| cell.to_string(), |value| format!("{value:.1}"))
-            })
-            .collect()
-    };
-    let reflectances: Vec<String> = rows("reflectance_percent")
-        .iter()
-        .map(|set| {
-            let parts = set.as_array().map_or(&[][..], Vec::as_slice);
-            let parts: Vec<String> = parts.iter().map(word).collect();
-            parts.join("/")
-        })
-        .collect();
-    let columns = |cells: &[String]| {
-        let cells: Vec<String> = cells.iter().map(|cell| format!("{cell:>9}")).collect();
-        cells.concat()
-    };
-    let head = columns(&reflectances);
-    screen::say(format_args!(
-        "  {key}, crosswise | endwise, by reflectance of ceiling/walls/floor in %"
-    ));
-    screen::say(format_args!("   x·H y·H{head}  |{head}"));
-    for ((room, crosswise), endwise) in rows("room_h").iter().zip(rows("crosswise")).zip(rows("endwise")) {
-        let room: Vec<String> = room
+    let is = |value: &Value, wanted: &[f64]| {
+        let numbers: Vec<f64> = value
             .as_array()
-            .map_or(&[][..], Vec::as_slice)
-            .iter()
-            .map(word)
+            .into_iter()
+            .flatten()
+            .filter_map(Value::as_f64)
             .collect();
-        screen::say(format_args!(
-            "  {:>8}{}  |{}",
-            room.join("  "),
-            columns(&line(crosswise)),
-            columns(&line(endwise))
-        ));
+        numbers == wanted
+    };
+    let room = rows("room_h").iter().position(|room| is(room, &[4.0, 8.0]));
+    let set = rows("reflectance_percent")
+        .iter()
+        .position(|set| is(set, &[70.0, 50.0, 20.0]));
+    let (Some(room), Some(set)) = (room, set) else { return };
+    let value = |name: &str| rows(name).get(room)?.get(set)?.as_f64();
+    if let (Some(crosswise), Some(endwise)) = (value("crosswise"), value("endwise")) {
+        line(
+            "UGR",
+            format_args!("crosswise {crosswise:.1}, endwise {endwise:.1} (4H × 8H, 70/50/20, spacing 0.25 H)"),
+        );
     }
 }

@@ -12,6 +12,21 @@ pub struct Reading {
     /// IES 1995 and 2002: multiply by the field that is kept for future use.
     #[arg(long)]
     apply_future_use: bool,
+    /// The table is a spectrum: the columns of its wavelengths and of its values, counted from 1.
+    #[arg(long, value_name = "WAVELENGTH,VALUE", value_parser = columns)]
+    columns: Option<[usize; 2]>,
+}
+
+/// `1,3`.
+fn columns(text: &str) -> Result<[usize; 2], String> {
+    let number = |text: &str| text.trim().parse::<usize>().ok().filter(|&column| column > 0);
+    match text
+        .split_once(',')
+        .map(|(first, second)| (number(first), number(second)))
+    {
+        Some((Some(wavelength), Some(value))) if wavelength != value => Ok([wavelength, value]),
+        _ => Err("two different column numbers from 1 on are needed, such as 1,2".to_owned()),
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -26,7 +41,7 @@ impl Reading {
         ReadOptions {
             isym3_c90_first: self.isym3 == Order::C90First,
             apply_future_use: self.apply_future_use,
-            self_check: false,
+            columns: self.columns,
         }
     }
 }

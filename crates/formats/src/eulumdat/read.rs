@@ -424,9 +424,8 @@ fn distribution(
         raw: &raw,
         poles: true,
         ends_with_newline: text.ends_with_newline,
-        unit_cd: factor,
     };
-    let self_check = plausible::check(&written, options.self_check, findings);
+    plausible::check(&written, findings);
     if let Some((index, (line, column))) =
         plausible::closing(&written, written.values).and_then(|index| Some((index, *places.intensity.get(index)?)))
     {
@@ -460,7 +459,6 @@ fn distribution(
         symmetry: symmetry(document.isym),
         lamp_flux_lm: Some(flux),
         absolute,
-        self_check,
         native: None,
         luminaire,
         header: json,
@@ -608,7 +606,7 @@ fn order_of_class_three(
         )
     };
     findings.push(
-        Finding::warning(
+        Finding::note(
             "ldt-isym3-order",
             "symmetry 3: some programs store C90 first, and the file cannot say which",
         )

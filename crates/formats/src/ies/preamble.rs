@@ -301,7 +301,7 @@ fn required(edition: Edition, keywords: &[Keyword], first: usize, findings: &mut
         .collect();
     if !missing.is_empty() {
         let message = format!("LM-63-{} asks for [{}]", edition.year(), missing.join("], ["));
-        let finding = Finding::warning("ies-keyword-missing", message).at(first + 1, 1);
+        let finding = Finding::note("ies-keyword-missing", message).at(first + 1, 1);
         findings.push(
             finding
                 .assumed("not stated")

@@ -82,7 +82,7 @@ fn distribution(
     scene.unit(findings);
     let (grid, symmetry, native) = scene.grid(&vertical, &horizontal, &candela, findings)?;
     let raws = |index: usize| tokens[layout.candela + index].text;
-    let self_check = plausible::check(
+    plausible::check(
         &Stored {
             planes_deg: &horizontal,
             angles_deg: &vertical,
@@ -91,9 +91,7 @@ fn distribution(
             raw: &raws,
             poles: lamp.photometric_type == 'C',
             ends_with_newline: text.ends_with_newline,
-            unit_cd: factor,
         },
-        options.self_check,
         findings,
     );
     let lumens_at = tokens.get(start + 1).map(|token| (token.line + 1, token.column));
@@ -113,7 +111,6 @@ fn distribution(
         symmetry,
         lamp_flux_lm: lamp.flux_lm(),
         absolute: lamp.absolute,
-        self_check,
         native,
         luminaire: scene.luminaire(),
         header,

@@ -334,7 +334,6 @@ mod tests {
             symmetry: Symmetry::Rotational,
             lamp_flux_lm: Some(4000.0),
             absolute: true,
-            self_check: None,
             native: None,
             luminaire: Luminaire {
                 luminous_length_mm: Some(length),

@@ -81,7 +81,10 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             }
             Section::Fields => fields.extend(tokens(line, number)),
             Section::Data => {
-                let row = tokens(line, number);
+                let row = cells(line, number, fields.len());
+                if trimmed.starts_with('#') && row.len() != fields.len() {
+                    continue;
+                }
                 rows_in_lines.push(row.len());
                 data.extend(row);
             }
@@ -159,6 +162,12 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         );
     }
     let width = fields.len();
+    if let Some(pairs) = Pairs::of(&fields) {
+        let mut draft = pairs.draft(&data, text.encoding, whole, &mut findings);
+        draft.header.extend(keywords);
+        let file = draft.finish(&mut findings);
+        return Parsed::new(Format::Sp, Kind::Spectrum, file, findings);
+    }
     if spectral.is_empty() || width == 0 {
         findings.push(
             Finding::error("sp-no-wavelength", "no field names a wavelength: this is no spectrum")
@@ -318,6 +327,101 @@ fn wavelength_of(field: &str) -> Option<f64> {
     let digits = digits.strip_suffix("NM").unwrap_or(digits);
     let nm = number::read(digits).ok()?.value;
     (1.0..1e5).contains(&nm).then_some(nm)
+}
+
+/// Fields `SPECTRAL_NM` and, behind each, `SPECTRAL_VAL`, `SPECTRAL_DEC` or `SPECTRAL_PCT`: the wavelengths stand in the data.
+struct Pairs {
+    width: usize,
+    /// Columns of wavelength and value.
+    columns: Vec<(usize, usize)>,
+}
+
+impl Pairs {
+    fn of(fields: &[Token<'_>]) -> Option<Self> {
+        let is = |at: usize, names: &[&str]| {
+            let name = fields
+                .get(at)
+                .map(|field| field.text.trim_matches('"').to_ascii_uppercase());
+            name.is_some_and(|name| names.contains(&name.as_str()))
+        };
+        let value = ["SPECTRAL_VAL", "SPECTRAL_DEC", "SPECTRAL_PCT"];
+        let columns: Vec<(usize, usize)> = (0..fields.len())
+            .filter(|&at| is(at, &["SPECTRAL_NM"]) && is(at + 1, &value))
+            .map(|at| (at, at + 1))
+            .collect();
+        let width = fields.len();
+        (!columns.is_empty()).then_some(Self { width, columns })
+    }
+
+    /// One pair of fields: every row is a point. Several: every row is a spectrum over the same wavelengths.
+    fn draft(&self, data: &[Token<'_>], encoding: &str, whole: bool, findings: &mut Findings) -> Draft {
+        let mut draft = Draft::new(encoding);
+        draft.axis = Some(super::axis::AxisUnit::Nanometre);
+        draft.whole = whole && data.len().is_multiple_of(self.width);
+        if !data.len().is_multiple_of(self.width) {
+            let message = format!("{} values are no multiple of {} fields", data.len(), self.width);
+            let line = data.last().map_or(1, |token| token.line);
+            findings.push(
+                Finding::error("sp-data", message)
+                    .at(line, 1)
+                    .fix("check for a lost or doubled number"),
+            );
+        }
+        let mut read = |token: &Token<'_>, whole: &mut bool| match number::read_up_to(token.text, super::table::LARGEST)
+        {
+            Ok(number) => Some(number.value),
+            Err(error) => {
+                *whole = false;
+                let finding = Finding::error("sp-number", error.to_string());
+                findings.push(finding.at(token.line, token.column).raw(token.text));
+                None
+            }
+        };
+        let mut differs = None;
+        for (index, row) in data.chunks_exact(self.width).enumerate() {
+            for (k, &(nm, value)) in self.columns.iter().enumerate() {
+                let x = read(&row[nm], &mut draft.whole).unwrap_or(0.0);
+                let y = read(&row[value], &mut draft.whole);
+                if self.columns.len() == 1 || index == 0 {
+                    draft.points.push(Point {
+                        line: row[nm].line,
+                        column: row[nm].column,
+                        x,
+                        value: vec![y],
+                    });
+                } else if draft.points[k].x == x {
+                    draft.points[k].value.push(y);
+                } else {
+                    differs.get_or_insert(row[nm]);
+                }
+            }
+        }
+        if let Some(token) = differs {
+            draft.whole = false;
+            let finding = Finding::error("sp-grid", "this set has other wavelengths than the first");
+            findings.push(
+                finding
+                    .at(token.line, token.column)
+                    .raw(token.text)
+                    .fix("put it into a file of its own"),
+            );
+        }
+        draft
+    }
+}
+
+/// Cells of a row of data: between tabs, where these make as many as there are fields, else words.
+fn cells(line: &str, number: usize, fields: usize) -> Vec<Token<'_>> {
+    if fields < 2 || line.split('\t').count() != fields {
+        return tokens(line, number);
+    }
+    line.split('\t')
+        .map(|cell| Token {
+            line: number,
+            column: super::speos::column_of(line, cell),
+            text: cell.trim(),
+        })
+        .collect()
 }
 
 /// Words of a line; a quoted text is one word.

@@ -8,9 +8,9 @@ mod exponents;
 mod jcamp;
 mod json;
 mod limits;
+mod macam;
 mod points;
 mod resample;
-mod smooth;
 mod spdx;
 mod speos;
 mod table;
@@ -21,7 +21,7 @@ use isolux_spectrum::{Quantities, Spectrum, SpectrumError};
 use serde_json::{Map, Value, json};
 
 use crate::finding::Findings;
-use crate::read::{Format, Kind, Parsed};
+use crate::read::{Format, Kind, Parsed, ReadOptions};
 use crate::text::Text;
 
 pub use resample::Interpolation;
@@ -111,10 +111,10 @@ impl SpectrumFile {
 }
 
 /// The spectrum in a file; none when its content and name are those of no spectral format.
-pub fn read(bytes: &[u8], file_name: &str) -> Option<Parsed<SpectrumFile>> {
+pub fn read(bytes: &[u8], file_name: &str, options: ReadOptions) -> Option<Parsed<SpectrumFile>> {
     let mut findings = Findings::new();
     let text = Text::decode(bytes, &mut findings);
-    let mut parsed = read_text(&text, findings, file_name)?;
+    let mut parsed = read_text(&text, findings, file_name, options)?;
     if !json::looks_like(&text) {
         parsed.findings.extend(exponents::alone(&text));
         let limits = parsed.document.as_ref().map(|file| limits::check(&text, file));
@@ -126,7 +126,12 @@ pub fn read(bytes: &[u8], file_name: &str) -> Option<Parsed<SpectrumFile>> {
     Some(parsed)
 }
 
-fn read_text(text: &Text<'_>, findings: Findings, file_name: &str) -> Option<Parsed<SpectrumFile>> {
+fn read_text(
+    text: &Text<'_>,
+    findings: Findings,
+    file_name: &str,
+    options: ReadOptions,
+) -> Option<Parsed<SpectrumFile>> {
     let extension = file_name
         .rsplit_once('.')
         .map_or(String::new(), |(_, end)| end.to_ascii_lowercase());
@@ -150,6 +155,9 @@ fn read_text(text: &Text<'_>, findings: Findings, file_name: &str) -> Option<Par
     if cgats::looks_like(text) {
         return Some(cgats::read(text, findings));
     }
+    if macam::looks_like(text) {
+        return Some(macam::read(text, findings));
+    }
     if is(&["ldt", "eul", "ies", "xml", "gldf", "tm33", "atla"]) {
         return None;
     }
@@ -158,11 +166,10 @@ fn read_text(text: &Text<'_>, findings: Findings, file_name: &str) -> Option<Par
         "sp" => Format::Sp,
         _ => Format::Csv,
     };
-    let (parsed, rising) = table::read(text, findings, format);
+    let (parsed, rising) = table::read(text, findings, format, options.columns);
     // A text under another name must show that it is a spectrum, also a damaged one; EULUMDAT content is none.
-    let named = is(&["spd", "sp", "csv", "tsv"]) || table::looks_like_vendor_text(text);
-    let shown = rising >= 8 && parsed.findings.iter().all(|f| f.code != "csv-no-heading");
-    (named || shown).then_some(parsed)
+    let named = is(&["spd", "sp", "csv", "tsv"]) || table::looks_like_vendor_text(text) || options.columns.is_some();
+    (named || rising >= 8).then_some(parsed)
 }
 
 /// The outcome of a reader that gave up.

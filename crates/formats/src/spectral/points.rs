@@ -49,7 +49,10 @@ impl Draft {
 
     /// The spectrum, if nothing stands against it.
     pub fn finish(mut self, findings: &mut Findings) -> Option<SpectrumFile> {
-        if self.points.is_empty() && self.whole {
+        if self.points.is_empty() && !self.whole {
+            return None;
+        }
+        if self.points.is_empty() {
             findings.push(
                 Finding::error("spectrum-empty", "no pair of wavelength and value stands in this file")
                     .fix("fetch the file again, or check that it is a spectrum"),
@@ -70,7 +73,6 @@ impl Draft {
         if self.whole {
             gaps(&self.points, findings);
             outliers(&self.points, findings);
-            super::smooth::check(&self.points, findings);
             range(&self.points, findings);
             negatives(&self.points, findings);
         }
@@ -383,7 +385,7 @@ fn gaps(points: &[Point], findings: &mut Findings) {
         }
         let mean = neighbours.iter().sum::<f64>() / neighbours.len() as f64;
         let smooth = neighbours.iter().all(|s| (s - mean).abs() <= 0.05 * mean);
-        if smooth && (steps[i] > 1.4 * mean || steps[i] < 0.6 * mean) {
+        if smooth && steps[i] > 1.4 * mean {
             let (a, b) = (&points[i], &points[i + 1]);
             findings.push(
                 Finding::warning(
@@ -430,13 +432,15 @@ fn outliers(points: &[Point], findings: &mut Findings) {
     }
 }
 
+/// Values below zero: noise where there is little light, and worth a warning where they are large in the middle of the visible.
 fn negatives(points: &[Point], findings: &mut Findings) {
+    const VISIBLE: std::ops::RangeInclusive<f64> = 420.0..=680.0;
     let first = |p: &Point| p.value.first().copied().flatten().unwrap_or(0.0);
     let low = points.iter().min_by(|a, b| first(a).total_cmp(&first(b)));
     let high = points.iter().map(first).fold(0.0, f64::max);
     let count = points.iter().filter(|p| first(p) < 0.0).count();
     if let (Some(low), true) = (low, count > 0) {
-        let strong = -first(low) > 0.1 * high;
+        let strong = points.iter().any(|p| VISIBLE.contains(&p.x) && -first(p) > 0.1 * high);
         let message = format!(
             "{count} values are negative, the lowest {} at {} nm",
             short(first(low)),

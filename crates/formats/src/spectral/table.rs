@@ -1,5 +1,6 @@
 //! Columns of numbers in a text: CSV of any separator and decimal sign, pairs, vendors' exports.
 
+mod claim;
 mod columns;
 mod preamble;
 mod rows;
@@ -12,7 +13,7 @@ use self::preamble::{bare, believable_unit, heading, preamble};
 pub(super) use self::rows::Row;
 use self::rows::{Lines, SEKONIC, common_width, without_nm};
 use super::SpectrumFile;
-use super::axis::AxisUnit;
+use super::axis::{AxisUnit, is_wavelength_heading};
 use super::points::{Draft, Point};
 use crate::finding::{Finding, Findings};
 use crate::number;
@@ -32,15 +33,24 @@ fn is_begin(line: &str) -> bool {
 }
 
 /// Reads a table of wavelengths and values; beside it, how many points keep one direction, which tells a spectrum even
-/// where damage made it unreadable.
-pub(super) fn read(text: &Text<'_>, mut findings: Findings, format: Format) -> (Parsed<SpectrumFile>, usize) {
+/// where damage made it unreadable. `asked`: the columns of wavelengths and of values that a person names, counted from 1.
+pub(super) fn read(
+    text: &Text<'_>,
+    mut findings: Findings,
+    format: Format,
+    asked: Option<[usize; 2]>,
+) -> (Parsed<SpectrumFile>, usize) {
     let mut draft = Draft::new(text.encoding);
     let lines = Lines::of(text, format);
     if let Some(separator) = lines.separator {
         draft.header.insert("separator".into(), separator.name().into());
     }
     let rows: Vec<Row<'_>> = lines.rows(text);
-    if let Some(wide) = super::table_wide::read(&rows, text, &mut findings) {
+    let wide = asked
+        .is_none()
+        .then(|| super::table_wide::read(&rows, text, &mut findings))
+        .flatten();
+    if let Some(wide) = wide {
         draft.header.extend(wide.header);
         draft.points = wide.points;
         draft.names = wide.names;
@@ -49,7 +59,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings, format: Format) -> (
     } else {
         let block = sekonic(&rows, &mut findings);
         let body = block.unwrap_or(&rows);
-        tall(body, text, format, &mut draft, &mut findings);
+        tall(body, text, (format, asked), &mut draft, &mut findings);
         if block.is_some() {
             let first = draft.points.first().map_or(0, |point| point.line);
             let before = rows.iter().position(|row| row.line == first).unwrap_or(0);
@@ -78,22 +88,32 @@ fn one_way(points: &[Point]) -> usize {
     }
 }
 
-/// A last line without its end may be cut in the middle of a number.
+/// A last line without its end, whose last number has fewer decimals than all others, is cut in the middle of it.
 pub(super) fn unfinished_line(text: &Text<'_>, findings: &mut Findings) {
-    if !text.ends_with_newline && text.len() > 1 {
-        let last = text.line(text.len() - 1);
-        if last.contains(|c: char| c.is_ascii_digit()) && !last.contains(">>>>>") {
-            findings.push(
-                Finding::warning(
-                    "text-unfinished",
-                    "the last line has no line end: its last number may be cut",
-                )
+    let decimals = |line: &str| {
+        let last = line.rsplit([',', ';', '\t', ' ']).find(|cell| !cell.is_empty())?;
+        let digits = last.rsplit_once('.').map_or("", |(_, digits)| digits);
+        last.ends_with(|c: char| c.is_ascii_digit() || c == '.')
+            .then_some(digits.len())
+    };
+    if text.ends_with_newline || text.len() < 4 {
+        return;
+    }
+    let last = text.line(text.len() - 1);
+    let others = (text.len().saturating_sub(40)..text.len() - 1).filter_map(|line| decimals(text.line(line)));
+    let cut = match (decimals(last), others.min()) {
+        (Some(here), Some(fewest)) => here < fewest,
+        _ => last.ends_with(['.', 'e', 'E', '-', '+']),
+    };
+    if cut {
+        let message = "the last line has no line end and its last number fewer decimals than the others: it may be cut";
+        findings.push(
+            Finding::warning("text-unfinished", message)
                 .at(text.len(), last.chars().count().max(1))
                 .raw(last)
                 .assumed("the number is whole")
-                .fix("end the file with a line end"),
-            );
-        }
+                .fix("fetch the file again, or end it with a line end"),
+        );
     }
 }
 
@@ -108,14 +128,17 @@ fn pixels(draft: &Draft, rows: &[Row<'_>], findings: &mut Findings) {
     if let (Some((line, stated)), true) = (stated, draft.whole)
         && stated != draft.points.len() as f64
     {
+        let message = format!(
+            "the header promises {stated} pixels, {} lines of data follow",
+            draft.points.len()
+        );
+        let fewer = (draft.points.len() as f64) < stated;
         findings.push(
-            Finding::error(
-                "csv-pixels",
-                format!(
-                    "the header promises {stated} pixels, {} lines of data follow",
-                    draft.points.len()
-                ),
-            )
+            if fewer {
+                Finding::error("csv-pixels", message)
+            } else {
+                Finding::warning("csv-pixels", message)
+            }
             .at(line, 1)
             .assumed("the lines that stand there")
             .fix("check for a lost or doubled line"),
@@ -152,7 +175,13 @@ fn sekonic<'r, 't>(rows: &'r [Row<'t>], findings: &mut Findings) -> Option<&'r [
 }
 
 /// One wavelength a row.
-fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, findings: &mut Findings) {
+fn tall(
+    rows: &[Row<'_>],
+    text: &Text<'_>,
+    (format, asked): (Format, Option<[usize; 2]>),
+    draft: &mut Draft,
+    findings: &mut Findings,
+) {
     let begin = rows.iter().position(|row| is_begin(row.text));
     let first = (begin.map_or(0, |b| b + 1)..rows.len()).find(|&i| rows[i].is_data());
     let Some(first) = first else {
@@ -178,11 +207,12 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
     }
     let body = &rows[first..end];
     let usual = common_width(body);
+    let body = without_footer(body, usual);
     let last = body
         .iter()
         .rposition(|row| row.is_data() || row.nearly_data() || row.lost_its_wavelength(usual))
         .unwrap_or(0);
-    let after = &body[last + 1..];
+    let after = &rows[first + last + 1..end];
     if let Some(row) = after.iter().find(|row| !row.comment) {
         findings.push(
             Finding::note(
@@ -205,12 +235,28 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
     let width = common_width(body);
     let names: Vec<&str> = heading.map_or(Vec::new(), |row| row.cells.clone());
     let names: Vec<&str> = names.iter().map(|n| bare(n)).collect();
-    if format == Format::Spd && names.is_empty() && width > 2 && width.is_multiple_of(2) && in_one_run(body) {
+    if asked.is_none()
+        && format == Format::Spd
+        && names.is_empty()
+        && width > 2
+        && width.is_multiple_of(2)
+        && in_one_run(body)
+    {
         pairs_in_a_run(body, draft, findings);
         return;
     }
     let names = if names.len() == width { names } else { Vec::new() };
-    let columns = Columns::of(&names, body, width, findings);
+    let columns = match asked {
+        Some(asked) => match Columns::asked(asked, width) {
+            Ok(columns) => columns,
+            Err(finding) => {
+                draft.whole = false;
+                findings.push(finding.at(body[0].line, 1).raw(body[0].text));
+                return;
+            }
+        },
+        None => Columns::of(&names, body, width, findings),
+    };
     draft.axis = names
         .get(columns.wavelength)
         .and_then(|name| AxisUnit::of(name))
@@ -222,6 +268,24 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
         })
         // Pairs of pbrt and Mitsuba are in nm by definition.
         .or((format != Format::Csv && !small(body, columns.wavelength)).then_some(AxisUnit::Nanometre));
+    let claimed = asked.is_some()
+        || format != Format::Csv
+        || begin.is_some()
+        || draft.axis.is_some()
+        || names
+            .get(columns.wavelength)
+            .is_some_and(|name| is_wavelength_heading(name));
+    // What stands further up is a description, not a heading.
+    let above = rows[..first].last();
+    let named: &[&str] = match (heading, above) {
+        (Some(heading), Some(above)) if heading.line == above.line => &names,
+        _ => &[],
+    };
+    if !claimed && let Some(finding) = claim::refusal(&columns, named, above, body) {
+        draft.whole = false;
+        findings.push(finding);
+        return;
+    }
     draft.names = columns
         .values
         .iter()
@@ -236,7 +300,7 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
             .insert("columns".into(), names.iter().map(|n| Value::from(*n)).collect());
     }
     let mut comma = None;
-    for row in body {
+    for row in without_undefined(body, &columns, findings) {
         if row.comment {
             continue;
         }
@@ -277,7 +341,8 @@ fn tall(rows: &[Row<'_>], text: &Text<'_>, format: Format, draft: &mut Draft, fi
                     Some(read.value)
                 }
                 Err(number::NotANumber::Blank) if k != columns.wavelength && columns.values.len() > 1 => None,
-                // NaN and infinity are how programs write what they could not compute; a spectrum's own values must be there.
+                // NaN and infinity are how programs write what they could not compute; a spectrum's own values must be there,
+                // but for the ends of the range, which `without_undefined` leaves out.
                 Err(number::NotANumber::NotFinite) if k != columns.wavelength && columns.values.first() != Some(&k) => {
                     findings.push(
                         Finding::warning("csv-nan", "no number stands here")
@@ -349,6 +414,54 @@ fn first_table<'r, 't>(body: &'r [Row<'t>], findings: &mut Findings) -> &'r [Row
         quiet = 0;
     }
     body
+}
+
+/// The rows without those that stand, behind a blank line, below the last row of the usual width: `Lux`, `276`.
+fn without_footer<'r, 't>(body: &'r [Row<'t>], usual: usize) -> &'r [Row<'t>] {
+    let Some(last) = body.iter().rposition(|row| row.is_data() && row.cells.len() == usual) else {
+        return body;
+    };
+    let blank = (last + 1..body.len()).find(|&at| body[at].line > body[at - 1].line + 1);
+    &body[..blank.unwrap_or(body.len())]
+}
+
+/// The wavelengths within which a value that is NaN or infinite is an error, unless it stands at an end of the table: where
+/// there is no light to divide by, or a function is not defined, programs write so.
+const VISIBLE_NM: std::ops::RangeInclusive<f64> = 380.0..=780.0;
+
+/// The rows without those whose value is NaN or infinite at either end of the table or outside the visible.
+fn without_undefined<'r, 't>(body: &'r [Row<'t>], columns: &Columns, findings: &mut Findings) -> Vec<&'r Row<'t>> {
+    let cell = |row: &Row<'_>, k: usize| {
+        row.cells
+            .get(k)
+            .map(|cell| number::read_up_to(without_nm(cell), LARGEST))
+    };
+    let undefined = |row: &Row<'_>| {
+        let value = columns.values.first().and_then(|&k| cell(row, k));
+        !row.comment && matches!(value, Some(Err(number::NotANumber::NotFinite)))
+    };
+    let outside = |row: &Row<'_>| {
+        let x = cell(row, columns.wavelength).and_then(Result::ok);
+        x.is_some_and(|x| !VISIBLE_NM.contains(&if x.value < 30.0 { 1e3 * x.value } else { x.value }))
+    };
+    let first = body.iter().position(|row| !undefined(row)).unwrap_or(0);
+    let last = body.iter().rposition(|row| !undefined(row)).unwrap_or(body.len());
+    let inside = |at: usize| (first..=last).contains(&at) && !outside(&body[at]);
+    let (left_out, kept): (Vec<_>, Vec<_>) = (0..body.len()).partition(|&at| undefined(&body[at]) && !inside(at));
+    if let Some(row) = left_out.first().map(|&at| &body[at]) {
+        let message = format!(
+            "{} wavelengths have no finite value, at the ends or outside the visible",
+            left_out.len()
+        );
+        findings.push(
+            Finding::warning("csv-nan", message)
+                .at(row.line, 1)
+                .raw(row.text)
+                .assumed("left out")
+                .fix("write the numbers that were measured, or remove these lines"),
+        );
+    }
+    kept.into_iter().map(|at| &body[at]).collect()
 }
 
 /// Whether all cells, read line by line, are pairs of one rising run.

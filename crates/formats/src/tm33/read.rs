@@ -7,8 +7,8 @@ use super::table::{Table, is_point, table};
 use crate::distribution::{Distribution, Luminaire};
 use crate::finding::{Finding, Findings};
 use crate::number;
-use crate::plausible::{self, SelfCheck, Stored};
-use crate::read::{Format, Kind, Parsed, ReadOptions};
+use crate::plausible::{self, Stored};
+use crate::read::{Format, Kind, Parsed};
 use crate::text::Text;
 use crate::xml::{self, Element};
 
@@ -30,11 +30,11 @@ pub fn looks_like(head: &Text<'_>) -> bool {
 }
 
 /// Reads bytes to absolute candela.
-pub fn read(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
+pub fn read(bytes: &[u8]) -> Parsed<Distribution> {
     let mut findings = Findings::new();
     let text = Text::decode(bytes, &mut findings);
     let distribution = match xml::parse(text.content()) {
-        Ok(root) => distribution(&root, &text, options, &mut findings),
+        Ok(root) => distribution(&root, &text, &mut findings),
         Err(error) => {
             findings.push(
                 Finding::error("xml-malformed", error.reason)
@@ -47,12 +47,7 @@ pub fn read(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
     Parsed::new(Format::Tm33, Kind::Distribution, distribution, findings)
 }
 
-fn distribution(
-    root: &Element,
-    text: &Text<'_>,
-    options: ReadOptions,
-    findings: &mut Findings,
-) -> Option<Distribution> {
+fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Option<Distribution> {
     let mut tables = Vec::new();
     for emitter in root.children.iter().filter(|child| child.name == "Emitter") {
         tables.extend(table(emitter, findings).ok()?);
@@ -102,9 +97,8 @@ fn distribution(
         }
     };
     symmetry_claimed(first, &grid, findings);
-    let mut self_check: Option<SelfCheck> = None;
     for table in &tables {
-        let table = plausible::check(
+        plausible::check(
             &Stored {
                 planes_deg: &table.horizontal,
                 angles_deg: &table.vertical,
@@ -113,12 +107,9 @@ fn distribution(
                 raw: &|index| table.raws.get(index).map_or("", String::as_str),
                 poles: true,
                 ends_with_newline: true,
-                unit_cd: table.multiplier,
             },
-            options.self_check,
             findings,
         );
-        self_check = self_check.into_iter().chain(table).reduce(SelfCheck::with);
     }
     let emitters = || root.children.iter().filter(|child| child.name == "Emitter");
     let sum = |names: &[&str]| -> Option<f64> {
@@ -150,7 +141,6 @@ fn distribution(
         // Without the flag (ATLA S001) the rated lumens are those of the lamps all the same.
         lamp_flux_lm: lamp_flux_lm.filter(|_| !absolute || !first.flagged),
         absolute,
-        self_check,
         native: None,
         luminaire: Luminaire {
             manufacturer: header_of(&["Manufacturer"]),

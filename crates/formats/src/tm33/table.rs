@@ -16,8 +16,6 @@ pub(super) struct Table {
     pub absolute: bool,
     /// The file says whether it is.
     pub flagged: bool,
-    /// Candela of a value of 1.
-    pub multiplier: f64,
     pub line: usize,
     /// `SymmType` and its line.
     pub symmetry: Option<(String, usize)>,
@@ -188,7 +186,6 @@ pub(super) fn table(emitter: &Element, findings: &mut Findings) -> Result<Option
         places: points.iter().map(|point| (point.line, 1)).collect(),
         absolute,
         flagged: flag.is_some(),
-        multiplier,
         line: holder.line,
         symmetry: holder.child("SymmType").map(|child| (child.text.clone(), child.line)),
     }))

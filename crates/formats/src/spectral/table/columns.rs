@@ -13,6 +13,19 @@ pub(super) struct Columns {
 }
 
 impl Columns {
+    /// The two columns that a person names, counted from 1.
+    pub(super) fn asked([wavelength, value]: [usize; 2], width: usize) -> Result<Self, Finding> {
+        let inside = |column: usize| (1..=width).contains(&column);
+        if inside(wavelength) && inside(value) && wavelength != value {
+            return Ok(Self {
+                wavelength: wavelength - 1,
+                values: vec![value - 1],
+            });
+        }
+        let message = format!("columns {wavelength} and {value} were asked for, the table has {width}");
+        Err(Finding::error("csv-columns", message).fix("give the columns of wavelengths and values, such as 1,2"))
+    }
+
     pub(super) fn of(names: &[&str], body: &[Row<'_>], width: usize, findings: &mut Findings) -> Self {
         let numbers = |k: usize| {
             let good = body.iter().filter(|r| r.cells.len() == width && r.is_number(k)).count();
@@ -43,7 +56,7 @@ impl Columns {
             .unwrap_or(0);
         if names.is_empty() && width > 2 {
             findings.push(
-                Finding::warning(
+                Finding::note(
                     "csv-no-heading",
                     format!("{width} columns stand here without a heading"),
                 )
@@ -52,8 +65,7 @@ impl Columns {
                 .assumed(format!(
                     "column {} holds the wavelengths, the others are series",
                     wavelength + 1
-                ))
-                .fix("write a heading that names the columns"),
+                )),
             );
         }
         let mut values = Vec::new();
@@ -90,8 +102,8 @@ impl Columns {
 /// The column to read first where that is not the first: the spectrum itself beside what it was computed from.
 fn preferred(names: &[&str], values: &[usize], body: &[Row<'_>]) -> Option<(usize, Finding)> {
     let named = |wanted: &str| values.iter().copied().find(|&k| names.get(k) == Some(&wanted));
-    // Ocean Optics' Jaz: W wavelength, D dark, R reference, S sample, P processed.
-    if let (Some(_), Some(_), Some(sample)) = (named("D"), named("R"), named("S")) {
+    // Ocean Optics' Jaz: W wavelength, D dark, R reference (where there is one), S sample, P processed.
+    if let (Some(_), Some(sample)) = (named("D"), named("S")) {
         let lit = |k: usize| {
             body.iter()
                 .filter_map(|row| number::read_up_to(row.cells.get(k)?, LARGEST).ok())
@@ -100,17 +112,14 @@ fn preferred(names: &[&str], values: &[usize], body: &[Row<'_>]) -> Option<(usiz
         return Some(match named("P").filter(|&k| lit(k)) {
             Some(processed) => (
                 processed,
-                Finding::note(CHOSEN, "the columns are D dark, R reference, S sample and P processed")
+                Finding::note(CHOSEN, "the columns are D dark, S sample and P processed")
                     .assumed("P, the processed spectrum"),
             ),
             None => (
                 sample,
-                Finding::warning(
-                    CHOSEN,
-                    "the columns are D dark, R reference and S sample, and nothing is processed",
-                )
-                .assumed("S, from which neither the dark is taken nor a calibration made")
-                .fix("save the processed spectrum, or subtract the dark"),
+                Finding::warning(CHOSEN, "the columns are D dark and S sample, and nothing is processed")
+                    .assumed("S, from which neither the dark is taken nor a calibration made")
+                    .fix("save the processed spectrum, or subtract the dark"),
             ),
         });
     }

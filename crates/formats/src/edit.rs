@@ -1,0 +1,598 @@
+//! Edits of a distribution: turned, made symmetric, resampled, scaled, described anew. Nothing is changed in silence: each
+//! edit gives a sentence, and the files that have a place for remarks keep it.
+
+use isolux_photometry::{IntensityDistribution, Symmetry};
+use serde_json::{Value, json};
+
+use crate::distribution::{Distribution, Luminaire};
+use crate::eulumdat;
+use crate::finding::Finding;
+use crate::number::{self, significant};
+
+/// One change that a person asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Edit {
+    /// The light turned about the axis: what was at C is at C + this many degrees.
+    RotateC(f64),
+    /// Every direction gets the mean of its images under the symmetry.
+    Symmetrize(Symmetry),
+    /// Another grid: steps of C and of γ in degrees, bilinear between the directions of the file.
+    Resample(f64, f64),
+    /// Intensities, and the lamps' flux with them, scaled so that the integral over the sphere is this flux in lm.
+    ScaleFlux(f64),
+    /// One entry of the description, `luminaire.name`, and its new text.
+    Set(String, String),
+}
+
+/// Finest step of a new grid in degrees: ten times finer than any goniophotometer's file.
+const FINEST_STEP_DEG: f64 = 0.05;
+/// Angles that differ by less are the same.
+const SAME_DEG: f64 = 1e-6;
+
+impl Distribution {
+    /// The distribution after `edits`, in their order, with a note for each.
+    ///
+    /// # Errors
+    /// A finding that says which edit cannot be made and why.
+    pub fn edited(&self, edits: &[Edit]) -> Result<(Self, Vec<Finding>), Finding> {
+        let mut edited = self.clone();
+        let mut changes: Vec<String> = Vec::new();
+        for edit in edits {
+            changes.push(match edit {
+                Edit::RotateC(deg) => edited.rotate_c(*deg)?,
+                Edit::Symmetrize(symmetry) => edited.symmetrize(*symmetry)?,
+                Edit::Resample(c_deg, gamma_deg) => edited.resample(*c_deg, *gamma_deg)?,
+                Edit::ScaleFlux(flux_lm) => edited.scale_flux(*flux_lm)?,
+                Edit::Set(key, text) => edited.set(key, text)?,
+            });
+        }
+        let notes = changes
+            .iter()
+            .map(|change| Finding::note("convert-edited", change.clone()))
+            .collect();
+        edited.record(edits, &changes);
+        Ok((edited, notes))
+    }
+
+    fn rotate_c(&mut self, deg: f64) -> Result<String, Finding> {
+        if !deg.is_finite() || deg.abs() > 360.0 {
+            return Err(refused(
+                format!("the light cannot be turned by {deg}°"),
+                "give an angle from -360 to 360",
+            ));
+        }
+        let turned: Vec<f64> = self
+            .intensity
+            .c_deg()
+            .iter()
+            .map(|c| (c + deg).rem_euclid(360.0))
+            .collect();
+        let on_grid = turned.iter().any(|c| *c < SAME_DEG || 360.0 - c < SAME_DEG);
+        let mut sentence = format!("turned by {}° in C", significant(deg, 6));
+        if !self.intensity.is_rotational() {
+            let old = &self.intensity;
+            // Formats begin at C 0°; where no half-plane comes to lie there, the old ones are kept and interpolated.
+            let mut planes: Vec<f64> = if on_grid {
+                turned
+                    .iter()
+                    .map(|c| if 360.0 - c < SAME_DEG { 0.0 } else { round(*c) })
+                    .collect()
+            } else {
+                sentence.push_str(", interpolated between the half-planes");
+                old.c_deg().to_vec()
+            };
+            planes.sort_by(f64::total_cmp);
+            let rows = planes.iter().flat_map(|c| old.half_plane_cd(c - deg)).collect();
+            self.relight(planes, old.gamma_deg().to_vec(), rows)?;
+        }
+        let quarters = deg / 90.0;
+        if (quarters - quarters.round()).abs() < SAME_DEG {
+            let quarters = (quarters.round() as i64).rem_euclid(4) as usize;
+            turn_sizes(&mut self.luminaire, quarters);
+            if let Some(document) = &mut self.eulumdat {
+                turn_header(&mut document.header, quarters);
+            }
+        } else {
+            sentence.push_str("; length and width are kept as they were");
+        }
+        Ok(sentence)
+    }
+
+    fn symmetrize(&mut self, symmetry: Symmetry) -> Result<String, Finding> {
+        let old = &self.intensity;
+        let gammas = old.gamma_deg().to_vec();
+        let (name, planes) = match symmetry {
+            Symmetry::None => return Err(refused("no symmetry was asked for".to_owned(), "name one")),
+            Symmetry::Rotational => ("rotational", vec![0.0]),
+            Symmetry::C0C180 => ("symmetric about C0–C180", vec![0.0, 180.0]),
+            Symmetry::C90C270 => ("symmetric about C90–C270", vec![90.0, 270.0]),
+            Symmetry::Quadrant => ("symmetric about both planes", vec![0.0, 90.0, 180.0, 270.0]),
+        };
+        let mut all = planes;
+        let rows: Vec<f64> = if symmetry == Symmetry::Rotational {
+            let widths = old.plane_widths_deg();
+            let mean = |column: usize| -> f64 {
+                let planes = (0..widths.len()).map(|plane| widths[plane] * old.row(plane)[column]);
+                planes.sum::<f64>() / 360.0
+            };
+            (0..gammas.len()).map(mean).collect()
+        } else {
+            for &c in old.c_deg() {
+                all.extend(symmetry.images_deg(c).into_iter().map(round));
+            }
+            all.sort_by(f64::total_cmp);
+            all.dedup_by(|a, b| (*a - *b).abs() < SAME_DEG);
+            let images = all.iter().flat_map(|&c| mean_of(old, &symmetry.images_deg(c)));
+            images.collect()
+        };
+        let most = difference(&all, &rows, old);
+        self.relight(all, gammas, rows)?;
+        Ok(format!(
+            "made {name}; intensities changed by up to {} cd",
+            significant(most, 3)
+        ))
+    }
+
+    fn resample(&mut self, c_step: f64, gamma_step: f64) -> Result<String, Finding> {
+        let old = &self.intensity;
+        let gammas = old.gamma_deg();
+        let (first, last) = (gammas[0], gammas[gammas.len() - 1]);
+        let grid = |name: &str, from: f64, span: f64, step: f64| -> Result<Vec<f64>, Finding> {
+            let count = span / step;
+            let whole = step.is_finite() && step >= FINEST_STEP_DEG && (count - count.round()).abs() < SAME_DEG;
+            if !whole || count.round() < 1.0 {
+                let message = format!("{name} cannot have steps of {step}° over {span}°");
+                let fix = format!("give a step from {FINEST_STEP_DEG}° on that divides {span}°");
+                return Err(refused(message, &fix));
+            }
+            Ok((0..=count.round() as usize)
+                .map(|k| round(from + k as f64 * step))
+                .collect())
+        };
+        let mut planes = grid("C", 0.0, 360.0, c_step)?;
+        planes.pop();
+        if old.is_rotational() {
+            planes = vec![0.0];
+        }
+        let angles = grid("γ", first, last - first, gamma_step)?;
+        let at = |c: f64| angles.iter().map(move |gamma| old.intensity_cd_at(c, *gamma));
+        let rows = planes.iter().flat_map(|&c| at(c)).collect();
+        let before = old.flux().value();
+        self.relight(planes, angles, rows)?;
+        Ok(format!(
+            "resampled at {}° of C and {}° of γ, bilinear; the flux went from {} to {} lm",
+            significant(c_step, 6),
+            significant(gamma_step, 6),
+            significant(before, 6),
+            significant(self.intensity.flux().value(), 6)
+        ))
+    }
+
+    fn scale_flux(&mut self, flux_lm: f64) -> Result<String, Finding> {
+        let own = self.intensity.flux().value();
+        let factor = flux_lm / own;
+        if !(factor.is_finite() && factor > 0.0 && own > 0.0) {
+            let message = format!("{own} lm cannot be scaled to {flux_lm} lm");
+            return Err(refused(message, "give a flux above zero in lm"));
+        }
+        let scaled = self.intensity.scaled(factor);
+        self.intensity = scaled.map_err(|error| refused(error.to_string(), "give a smaller flux"))?;
+        self.native = None;
+        self.lamp_flux_lm = self.lamp_flux_lm.map(|lamps| lamps * factor);
+        if let Some(document) = &mut self.eulumdat {
+            for set in &mut document.header.lamp_sets {
+                set.flux_lm = set.flux_lm.map(|lamps| lamps * factor);
+            }
+        }
+        Ok(format!(
+            "flux scaled from {} to {} lm (intensities and lamps × {})",
+            significant(own, 6),
+            significant(flux_lm, 6),
+            significant(factor, 6)
+        ))
+    }
+
+    fn set(&mut self, key: &str, text: &str) -> Result<String, Finding> {
+        let Some(name) = key
+            .strip_prefix("luminaire.")
+            .and_then(|name| FIELDS.iter().find(|field| **field == name))
+        else {
+            let known: Vec<String> = FIELDS.iter().map(|field| format!("luminaire.{field}")).collect();
+            return Err(refused(
+                format!("there is no entry “{key}”"),
+                &format!("one of {}", known.join(", ")),
+            ));
+        };
+        if text.contains(['\n', '\r']) {
+            return Err(refused(format!("{key} has a line break in it"), "give one line"));
+        }
+        let text = text.trim();
+        let header = self.eulumdat.as_mut().map(|document| &mut document.header);
+        if let Some((of_luminaire, of_header)) = texts(&mut self.luminaire, header, name) {
+            for field in [Some(of_luminaire), of_header].into_iter().flatten() {
+                text.clone_into(field);
+            }
+        } else {
+            let value = number::read(text)
+                .ok()
+                .map(|read| read.value)
+                .filter(|value| *value >= 0.0);
+            let Some(value) = value else {
+                return Err(refused(
+                    format!("{key}: “{text}” is no number from zero on"),
+                    "give a number",
+                ));
+            };
+            let header = self.eulumdat.as_mut().map(|document| &mut document.header);
+            for field in numbers(&mut self.luminaire, header, name) {
+                *field = Some(value);
+            }
+        }
+        if let Some((_, keyword)) = KEYWORDS.iter().find(|(field, _)| field == name) {
+            self.set_keyword(keyword, text);
+        }
+        Ok(format!("{key} set to “{text}”"))
+    }
+
+    /// Replaces a keyword of LM-63, or adds it; a file of another format has none.
+    fn set_keyword(&mut self, name: &str, text: &str) {
+        let Some(list) = self.header.get_mut("keywords").and_then(Value::as_array_mut) else {
+            return;
+        };
+        match list.iter_mut().find(|pair| pair["name"] == *name) {
+            Some(pair) => pair["text"] = text.into(),
+            None => list.push(json!({ "name": name, "text": text })),
+        }
+    }
+
+    fn relight(&mut self, c_deg: Vec<f64>, gamma_deg: Vec<f64>, intensity_cd: Vec<f64>) -> Result<(), Finding> {
+        let grid = IntensityDistribution::new(c_deg, gamma_deg, intensity_cd);
+        self.intensity = grid.map_err(|error| refused(error.to_string(), "leave this edit out"))?;
+        self.symmetry = self
+            .intensity
+            .detect_symmetry(1e-9 * self.intensity.peak().intensity.value().abs());
+        self.native = None;
+        if let Some(document) = &mut self.eulumdat {
+            // What follows from the light is computed anew.
+            let header = &mut document.header;
+            (header.lorl_percent, header.dff_percent, header.type_indicator) = (None, None, None);
+            header.direct_ratios = [None; 10];
+        }
+        Ok(())
+    }
+
+    /// Keeps the sentences where a format has room for them: `changes` of the JSON, the keyword [OTHER] of LM-63, the line of
+    /// date and user of EULUMDAT; and the file generation type of LM-63-2019.
+    fn record(&mut self, edits: &[Edit], changes: &[String]) {
+        if changes.is_empty() {
+            return;
+        }
+        let all = changes.join("; ");
+        self.header.insert("changes".to_owned(), changes.into());
+        if let Some(list) = self.header.get_mut("keywords").and_then(Value::as_array_mut) {
+            list.push(json!({ "name": "OTHER", "text": format!("Changed with isolux: {all}") }));
+        }
+        let dated = |date: &str| {
+            if date.is_empty() {
+                format!("isolux: {all}")
+            } else {
+                format!("{date}; isolux: {all}")
+            }
+        };
+        if let Some(document) = &mut self.eulumdat {
+            document.header.date_user = dated(&document.header.date_user);
+        }
+        if !self.header.contains_key("keywords") {
+            self.luminaire.date = dated(&self.luminaire.date);
+        }
+        let scaled = edits.iter().any(|edit| matches!(edit, Edit::ScaleFlux(_)));
+        let interpolated = edits
+            .iter()
+            .any(|edit| matches!(edit, Edit::Resample(..) | Edit::RotateC(_) | Edit::Symmetrize(_)));
+        if let Some(Value::String(code)) = self.header.get_mut("file_generation_type") {
+            *code = generation(code, scaled, interpolated);
+        }
+    }
+}
+
+/// The code of LM-63-2019 for a test whose flux was scaled or whose angles were interpolated; other codes stay.
+fn generation(code: &str, scaled: bool, interpolated: bool) -> String {
+    let mut digits: Vec<char> = code.chars().collect();
+    let of_a_test = digits.len() == 7 && code.starts_with("1.") && code.ends_with("00");
+    if of_a_test {
+        for (at, set) in [(3, interpolated), (4, scaled)] {
+            if set {
+                digits[at] = '1';
+            }
+        }
+    }
+    digits.into_iter().collect()
+}
+
+/// Entries of the description by their names after `luminaire.`.
+const FIELDS: [&str; 15] = [
+    "manufacturer",
+    "name",
+    "number",
+    "report",
+    "date",
+    "laboratory",
+    "lamp",
+    "colour",
+    "rendering",
+    "watts",
+    "length_mm",
+    "width_mm",
+    "height_mm",
+    "luminous_length_mm",
+    "luminous_width_mm",
+];
+
+/// Keywords of LM-63 that say the same.
+const KEYWORDS: [(&str, &str); 7] = [
+    ("manufacturer", "MANUFAC"),
+    ("name", "LUMINAIRE"),
+    ("number", "LUMCAT"),
+    ("report", "TEST"),
+    ("date", "ISSUEDATE"),
+    ("laboratory", "TESTLAB"),
+    ("lamp", "LAMP"),
+];
+
+/// The text of that name in the description, and in the header of EULUMDAT where it has a line for it.
+fn texts<'d>(
+    luminaire: &'d mut Luminaire,
+    header: Option<&'d mut eulumdat::Header>,
+    name: &str,
+) -> Option<(&'d mut String, Option<&'d mut String>)> {
+    let set = |header: &'d mut eulumdat::Header| header.lamp_sets.first_mut();
+    Some(match name {
+        "manufacturer" => (&mut luminaire.manufacturer, header.map(|header| &mut header.company)),
+        "name" => (&mut luminaire.name, header.map(|header| &mut header.name)),
+        "number" => (&mut luminaire.number, header.map(|header| &mut header.number)),
+        "report" => (&mut luminaire.report, header.map(|header| &mut header.report)),
+        "date" => (&mut luminaire.date, header.map(|header| &mut header.date_user)),
+        "laboratory" => (&mut luminaire.laboratory, None),
+        "lamp" => (&mut luminaire.lamp, header.and_then(set).map(|set| &mut set.lamp)),
+        "colour" => (&mut luminaire.colour, header.and_then(set).map(|set| &mut set.colour)),
+        "rendering" => (
+            &mut luminaire.rendering,
+            header.and_then(set).map(|set| &mut set.rendering),
+        ),
+        _ => return None,
+    })
+}
+
+/// The numbers of that name in the description and in the header of EULUMDAT.
+fn numbers<'d>(
+    luminaire: &'d mut Luminaire,
+    header: Option<&'d mut eulumdat::Header>,
+    name: &str,
+) -> Vec<&'d mut Option<f64>> {
+    let (own, of_header) = match name {
+        "watts" => (
+            &mut luminaire.watts,
+            header
+                .and_then(|header| header.lamp_sets.first_mut())
+                .map(|set| &mut set.watts),
+        ),
+        "length_mm" => (&mut luminaire.length_mm, header.map(|header| &mut header.length_mm)),
+        "width_mm" => (&mut luminaire.width_mm, header.map(|header| &mut header.width_mm)),
+        "height_mm" => (&mut luminaire.height_mm, header.map(|header| &mut header.height_mm)),
+        "luminous_length_mm" => {
+            luminaire.luminous_body_mm = None;
+            (
+                &mut luminaire.luminous_length_mm,
+                header.map(|header| &mut header.luminous_length_mm),
+            )
+        }
+        "luminous_width_mm" => {
+            luminaire.luminous_body_mm = None;
+            (
+                &mut luminaire.luminous_width_mm,
+                header.map(|header| &mut header.luminous_width_mm),
+            )
+        }
+        _ => return Vec::new(),
+    };
+    std::iter::once(own).chain(of_header).collect()
+}
+
+/// Length lies along C90–C270, width along C0–C180; a width of zero is a round luminaire, which stays.
+fn swap(length: &mut Option<f64>, width: &mut Option<f64>) {
+    if width.is_some_and(|width| width > 0.0) {
+        std::mem::swap(length, width);
+    }
+}
+
+fn turn_sizes(luminaire: &mut Luminaire, quarters: usize) {
+    if quarters % 2 == 1 {
+        swap(&mut luminaire.length_mm, &mut luminaire.width_mm);
+        swap(&mut luminaire.luminous_length_mm, &mut luminaire.luminous_width_mm);
+        if let Some([x, y, _]) = &mut luminaire.luminous_body_mm {
+            std::mem::swap(x, y);
+        }
+    }
+    luminaire.luminous_height_mm.rotate_right(quarters);
+}
+
+fn turn_header(header: &mut eulumdat::Header, quarters: usize) {
+    if quarters % 2 == 1 {
+        swap(&mut header.length_mm, &mut header.width_mm);
+        swap(&mut header.luminous_length_mm, &mut header.luminous_width_mm);
+    }
+    header.luminous_height_mm.rotate_right(quarters);
+}
+
+/// The mean of several half-planes, one value a γ.
+fn mean_of(grid: &IntensityDistribution, planes_deg: &[f64]) -> Vec<f64> {
+    let mut mean = vec![0.0; grid.gamma_deg().len()];
+    for &c in planes_deg {
+        for (sum, value) in mean.iter_mut().zip(grid.half_plane_cd(c)) {
+            *sum += value / planes_deg.len() as f64;
+        }
+    }
+    mean
+}
+
+/// The largest difference, in cd, to what `old` has in the same directions.
+fn difference(planes_deg: &[f64], rows: &[f64], old: &IntensityDistribution) -> f64 {
+    let width = old.gamma_deg().len();
+    let all = if planes_deg.len() == 1 { old.c_deg() } else { planes_deg };
+    all.iter().enumerate().fold(0.0_f64, |most, (plane, &c)| {
+        let row = if planes_deg.len() == 1 { 0 } else { plane };
+        let pairs = old.half_plane_cd(c).into_iter().zip(&rows[row * width..]);
+        pairs.fold(most, |most, (before, after)| most.max((after - before).abs()))
+    })
+}
+
+/// Sums of steps without the dust of their binary fractions.
+fn round(deg: f64) -> f64 {
+    (deg * 1e9).round() / 1e9
+}
+
+fn refused(message: String, fix: &str) -> Finding {
+    Finding::error("convert-edit", message).fix(fix)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Content, read_any};
+
+    /// An asymmetric lamp: 24 half-planes, brighter towards C 30°.
+    fn lamp() -> Distribution {
+        let c_deg: Vec<f64> = (0..24).map(|k| 15.0 * f64::from(k)).collect();
+        let gamma_deg: Vec<f64> = (0..37).map(|k| 5.0 * f64::from(k)).collect();
+        let value = |c: f64, gamma: f64| {
+            let along = (1.0 + 0.3 * (c - 30.0).to_radians().cos() * gamma.to_radians().sin()).max(0.0);
+            200.0 * along * gamma.to_radians().cos().max(0.0)
+        };
+        let rows = c_deg
+            .iter()
+            .flat_map(|&c| gamma_deg.iter().map(move |&gamma| value(c, gamma)))
+            .collect();
+        let header = eulumdat::Header {
+            name: "Ring".to_owned(),
+            date_user: "2026-11-22".to_owned(),
+            length_mm: Some(300.0),
+            width_mm: Some(100.0),
+            luminous_height_mm: [Some(1.0), Some(2.0), Some(3.0), Some(4.0)],
+            lamp_sets: vec![eulumdat::LampSet {
+                count: Some(1.0),
+                flux_lm: Some(1000.0),
+                ..eulumdat::LampSet::default()
+            }],
+            ..eulumdat::Header::default()
+        };
+        let grid = IntensityDistribution::new(c_deg, gamma_deg, rows).unwrap();
+        read(&eulumdat::write(&grid, &header).unwrap().bytes)
+    }
+
+    fn read(bytes: &[u8]) -> Distribution {
+        match read_any(bytes, "lamp.ldt").remove(0).document {
+            Some(Content::Distribution(distribution)) => *distribution,
+            _ => panic!("no distribution"),
+        }
+    }
+
+    /// What a file of the edited distribution says, read again.
+    fn written(edited: &Distribution) -> Distribution {
+        let header = &edited.eulumdat.as_ref().unwrap().header;
+        read(&eulumdat::write(&edited.intensity, header).unwrap().bytes)
+    }
+
+    #[test]
+    fn a_turn_moves_the_light_and_the_sizes_and_back_again() {
+        let lamp = lamp();
+        let (turned, notes) = lamp.edited(&[Edit::RotateC(90.0)]).unwrap();
+        assert_eq!(notes.len(), 1);
+        let file = written(&turned);
+        for (c, gamma) in [(0.0, 40.0), (120.0, 25.0), (345.0, 70.0)] {
+            let (there, here) = (
+                file.intensity.intensity_cd_at(c, gamma),
+                lamp.intensity.intensity_cd_at(c - 90.0, gamma),
+            );
+            assert!((there - here).abs() < 1e-3, "{c} {gamma}: {there} {here}");
+        }
+        assert_eq!(
+            (file.luminaire.length_mm, file.luminaire.width_mm),
+            (Some(100.0), Some(300.0))
+        );
+        assert_eq!(
+            file.luminaire.luminous_height_mm,
+            [Some(4.0), Some(1.0), Some(2.0), Some(3.0)]
+        );
+        assert!(
+            file.luminaire.date.contains("turned by 90° in C"),
+            "{}",
+            file.luminaire.date
+        );
+        let (back, _) = turned.edited(&[Edit::RotateC(-90.0)]).unwrap();
+        assert_eq!(back.intensity, lamp.intensity);
+        // Between the half-planes: the old ones are kept.
+        let (between, _) = lamp.edited(&[Edit::RotateC(7.0)]).unwrap();
+        assert_eq!(between.intensity.c_deg(), lamp.intensity.c_deg());
+        let flux = |of: &Distribution| of.intensity.flux().value();
+        assert!((flux(&between) / flux(&lamp) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn symmetry_is_a_mean_and_keeps_the_flux() {
+        let lamp = lamp();
+        for symmetry in [
+            Symmetry::Rotational,
+            Symmetry::C0C180,
+            Symmetry::C90C270,
+            Symmetry::Quadrant,
+        ] {
+            let (even, _) = lamp.edited(&[Edit::Symmetrize(symmetry)]).unwrap();
+            assert_eq!(even.symmetry, symmetry);
+            let ratio = even.intensity.flux().value() / lamp.intensity.flux().value();
+            assert!((ratio - 1.0).abs() < 1e-9, "{symmetry:?}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn flux_grid_and_description() {
+        let lamp = lamp();
+        let edits = [
+            Edit::Resample(30.0, 2.5),
+            Edit::ScaleFlux(800.0),
+            Edit::Set("luminaire.name".to_owned(), "Ring 2".to_owned()),
+            Edit::Set("luminaire.watts".to_owned(), "9.5".to_owned()),
+        ];
+        let (edited, notes) = lamp.edited(&edits).unwrap();
+        assert_eq!(notes.len(), 4);
+        let file = written(&edited);
+        assert!((file.intensity.flux().value() - 800.0).abs() < 0.01);
+        assert_eq!(
+            (file.intensity.c_deg().len(), file.intensity.gamma_deg().len()),
+            (12, 73)
+        );
+        assert_eq!(
+            (file.luminaire.name.as_str(), file.luminaire.watts),
+            ("Ring 2", Some(9.5))
+        );
+        for wrong in [
+            Edit::Resample(7.0, 5.0),
+            Edit::Resample(15.0, 0.001),
+            Edit::ScaleFlux(0.0),
+            Edit::ScaleFlux(f64::INFINITY),
+            Edit::RotateC(f64::NAN),
+            Edit::Set("luminaire.nmae".to_owned(), "x".to_owned()),
+            Edit::Set("luminaire.watts".to_owned(), "many".to_owned()),
+            Edit::Set("luminaire.name".to_owned(), "two\nlines".to_owned()),
+        ] {
+            assert!(lamp.edited(std::slice::from_ref(&wrong)).is_err(), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn the_generation_of_a_test_says_what_was_done_to_it() {
+        assert_eq!(generation("1.10000", true, false), "1.10100");
+        assert_eq!(generation("1.00000", true, true), "1.01100");
+        assert_eq!(generation("1.00010", true, true), "1.00010");
+        assert_eq!(generation("1.00001", true, false), "1.00001");
+    }
+}
