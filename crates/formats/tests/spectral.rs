@@ -519,13 +519,12 @@ fn refusal(text: &str, name: &str) -> Option<&'static str> {
 #[test]
 fn tables_of_something_else_are_no_spectra() {
     let rows = |from: f64, step: f64, columns: usize| -> String {
-        let line = |k: u32| {
-            let others: String = (1..columns)
-                .map(|n| format!(",{}", 0.5 + 0.01 * f64::from(k) * n as f64))
-                .collect();
-            format!("{}{others}\n", from + step * f64::from(k))
-        };
-        (0..40).map(line).collect()
+        (0..40).map(f64::from).fold(String::new(), |text, k| {
+            let others = (1..columns).fold(String::new(), |text, n| {
+                text + &format!(",{}", 0.5 + 0.01 * k * n as f64)
+            });
+            text + &format!("{}{others}\n", from + step * k)
+        })
     };
     for (heading, table) in [
         ("temperature_k,resistance\n", rows(310.0, 20.0, 2)),
@@ -591,7 +590,7 @@ fn tables_that_are_spectra_are_read_under_every_name() {
 #[test]
 fn jaz_takes_what_was_processed_with_and_without_a_reference() {
     let body = |columns: &str, row: &str| {
-        let rows: String = (0..10).map(|k| format!("{}\t{row}\n", 400 + k)).collect();
+        let rows = (0..10).fold(String::new(), |text, k| text + &format!("{}\t{row}\n", 400 + k));
         format!(
             "Jaz Absolute Irradiance File\n>>>>>Begin Processed Spectral Data<<<<<\n{columns}\n{rows}>>>>>End Processed Spectral Data<<<<<\n"
         )
