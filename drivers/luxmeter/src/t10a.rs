@@ -60,8 +60,8 @@ const GUARD: Duration = Duration::from_millis(100);
 /// Exchanges of one reading within which two in a row must agree.
 const MOST_EXCHANGES: usize = 12;
 
-/// Two exchanges agree when they differ by no more than this share of the value, or by one digit. Scatter of 0.1 %, as a
-/// stable lamp has, stays inside; a lamp that changes faster than 1 % a second is not steady.
+/// Two exchanges agree when they differ by no more than this share of the value. Scatter of 0.1 %, as a stable lamp has,
+/// stays inside; a lamp that changes faster than 1 % a second is not steady.
 const AGREEMENT: f64 = 0.005;
 
 /// Opens T-10A meters.
@@ -111,7 +111,7 @@ impl LuxMeterFactory for T10aDriver {
                 range: Range::Auto,
                 asked: None,
                 in_doubt: false,
-                last: None,
+                earlier: Vec::new(),
                 unsolicited: 0,
             }),
         };
@@ -135,8 +135,8 @@ struct State {
     asked: Option<Instant>,
     /// A reading was given up and may still come, or something came that nobody asked for.
     in_doubt: bool,
-    /// The exchange that may confirm the next one.
-    last: Option<Exchange>,
+    /// The exchanges that may confirm the next one, the latest last; at most two.
+    earlier: Vec<Exchange>,
     /// Count of the bus when the line was last known to be in step.
     unsolicited: u64,
 }
@@ -149,17 +149,27 @@ struct Exchange {
 }
 
 impl Exchange {
-    /// Whether both can be readings of the same light. A change of range between them is a disagreement: the meter repeats
-    /// old values while it changes.
-    fn agrees(&self, other: &Self) -> bool {
+    /// Whether both can be readings of the same light, which one digit may separate or none. A change of range between them
+    /// is a disagreement: the meter repeats old values while it changes.
+    fn agrees(&self, other: &Self, digits: f64) -> bool {
         let (a, b) = (&self.reading, &other.reading);
         match (a.outcome, b.outcome) {
             (LuxOutcome::Measured(first), LuxOutcome::Measured(second)) => {
                 let (first, second, digit) = (first.value(), second.value(), a.digit.value());
-                let allowed = (AGREEMENT * first.abs().max(second.abs())).max(digit * 1.000_001);
+                let allowed = (AGREEMENT * first.abs().max(second.abs())).max((digits + 1e-6) * digit);
                 a.range == b.range && a.digit == b.digit && (first - second).abs() <= allowed
             }
             (first, second) => first == second,
+        }
+    }
+
+    /// The exchange that confirms this one: the one before, with the same value; or, where the light lies between two values
+    /// of the display, the one before that, if the one between is a single digit away.
+    fn confirmed<'a>(&self, earlier: &'a [Self]) -> Option<&'a Self> {
+        match earlier {
+            [.., before] if self.agrees(before, 0.0) => Some(before),
+            [first, between] if self.agrees(first, 0.0) && self.agrees(between, 1.0) => Some(first),
+            _ => None,
         }
     }
 }
@@ -216,36 +226,35 @@ impl LuxMeter for T10a {
             let error = match self.exchange(&mut state, reach, deadline).await {
                 Ok(exchange) => {
                     exchanges += 1;
-                    let outcome = exchange.reading.outcome;
-                    let before = state.last.replace(exchange.clone());
-                    // The one before counts if its light, too, fell after `not_before`.
-                    match before.filter(|before| before.asked >= not_before + reach) {
-                        Some(before) if before.agrees(&exchange) => {
-                            sleep(GUARD).await;
-                            if !self.surplus(&mut state) {
-                                let confirmed_by = Some(before.reading.outcome);
-                                return Ok(LuxReading {
-                                    confirmed_by,
-                                    ..exchange.reading
-                                });
-                            }
-                            let reason = "more bytes arrived than the answer to one request";
-                            self.malformed("read", reason, exchange.reading.evidence)
-                        }
-                        Some(before) => {
-                            tracing::warn!(first = ?before.reading.outcome, second = ?outcome, "two answers disagree");
-                            disagreed = Some(LuxReading {
-                                outcome: LuxOutcome::Unsteady,
-                                ..exchange.reading
-                            });
-                            continue;
-                        }
-                        None => continue,
+                    // Those before count if their light, too, fell after `not_before`.
+                    state.earlier.retain(|before| before.asked >= not_before + reach);
+                    let confirmed_by = exchange.confirmed(&state.earlier).map(|by| by.reading.outcome);
+                    let (alone, reading) = (state.earlier.is_empty(), exchange.reading.clone());
+                    state.earlier.push(exchange);
+                    if state.earlier.len() > 2 {
+                        state.earlier.remove(0);
                     }
+                    if confirmed_by.is_none() {
+                        if !alone {
+                            tracing::warn!(outcome = ?reading.outcome, "an answer disagrees with the one before");
+                            let outcome = LuxOutcome::Unsteady;
+                            disagreed = Some(LuxReading { outcome, ..reading });
+                        }
+                        continue;
+                    }
+                    sleep(GUARD).await;
+                    if !self.surplus(&mut state) {
+                        return Ok(LuxReading {
+                            confirmed_by,
+                            ..reading
+                        });
+                    }
+                    let reason = "more bytes arrived than the answer to one request";
+                    self.malformed("read", reason, reading.evidence)
                 }
                 Err(error) => error,
             };
-            state.last = None;
+            state.earlier.clear();
             damaged += 1;
             if damaged >= TRIES || !matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) {
                 return Err(error);
@@ -300,7 +309,7 @@ impl T10a {
                 "bytes arrived that nobody asked for: the line is drained"
             );
             state.unsolicited = unsolicited;
-            state.last = None;
+            state.earlier.clear();
             state.in_doubt = true;
         }
         surplus
