@@ -1,19 +1,63 @@
 //! The real links: serial ports, ptys, TCP.
 
 use std::io;
+use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use async_trait::async_trait;
+use isolux_lock::Held;
 use tokio::net::TcpStream;
 use tokio_serial::{SerialPortBuilderExt, SerialPortType};
 
+use crate::owner::{Locks, Owned, port_holder};
+use crate::users::users_of;
 use crate::{LineSettings, Link, LinkError, Links, MemoryLinks, Parity};
 
-/// Opens serial lines, TCP connections and, by `memory:name`, the pipes of this process.
-#[derive(Debug, Clone, Default)]
+/// Opens serial lines, TCP connections and, by `memory:name`, the pipes of this process. What is behind the first two
+/// belongs to this process from then on until this is dropped; another that tries is told who has it.
+#[derive(Debug, Clone)]
 pub struct SystemLinks {
     /// The pipes that `memory:` reaches.
     pub memory: MemoryLinks,
+    /// None: opens what others own too.
+    locks: Option<Arc<Locks>>,
+}
+
+impl Default for SystemLinks {
+    fn default() -> Self {
+        Self {
+            memory: MemoryLinks::default(),
+            locks: Some(Arc::default()),
+        }
+    }
+}
+
+impl SystemLinks {
+    /// Links that are opened whoever owns them: for stopping what moves, and for nothing else.
+    pub fn beside_their_owner() -> Self {
+        Self {
+            locks: None,
+            ..Self::default()
+        }
+    }
+
+    /// That another process has taken over what this one owned, and which; nothing is sent there any more.
+    pub fn lost(&self) -> Option<String> {
+        self.locks.as_ref().and_then(|locks| locks.lost())
+    }
+
+    /// Becomes the owner of what is behind `address` before it is opened. With `force` also where its owner gave no sign of
+    /// life for a while; that owner, if there was one.
+    ///
+    /// # Errors
+    /// [`LinkError`] says who else owns it.
+    pub async fn claim(&self, address: &str, force: bool) -> Result<Option<Held>, LinkError> {
+        match &self.locks {
+            Some(locks) => locks.of(address, force).await.map(|(_, from)| from),
+            None => Ok(None),
+        }
+    }
 }
 
 /// How long a TCP connection may take: an instrument stands in the same building.
@@ -25,9 +69,6 @@ impl Links for SystemLinks {
         if address.starts_with("memory:") {
             return self.memory.open(address, line).await;
         }
-        if let Some(peer) = address.strip_prefix("tcp://") {
-            return connect(address, peer).await;
-        }
         if address.starts_with("usb:") {
             return Err(LinkError {
                 address: address.to_owned(),
@@ -35,7 +76,15 @@ impl Links for SystemLinks {
                 advice: Some("use a serial port, a pty or tcp://host:port".to_owned()),
             });
         }
-        open_serial(address, line)
+        let locks = match &self.locks {
+            Some(locks) => locks.of(address, false).await?.0,
+            None => Vec::new(),
+        };
+        let link = match address.strip_prefix("tcp://") {
+            Some(peer) => connect(address, peer).await?,
+            None => open_serial(address, line, self.locks.is_some())?,
+        };
+        Ok(Box::new(Owned { link, locks }))
     }
 }
 
@@ -68,7 +117,8 @@ async fn connect(address: &str, peer: &str) -> Result<Box<dyn Link>, LinkError> 
     Ok(Box::new(stream))
 }
 
-fn open_serial(path: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError> {
+/// Opens a port that no other program uses, unless it is opened `alone` = false.
+fn open_serial(path: &str, line: LineSettings, alone: bool) -> Result<Box<dyn Link>, LinkError> {
     // A pseudo-terminal carries whole bytes and nothing else: asked for parity, it refuses or ignores it.
     let line = if is_pty(path) {
         LineSettings {
@@ -103,17 +153,39 @@ fn open_serial(path: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkErro
     let builder = tokio_serial::new(path, line.baud)
         .data_bits(data_bits)
         .stop_bits(stop_bits)
-        .parity(parity);
-    match builder.open_native_async() {
+        .parity(parity)
+        .exclusive(alone);
+    let opened = builder.open_native_async().and_then(|mut port| {
+        // That nobody else uses it was seen on opening. From now on `isolux stop` must be able to open it too; programs that
+        // lock the port (flock) are kept away still.
+        #[cfg(unix)]
+        port.set_exclusive(false)?;
+        Ok(port)
+    });
+    match opened {
         Ok(port) => Ok(Box::new(port)),
         Err(error) => {
-            let advice = match error.kind {
-                tokio_serial::ErrorKind::Io(kind) => advice(kind),
-                tokio_serial::ErrorKind::NoDevice => advice(io::ErrorKind::NotFound),
-                _ => None,
+            let kind = match error.kind {
+                // What the library says of a port that another program has locked (EBUSY of TIOCEXCL, flock).
+                tokio_serial::ErrorKind::NoDevice if Path::new(path).exists() => io::ErrorKind::ResourceBusy,
+                tokio_serial::ErrorKind::NoDevice => io::ErrorKind::NotFound,
+                tokio_serial::ErrorKind::Io(kind) => kind,
+                _ => io::ErrorKind::Other,
             };
-            Err(failed(error.to_string(), advice))
+            let reason = match kind {
+                io::ErrorKind::ResourceBusy => busy(path),
+                _ => error.to_string(),
+            };
+            Err(failed(reason, advice(kind)))
         }
+    }
+}
+
+/// That a port is busy, and who uses it where that can be known.
+fn busy(path: &str) -> String {
+    match users_of(path) {
+        users if users.is_empty() => "the port is busy: another program has it open".to_owned(),
+        users => format!("the port is busy: {} has it open", users.join(", ")),
     }
 }
 
@@ -128,7 +200,7 @@ fn advice(kind: io::ErrorKind) -> Option<String> {
             "this account may not use the port: join its group (Debian: sudo usermod -aG dialout $USER), then log in again"
         }
         io::ErrorKind::NotFound => "no such port: `isolux devices` lists those found; check cable and power",
-        io::ErrorKind::ResourceBusy => "another program holds the port: close it",
+        io::ErrorKind::ResourceBusy => "close the program that uses it (a terminal, a modem manager), then start again",
         _ => return None,
     };
     Some(advice.to_owned())
@@ -205,8 +277,14 @@ pub fn found_ports() -> Result<Vec<FoundPort>, LinkError> {
     Ok(found)
 }
 
-/// Opens the file and closes it again; no line setting is touched.
+/// Opens the file and closes it again; no line setting is touched. A port that is in use is left alone.
 fn state_of(path: &str) -> PortState {
+    if let Some(held) = port_holder(path) {
+        return PortState::Unusable {
+            reason: format!("in use by {held}"),
+            advice: Some("wait until it ends, or end it".to_owned()),
+        };
+    }
     #[cfg(unix)]
     {
         use std::os::unix::fs::OpenOptionsExt;
@@ -220,7 +298,10 @@ fn state_of(path: &str) -> PortState {
         {
             Ok(_) => PortState::Usable,
             Err(error) => PortState::Unusable {
-                reason: error.to_string(),
+                reason: match error.kind() {
+                    io::ErrorKind::ResourceBusy => busy(path),
+                    _ => error.to_string(),
+                },
                 advice: advice(error.kind()),
             },
         }
@@ -306,5 +387,78 @@ mod tests {
         let mut read = [0; 4];
         host.read_exact(&mut read).await.unwrap();
         assert_eq!(&read, b"say\n");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[tokio::test]
+    async fn a_busy_port_says_so_and_who_has_it() {
+        let (_master, mut slave) = serialport::TTYPort::pair().unwrap();
+        // As another program would hold it.
+        slave.set_exclusive(true).unwrap();
+        let path = serialport::SerialPort::name(&slave).unwrap();
+        let error = SystemLinks::default().open(&path, LINE).await.err().unwrap();
+        assert!(error.reason.contains("busy"), "{error:?}");
+        assert!(
+            error.reason.contains(&format!("(pid {})", std::process::id())),
+            "{error:?}"
+        );
+        assert!(!error.advice.unwrap().contains("no such port"));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[tokio::test]
+    async fn a_port_has_one_owner_and_a_stop_passes_him() {
+        let (_master, slave) = serialport::TTYPort::pair().unwrap();
+        let path = serialport::SerialPort::name(&slave).unwrap();
+        drop(slave);
+        let folder = tempfile::tempdir().unwrap();
+        let by_id = folder.path().join("by-id");
+        std::os::unix::fs::symlink(&path, &by_id).unwrap();
+        let owner = SystemLinks::default();
+        let _port = owner
+            .open(&path, LINE)
+            .await
+            .map_err(|error| error.to_string())
+            .unwrap();
+        let error = SystemLinks::default()
+            .open(by_id.to_str().unwrap(), LINE)
+            .await
+            .err()
+            .unwrap();
+        assert!(error.reason.contains(&format!("pid {}", std::process::id())), "{error}");
+        let error = SystemLinks::default().claim(&path, true).await.unwrap_err();
+        assert!(error.reason.contains("in use by"), "its owner works: {error}");
+        SystemLinks::beside_their_owner()
+            .open(&path, LINE)
+            .await
+            .map_err(|error| error.to_string())
+            .unwrap();
+        drop(owner);
+        SystemLinks::default().claim(&path, false).await.unwrap_err();
+    }
+
+    #[cfg(unix)]
+    #[tokio::test]
+    async fn who_was_taken_over_from_says_nothing_more_to_the_instrument() {
+        let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let owner = SystemLinks::default();
+        let opened = owner.open(&format!("tcp://127.0.0.1:{port}"), LINE).await;
+        let mut link = opened.map_err(|error| error.to_string()).unwrap();
+        link.write_all(b"ask").await.unwrap();
+        let files = crate::lock_files(&format!("tcp://localhost:{port}")).await.unwrap();
+        let taken = isolux_lock::Lock::seize(&files[0]).unwrap();
+        let error = link.write_all(b"move").await.unwrap_err();
+        assert!(error.to_string().contains("taken over"), "{error}");
+        let again = owner.open(&format!("tcp://127.0.0.1:{port}"), LINE).await;
+        assert!(again.err().unwrap().reason.contains("taken over"));
+        assert!(owner.lost().unwrap().contains(&format!("pid {}", std::process::id())));
+        drop(taken);
+        assert!(link.write_all(b"move").await.is_err(), "what is lost stays lost");
+        let (mut twin, _) = listener.accept().await.unwrap();
+        drop(link);
+        let mut read = Vec::new();
+        twin.read_to_end(&mut read).await.unwrap();
+        assert_eq!(read, b"ask");
     }
 }
