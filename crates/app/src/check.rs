@@ -51,9 +51,15 @@ const DARK_READINGS: u32 = 5;
 /// Checks a station; with `record`, every byte on its links is written to that file.
 ///
 /// # Errors
-/// Bad input (exit 2) for the station, exit 3 when the trace cannot be written. An instrument that fails is no error here
+/// Bad input (exit 2) for the station, exit 3 when the trace cannot be written or an instrument belongs to another
+/// process (`force` is the reason for which it may be taken over from one that does not answer). An instrument that fails is no error here
 /// but in the report: the others are still checked.
-pub fn run(station: &Utf8Path, record: Option<&Utf8Path>, overwrite: Overwrite) -> Result<Report, Failure> {
+pub fn run(
+    station: &Utf8Path,
+    record: Option<&Utf8Path>,
+    overwrite: Overwrite,
+    force: Option<&str>,
+) -> Result<Report, Failure> {
     let source = Source::load(station)?;
     if let Some(path) = record {
         crate::files::refuse_existing(path, overwrite)?;
@@ -61,6 +67,7 @@ pub fn run(station: &Utf8Path, record: Option<&Utf8Path>, overwrite: Overwrite) 
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
         let stage = Stage::recording(&source.station, &source.file, record)?;
+        stage.claim(&source.station, force).await?;
         let catalogue = Catalogue::new(stage.links.clone());
         let mut report = Report {
             instruments: Vec::new(),

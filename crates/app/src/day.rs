@@ -22,8 +22,9 @@ use crate::catalogue::Catalogue;
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
 use crate::reduce::{Reduced, with_u};
-use crate::scan::{Operator, Target};
+use crate::scan::{Operator, Place, Target};
 use crate::scene::{self, Changes};
+use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
 use crate::{Failure, bench, diagnose, init, record, reduce, scan, simulate};
 
@@ -38,6 +39,8 @@ pub struct Wishes {
     pub resume: bool,
     /// Whether what is damaged in its record is set aside and read again.
     pub reread: bool,
+    /// The reason for which instruments and folder may be taken over from a process that does not answer.
+    pub force: Option<String>,
 }
 
 /// A finished day.
@@ -86,17 +89,21 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
         (true, false) => Target::Resume(&folder),
         (false, _) => Target::New(&folder),
     };
+    // Held to the end of the evening: two that make the results of one day at once would mix them.
+    let force = wishes.force.as_deref();
+    let place =
+        Place::take(target, force.is_some()).map_err(|failure| go_on(failure, wishes.job.as_deref(), &folder))?;
     let scanned = wishes.resume && completed(&folder, wishes.reread)?;
     match &job {
         Some(job) if scanned => asked::keep(&folder, job)?,
         None if scanned => {}
         Some(job) => {
             let keeping = asked::Keeping::new(&folder, job, progress);
-            scan::run(job.station(), job.plan(), target, operator, &keeping)
+            scan::run_in(&place, job.station(), job.plan(), force, operator, &keeping)
                 .map_err(|failure| go_on(failure, wishes.job.as_deref(), &folder))?;
             keeping.end()?;
         }
-        None => virtual_scan(target, progress).map_err(|failure| go_on(failure, None, &folder))?,
+        None => virtual_scan(&place, progress).map_err(|failure| go_on(failure, None, &folder))?,
     }
     // What a day that broke off in the evening had made of its record is made again.
     let overwrite = if wishes.resume {
@@ -134,18 +141,18 @@ fn completed(folder: &Utf8Path, reread: bool) -> Result<bool, Failure> {
 }
 
 /// The scan in the built-in virtual darkroom.
-fn virtual_scan(target: Target<'_>, progress: &dyn Progress) -> Result<(), Failure> {
+fn virtual_scan(place: &Place<'_>, progress: &dyn Progress) -> Result<(), Failure> {
     let (station, calibration) = init::virtual_station()?;
     let source = bench::Source::from_text(&station, &calibration)?;
     let plan = Plan::parse(Utf8Path::new("built-in plan"), init::PLAN).map_err(Failure::bad_input)?;
-    scan::refuse(target)?;
     stage::play(true, async {
         let stage = Stage::open(true)?;
-        let cancel = stage::on_signals()?;
+        let cancel = OnSignals::listen()?;
         let catalogue = Catalogue::new(stage.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = jiff::Timestamp::now();
-        scan::on(&source, &mut devices, &plan, target, None, &cancel, now, progress).await
+        let place = place.clone();
+        scan::on(&source, &mut devices, &plan, place, None, None, &cancel, now, progress).await
     })?;
     Ok(())
 }
@@ -265,7 +272,7 @@ pub fn report(
     progress: &dyn Progress,
 ) -> Result<(), Failure> {
     files::refuse_existing(out, overwrite)?;
-    let run = record::read(folder)?;
+    let run = record::read_at_rest(folder)?;
     let (scene, own_model) = asked::of_report(folder, job)?;
     record::check_results(&folder.join("results"))?;
     let reduction = stored::reduction(folder, &run)?;

@@ -11,7 +11,7 @@ pub enum FailureKind {
     BadInput,
     /// An instrument or the operating system failed, or an axis could not be verified at rest. Exit 3, wins over all.
     Instrument,
-    /// SIGINT or SIGTERM; the axes were stopped first. Exit 130.
+    /// A signal: SIGINT, SIGTERM, SIGHUP or SIGQUIT; the axes were stopped first. Exit 130.
     Interrupted,
 }
 

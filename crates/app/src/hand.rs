@@ -6,13 +6,14 @@ use isolux_record::Station;
 use isolux_scan::motion::{Axes, Pose, stop_all};
 use isolux_scan::settle::Photometer;
 use isolux_scan::warmup::{Criterion, Stable, until_stable};
-use isolux_scan::{Cancel, Devices, ScanError, TwoState};
+use isolux_scan::{Devices, ScanError, TwoState};
 use serde::Serialize;
 use tokio::time::Instant;
 
 use crate::bench::Source;
 use crate::catalogue::Catalogue;
 use crate::progress::{Event, Progress};
+use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
 use crate::{Failure, FailureKind};
 
@@ -49,12 +50,13 @@ pub struct WarmedUp {
     pub illuminance_lx: f64,
 }
 
-/// Homes both axes.
+/// Homes both axes. `force` is the reason for which the instruments may be taken over from a process that does not answer.
 ///
 /// # Errors
-/// Exit 2 for the station, 3 for an instrument or an axis not at rest, 130 when interrupted.
-pub fn home(station: &Utf8Path) -> Result<Position, Failure> {
-    by_hand(station, async |source, devices| {
+/// Exit 2 for the station, 3 for an instrument that fails or belongs to another process, or an axis not at rest, 130 when
+/// interrupted.
+pub fn home(station: &Utf8Path, force: Option<&str>) -> Result<Position, Failure> {
+    by_hand(station, force, async |source, devices| {
         Ok(position(Axes::new(devices, &source.station).home().await?))
     })
 }
@@ -63,7 +65,12 @@ pub fn home(station: &Utf8Path) -> Result<Position, Failure> {
 ///
 /// # Errors
 /// As [`home`]; exit 2 before anything moves for an angle outside the limits.
-pub fn move_to(station: &Utf8Path, c_deg: Option<f64>, gamma_deg: Option<f64>) -> Result<Position, Failure> {
+pub fn move_to(
+    station: &Utf8Path,
+    c_deg: Option<f64>,
+    gamma_deg: Option<f64>,
+    force: Option<&str>,
+) -> Result<Position, Failure> {
     let limits = Station::load(station).map_err(Failure::bad_input)?;
     for (name, angle, [low, high]) in [
         ("C", c_deg, limits.axis_c().limit_deg),
@@ -78,7 +85,7 @@ pub fn move_to(station: &Utf8Path, c_deg: Option<f64>, gamma_deg: Option<f64>) -
             );
         }
     }
-    by_hand(station, async |source, devices| {
+    by_hand(station, force, async |source, devices| {
         let mut axes = Axes::new(devices, &source.station);
         let here = axes.pose().await?;
         Ok(position(
@@ -88,26 +95,12 @@ pub fn move_to(station: &Utf8Path, c_deg: Option<f64>, gamma_deg: Option<f64>) -
     })
 }
 
-/// Stops everything that can move and verifies that it stands still.
-///
-/// # Errors
-/// Exit 3 when an axis could not be verified at rest.
-pub fn stop(station: &Utf8Path) -> Result<Position, Failure> {
-    by_hand(station, async |source, devices| {
-        stop_all(devices).await.map_err(|axes| ScanError::NotAtRest {
-            axes,
-            before: String::new(),
-        })?;
-        Ok(position(Axes::new(devices, &source.station).pose().await?))
-    })
-}
-
 /// Reads the lux meter `count` times, with lamp, shutter and baffle as they are.
 ///
 /// # Errors
 /// As [`home`].
-pub fn read(station: &Utf8Path, count: u32) -> Result<Vec<Lux>, Failure> {
-    by_hand(station, async |source, devices| {
+pub fn read(station: &Utf8Path, count: u32, force: Option<&str>) -> Result<Vec<Lux>, Failure> {
+    by_hand(station, force, async |source, devices| {
         readings(
             devices.meter.as_ref(),
             source.station.luxmeter().calibration_factor,
@@ -121,8 +114,8 @@ pub fn read(station: &Utf8Path, count: u32) -> Result<Vec<Lux>, Failure> {
 ///
 /// # Errors
 /// As [`home`]; exit 1 when it does not become stable.
-pub fn warm_up(station: &Utf8Path, progress: &dyn Progress) -> Result<WarmedUp, Failure> {
-    by_hand(station, async |source, devices| {
+pub fn warm_up(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<WarmedUp, Failure> {
+    by_hand(station, force, async |source, devices| {
         let mut axes = Axes::new(devices, &source.station);
         let homed = devices.axis_c.position().await.map_err(device("axis.c"))?.homed
             && devices.axis_gamma.position().await.map_err(device("axis.gamma"))?.homed;
@@ -195,16 +188,18 @@ pub(crate) async fn readings(meter: &dyn LuxMeter, factor: f64, count: u32) -> R
     Ok(list)
 }
 
-/// Opens the station, does `step` under a handle for SIGINT and SIGTERM, and stops the axes when it does not end well.
+/// Opens the station, does `step` under a handle for signals, and stops the axes when it does not end well.
 fn by_hand<T>(
     station: &Utf8Path,
+    force: Option<&str>,
     step: impl AsyncFnOnce(&Source, &Devices) -> Result<T, ScanError>,
 ) -> Result<T, Failure> {
     let source = Source::load(station)?;
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
         let stage = Stage::of(&source.station, &source.file)?;
-        let cancel: Cancel = stage::on_signals()?;
+        let cancel = OnSignals::listen()?;
+        stage.claim(&source.station, force).await?;
         let catalogue = Catalogue::new(stage.links.clone());
         let devices = source.open(&catalogue).await?;
         let outcome = tokio::select! {
@@ -215,13 +210,13 @@ fn by_hand<T>(
         match outcome {
             Ok(value) => Ok(value),
             Err(error) => match stop_all(&devices).await {
-                Ok(()) => Err(stage::failure(&error)),
+                Ok(()) => Err(stage.explain(stage::failure(&error))),
                 Err(axes) => {
                     let before = format!("; before that: {error}");
-                    Err(Failure {
+                    Err(stage.explain(Failure {
                         kind: FailureKind::Instrument,
                         ..stage::failure(&ScanError::NotAtRest { axes, before })
-                    })
+                    }))
                 }
             },
         }

@@ -25,6 +25,8 @@ pub struct Investigation {
     pub rounds: usize,
     /// Seed of the simulated scans.
     pub seed: u64,
+    /// The reason for which instruments may be taken over from a process that does not answer.
+    pub force: Option<String>,
 }
 
 /// Rivals that a measurement would leave nearer than this, in σ, it does not tell apart.
@@ -59,7 +61,8 @@ pub fn run(
             return Ok((answer, runs));
         }
         let run = asked.out.join(format!("run-{}", round + 1));
-        scan::run(&asked.station, &plan, Target::New(&run), operator, progress)?;
+        let force = asked.force.as_deref();
+        scan::run(&asked.station, &plan, Target::New(&run), force, operator, progress)?;
         runs.push(run);
     }
     unreachable!("the loop ends by returning")

@@ -22,6 +22,7 @@ pub mod inspect;
 pub mod investigate;
 pub mod operator;
 mod overlap;
+pub mod owner;
 pub mod plan;
 pub mod plot;
 pub mod predict;
@@ -32,8 +33,10 @@ pub mod reduce;
 pub mod scan;
 pub mod scene;
 pub mod sensor_view;
+pub mod signals;
 pub mod simulate;
 pub mod stage;
+pub mod stop;
 pub mod sweep;
 pub mod twins;
 

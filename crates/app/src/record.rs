@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use camino::Utf8Path;
 use isolux_record::disk::sha256;
 use isolux_record::readings::Layout;
-use isolux_record::{Run, RunError, RunHeader};
+use isolux_record::{Run, RunError, RunHeader, RunLock};
 use serde::Deserialize;
 
 use crate::{Failure, files};
@@ -22,6 +22,22 @@ pub fn read(path: &Utf8Path) -> Result<Run, Failure> {
         help: help(&error),
         ..Failure::bad_input(error)
     })
+}
+
+/// Reads a run that no other process is writing: a part of a scan is no result.
+///
+/// # Errors
+/// Exit 3 naming who writes it; as [`read`].
+pub fn read_at_rest(path: &Utf8Path) -> Result<Run, Failure> {
+    let us = std::process::id();
+    let held = RunLock::held(path).filter(|held| held.holder.as_ref().is_none_or(|holder| holder.pid != us));
+    match held {
+        Some(held) => Err(
+            Failure::instrument(format!("{path} is in use by {held}: its record is not complete"))
+                .help("wait until it ends"),
+        ),
+        None => read(path),
+    }
 }
 
 /// What to do about a run that cannot be used.

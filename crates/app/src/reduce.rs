@@ -91,7 +91,7 @@ pub fn run(
     let model = with.map(Model::load).transpose().map_err(Failure::bad_input)?;
     // Read before anything is written: the model may lie among the results that are replaced.
     let kept = model.as_ref().map(model_files).transpose()?;
-    let record = record::read(run)?;
+    let record = record::read_at_rest(run)?;
     let reduction = reduction(&record, &Options { without }, model)
         .map_err(|error| Failure::bad_input(format!("{run}: {error}")))?;
     let made =

@@ -3,14 +3,16 @@
 use std::cell::{Cell, RefCell};
 
 use camino::Utf8Path;
-use isolux_record::{Plan, RunDir};
+use isolux_record::{Plan, RunDir, RunLock, RunLockError};
 use isolux_scan::{Cancel, Devices, DryRun, Engine, Nobody, Observer, ScanEvent, dry_run};
 pub use isolux_scan::{Operator, ScanSummary};
 use jiff::Timestamp;
 
 use crate::bench::Source;
 use crate::catalogue::Catalogue;
+use crate::owner::TakeOver;
 use crate::progress::{Event, Progress};
+use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
 use crate::{Failure, plan, record};
 
@@ -25,28 +27,108 @@ pub enum Target<'a> {
     Reread(&'a Utf8Path),
 }
 
-/// Scans `plan` on `station`, files both, into a run directory.
+impl<'a> Target<'a> {
+    fn path(self) -> &'a Utf8Path {
+        match self {
+            Self::New(path) | Self::Resume(path) | Self::Reread(path) => path,
+        }
+    }
+}
+
+/// A run directory that this process alone writes from now on.
+#[derive(Debug, Clone)]
+pub struct Place<'a> {
+    target: Target<'a>,
+    lock: RunLock,
+    /// From whom it was taken over.
+    from: Option<String>,
+}
+
+impl<'a> Place<'a> {
+    /// Takes the run directory before any instrument is opened; with `force` also from a process that does not answer.
+    ///
+    /// # Errors
+    /// Exit 3 naming who writes it; bad input (exit 2) for what the disk would refuse later.
+    pub fn take(target: Target<'a>, force: bool) -> Result<Self, Failure> {
+        let path = target.path();
+        // A folder is made for a new run alone.
+        if matches!(target, Target::New(_)) || !path.is_dir() {
+            refuse(target)?;
+        }
+        let (lock, from) = RunLock::take(path, force).map_err(|error| {
+            let failure = Failure::instrument(&error);
+            match error {
+                RunLockError::InUse { held, .. } if held.works() => {
+                    failure.help("wait until it ends, or end it (Ctrl-C there)")
+                }
+                RunLockError::InUse { .. } => failure
+                    .help("end that process, or take the run over with --force \"REASON\"; the reason is recorded"),
+                RunLockError::Refused { .. } => failure,
+            }
+        })?;
+        refuse(target)?;
+        Ok(Self {
+            target,
+            lock,
+            from: from.map(|held| format!("{path} from {held}")),
+        })
+    }
+}
+
+/// Scans `plan` on `station`, files both, into a run directory. `force` is the reason for which instruments and run directory
+/// may be taken over from a process that does not answer.
 ///
 /// # Errors
-/// Bad input (exit 2) with file and line before anything moves; 1 when a gate stays shut; 3 when an instrument fails or an
-/// axis could not be verified at rest; 130 when interrupted.
+/// Bad input (exit 2) with file and line before anything moves; 1 when a gate stays shut; 3 when an instrument fails, belongs
+/// to another process, or an axis could not be verified at rest; 130 when interrupted.
 pub fn run(
     station: &Utf8Path,
     plan_file: &Utf8Path,
     target: Target<'_>,
+    force: Option<&str>,
+    operator: Option<&dyn Operator>,
+    progress: &dyn Progress,
+) -> Result<ScanSummary, Failure> {
+    checked(station, plan_file, operator.is_some())?;
+    let place = Place::take(target, force.is_some())?;
+    run_in(&place, station, plan_file, force, operator, progress)
+}
+
+/// As [`run`], in a run directory that this process has.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_in(
+    place: &Place<'_>,
+    station: &Utf8Path,
+    plan_file: &Utf8Path,
+    force: Option<&str>,
     operator: Option<&dyn Operator>,
     progress: &dyn Progress,
 ) -> Result<ScanSummary, Failure> {
     let (source, plan, _) = checked(station, plan_file, operator.is_some())?;
-    refuse(target)?;
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
         let stage = Stage::of(&source.station, &source.file)?;
-        let cancel = stage::on_signals()?;
+        let cancel = OnSignals::listen()?;
+        let taken = stage.claim(&source.station, force).await?;
         let catalogue = Catalogue::new(stage.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = Timestamp::now();
-        on(&source, &mut devices, &plan, target, operator, &cancel, now, progress).await
+        let (place, taken) = (place.clone(), taken.as_ref());
+        on(
+            &source,
+            &mut devices,
+            &plan,
+            place,
+            taken,
+            operator,
+            &cancel,
+            now,
+            progress,
+        )
+        .await
+        .map_err(|failure| stage.explain(failure))
     })
 }
 
@@ -72,7 +154,7 @@ fn checked(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Result<(
     Ok((source, plan, day))
 }
 
-/// Scans on instruments that are open: the step that the whole day shares with `scan`.
+/// Scans on instruments that are open: the step that the whole day shares with `scan`. What was `taken` over is recorded.
 ///
 /// # Errors
 /// As [`run`].
@@ -80,17 +162,18 @@ pub async fn on(
     source: &Source,
     devices: &mut Devices,
     plan: &Plan,
-    target: Target<'_>,
+    place: Place<'_>,
+    taken: Option<&TakeOver>,
     operator: Option<&dyn Operator>,
     cancel: &Cancel,
     now_utc: Timestamp,
     progress: &dyn Progress,
 ) -> Result<ScanSummary, Failure> {
     let header = source.header(devices, plan, now_utc.to_string());
-    let (mut run, resumed) = match target {
+    let (mut run, resumed) = match place.target {
         Target::New(path) => (RunDir::create(path, header).map_err(record_failure)?, None),
         Target::Resume(path) | Target::Reread(path) => {
-            let (run, old) = match target {
+            let (run, old) = match place.target {
                 Target::Reread(_) => RunDir::reread(path, &header),
                 _ => RunDir::resume(path, &header),
             }
@@ -101,6 +184,13 @@ pub async fn on(
             (run, Some(old))
         }
     };
+    run.guard(place.lock);
+    if let Some(taken) = taken {
+        let from: Vec<&String> = taken.from.iter().chain(&place.from).collect();
+        let fields = serde_json::json!({ "reason": taken.reason, "from": from });
+        run.event(&now_utc.to_string(), "taken_over", &fields)
+            .map_err(record_failure)?;
+    }
     let observer = Narrator::new(progress);
     let engine = Engine {
         station: &source.station,
@@ -147,7 +237,7 @@ fn asks(source: &Source, plan: &Plan) -> bool {
 }
 
 /// What would be refused by the disk is refused before the instruments are opened.
-pub(crate) fn refuse(target: Target<'_>) -> Result<(), Failure> {
+fn refuse(target: Target<'_>) -> Result<(), Failure> {
     match target {
         Target::New(path) => {
             if !isolux_record::run::vacant(path) {

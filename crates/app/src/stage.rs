@@ -1,17 +1,15 @@
 //! Where a bench plays: real links and real time, or the built-in virtual darkroom and a clock that runs as fast as it can.
 
 use std::future::Future;
-use std::io::Write as _;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Once};
+use std::sync::Arc;
 
 use camino::Utf8Path;
 use isolux_darkroom::Darkroom;
 use isolux_record::Station;
-use isolux_scan::Cancel;
 use isolux_transport::{Links, Recorder, SystemLinks};
 use isolux_virtual::{BUILT_IN, Serving, VirtualRoom};
 
+use crate::owner::{self, TakeOver};
 use crate::{Failure, FailureKind, capture};
 
 /// Whether a station lives in the virtual darkroom of this process: all its links are `memory:`.
@@ -25,6 +23,7 @@ pub struct Stage {
     pub links: Arc<dyn Links>,
     /// The virtual room, on the same runtime as the drivers.
     pub room: Option<VirtualRoom>,
+    system: SystemLinks,
     _serving: Option<Serving>,
 }
 
@@ -37,9 +36,11 @@ impl Stage {
         if in_memory {
             return Self::in_room(Darkroom::parse(BUILT_IN).map_err(Failure::bad_input)?);
         }
+        let system = SystemLinks::default();
         Ok(Self {
-            links: Arc::new(SystemLinks::default()),
+            links: Arc::new(system.clone()),
             room: None,
+            system,
             _serving: None,
         })
     }
@@ -77,6 +78,26 @@ impl Stage {
         Ok(stage)
     }
 
+    /// Becomes the owner of all instruments of `station` before any of them is opened; `force` is the reason for which they
+    /// may be taken over from a process that does not answer.
+    ///
+    /// # Errors
+    /// Exit 3, naming who has an instrument, since when, and what to do.
+    pub async fn claim(&self, station: &Station, force: Option<&str>) -> Result<Option<TakeOver>, Failure> {
+        owner::claim(&self.system, station, force).await
+    }
+
+    /// The failure of work on this stage; where another process has taken the instruments over, it says so.
+    pub fn explain(&self, failure: Failure) -> Failure {
+        match self.system.lost() {
+            Some(lost) => Failure {
+                message: format!("{}; {lost}: what the axes do now is its affair", failure.message),
+                ..failure
+            },
+            None => failure,
+        }
+    }
+
     /// In-memory links of the darkroom `document`. Must be called on the runtime.
     ///
     /// # Errors
@@ -86,8 +107,9 @@ impl Stage {
         let room = VirtualRoom::open(document);
         let serving = room.listen(&links.memory).map_err(Failure::instrument)?;
         Ok(Self {
-            links: Arc::new(links),
+            links: Arc::new(links.clone()),
             room: Some(room),
+            system: links,
             _serving: Some(serving),
         })
     }
@@ -104,95 +126,7 @@ pub fn play<T>(in_memory: bool, work: impl Future<Output = Result<T, Failure>>) 
         builder.start_paused(true);
     }
     let runtime = builder.build().map_err(Failure::instrument)?;
-    AXES_IN_USE.fetch_add(1, Ordering::SeqCst);
-    let outcome = runtime.block_on(work);
-    AXES_IN_USE.fetch_sub(1, Ordering::SeqCst);
-    end_on_signals();
-    outcome
-}
-
-/// Scans and steps by hand that are under way: they stop the axes themselves when a signal comes.
-static AXES_IN_USE: AtomicUsize = AtomicUsize::new(0);
-
-/// Once a runtime has listened for signals the system no longer ends the program on them. What is computed after a scan can
-/// be ended at any time, for every file is written whole or not at all; so this does in the system's place.
-fn end_on_signals() {
-    static WATCH: Once = Once::new();
-    WATCH.call_once(|| {
-        std::thread::spawn(|| {
-            let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-            let Ok(runtime) = runtime else { return };
-            runtime.block_on(async {
-                loop {
-                    if !signalled().await {
-                        return;
-                    }
-                    if AXES_IN_USE.load(Ordering::SeqCst) == 0 {
-                        // The front end is in the middle of a computation and cannot say it.
-                        let _ = writeln!(
-                            std::io::stderr(),
-                            "isolux: interrupted; what was written until now is whole"
-                        );
-                        std::process::exit(i32::from(FailureKind::Interrupted.exit_code()));
-                    }
-                }
-            });
-        });
-    });
-}
-
-/// Waits for SIGINT or SIGTERM; false where the system refuses.
-async fn signalled() -> bool {
-    #[cfg(unix)]
-    {
-        use tokio::signal::unix::{SignalKind, signal};
-        let (Ok(mut interrupt), Ok(mut terminate)) = (signal(SignalKind::interrupt()), signal(SignalKind::terminate()))
-        else {
-            return false;
-        };
-        tokio::select! {
-            came = interrupt.recv() => came.is_some(),
-            came = terminate.recv() => came.is_some(),
-        }
-    }
-    #[cfg(not(unix))]
-    {
-        tokio::signal::ctrl_c().await.is_ok()
-    }
-}
-
-/// A handle that SIGINT and SIGTERM use. Must be called on the runtime.
-///
-/// # Errors
-/// Exit 3 when the system refuses the signal handlers: a bench that cannot be interrupted is not started.
-pub fn on_signals() -> Result<Cancel, Failure> {
-    let cancel = Cancel::new();
-    #[cfg(unix)]
-    {
-        use tokio::signal::unix::{SignalKind, signal};
-        for (kind, name) in [
-            (SignalKind::interrupt(), "SIGINT"),
-            (SignalKind::terminate(), "SIGTERM"),
-        ] {
-            let mut signals = signal(kind).map_err(Failure::instrument)?;
-            let cancel = cancel.clone();
-            tokio::spawn(async move {
-                if signals.recv().await.is_some() {
-                    cancel.cancel(name);
-                }
-            });
-        }
-    }
-    #[cfg(not(unix))]
-    {
-        let cancel = cancel.clone();
-        tokio::spawn(async move {
-            if tokio::signal::ctrl_c().await.is_ok() {
-                cancel.cancel("Ctrl-C");
-            }
-        });
-    }
-    Ok(cancel)
+    runtime.block_on(work)
 }
 
 /// How a scan's errors reach a front end.

@@ -9,6 +9,7 @@ use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station,
 use isolux_virtual::{BUILT_IN, Instrument, Switches, VirtualRoom};
 
 use crate::files::{self, Overwrite};
+use crate::signals::OnSignals;
 use crate::{Failure, FailureKind, capture};
 
 /// Which twins, and how.
@@ -52,7 +53,7 @@ pub struct Reachable {
     pub open: String,
 }
 
-/// Serves the twins until `lasts` is over or SIGINT or SIGTERM comes. `ready` hears where they are, once, before any byte.
+/// Serves the twins until `lasts` is over or a signal asks for the end. `ready` hears where they are, once, before any byte.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line; exit 3 when the system refuses ports or ptys; exit 130 when interrupted.
@@ -69,6 +70,7 @@ pub fn serve(wishes: &Wishes, ready: impl FnOnce(&[Reachable])) -> Result<(), Fa
         .enable_all()
         .build()
         .map_err(Failure::instrument)?;
+    let signals = OnSignals::listen()?;
     runtime.block_on(async {
         let room = VirtualRoom::open(document.clone());
         let instruments: &[Instrument] = match wishes.twins {
@@ -108,7 +110,11 @@ pub fn serve(wishes: &Wishes, ready: impl FnOnce(&[Reachable])) -> Result<(), Fa
         };
         tokio::select! {
             () = over => Ok(()),
-            ended = interrupted() => Err(ended),
+            _ = signals.cancelled() => Err(Failure {
+                kind: FailureKind::Interrupted,
+                message: "interrupted, the twins have gone".to_owned(),
+                help: None,
+            }),
         }
     })
 }
@@ -160,35 +166,6 @@ fn reachable(outlet: &Outlet) -> Reachable {
         instrument,
         address: address.clone(),
         open,
-    }
-}
-
-/// Waits for SIGINT or SIGTERM.
-async fn interrupted() -> Failure {
-    let failed = |error: std::io::Error| Failure::instrument(format!("cannot wait for signals: {error}"));
-    #[cfg(unix)]
-    let terminated = async {
-        match tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate()) {
-            Ok(mut signal) => {
-                signal.recv().await;
-                Ok(())
-            }
-            Err(error) => Err(error),
-        }
-    };
-    #[cfg(not(unix))]
-    let terminated = std::future::pending::<std::io::Result<()>>();
-    let ended = tokio::select! {
-        ended = tokio::signal::ctrl_c() => ended,
-        ended = terminated => ended,
-    };
-    match ended {
-        Ok(()) => Failure {
-            kind: FailureKind::Interrupted,
-            message: "interrupted, the twins have gone".to_owned(),
-            help: None,
-        },
-        Err(error) => failed(error),
     }
 }
 

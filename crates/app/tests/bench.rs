@@ -6,7 +6,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::bench::Source;
 use isolux_app::catalogue::Catalogue;
 use isolux_app::progress::Silent;
-use isolux_app::scan::{self, Target};
+use isolux_app::scan::{self, Place, Target};
 use isolux_app::stage::{self, Stage};
 use isolux_app::{FailureKind, init};
 use isolux_record::run::StopHow;
@@ -70,7 +70,8 @@ fn scan_in(
         let catalogue = Catalogue::new(stage.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
-        scan::on(&source, &mut devices, &plan, target, None, &cancel, now, &Silent).await
+        let place = Place::take(target, false)?;
+        scan::on(&source, &mut devices, &plan, place, None, None, &cancel, now, &Silent).await
     })
 }
 

@@ -11,6 +11,7 @@ pub mod plan;
 pub mod reading;
 pub mod readings;
 pub mod run;
+mod run_lock;
 pub mod spectra;
 pub mod station;
 
@@ -20,4 +21,5 @@ pub use limits::Limits;
 pub use plan::Plan;
 pub use reading::{Quality, Reading, ReadingKind, Role, UnknownWord};
 pub use run::{Run, RunDir, RunError, RunHeader};
+pub use run_lock::{RunLock, RunLockError};
 pub use station::Station;

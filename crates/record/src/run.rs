@@ -13,6 +13,7 @@ use crate::disk::{self, Appended, DiskError, failed, sha256};
 use crate::document::DocumentError;
 use crate::reading::Reading;
 use crate::readings::{Chain, Layout, Readings, ReadingsError};
+use crate::run_lock::{LOCK_FILE, RunLock};
 use crate::spectra::{SpectralCalibration, SpectrumError, SpectrumRecord};
 use read::Survey;
 
@@ -69,6 +70,12 @@ pub enum RunError {
     /// A spectrum cannot be used.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
+    /// Another process has taken the folder over from this one.
+    #[error("{path} was taken over by another process; this one writes nothing more to it")]
+    TakenOver {
+        /// The folder.
+        path: Utf8PathBuf,
+    },
     /// The run is not the one that is to be taken up again.
     #[error("cannot resume {path}: {what} is not that of the run")]
     Changed {
@@ -115,9 +122,24 @@ pub struct RunDir {
     next_spectrum: u64,
     events: Appended,
     event_count: u64,
+    lock: Option<RunLock>,
 }
 
 impl RunDir {
+    /// Writes only as long as `lock` is held: nothing once another process has taken it over.
+    pub fn guard(&mut self, lock: RunLock) {
+        self.lock = Some(lock);
+    }
+
+    fn still_ours(&self) -> Result<(), RunError> {
+        match &self.lock {
+            Some(lock) if !lock.is_ours() => Err(RunError::TakenOver {
+                path: self.path.clone(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// Begins a run in `path`, which must not exist, be empty, or hold what a program that was killed had begun there.
     ///
     /// # Errors
@@ -141,6 +163,7 @@ impl RunDir {
             next_spectrum: 0,
             events: Appended::open(&events_path, b"")?,
             event_count: 0,
+            lock: None,
         };
         // run.toml last: a folder with it is a run.
         run.write_header()?;
@@ -214,6 +237,7 @@ impl RunDir {
             next_spectrum,
             events: Appended::open(&events_path, &events)?,
             event_count: disk::lines(&events),
+            lock: None,
             header,
             path,
         };
@@ -254,6 +278,7 @@ impl RunDir {
     /// # Errors
     /// What the system says.
     pub fn append(&mut self, mut reading: Reading) -> Result<u64, RunError> {
+        self.still_ours()?;
         reading.index = self.next_index;
         reading.session = self.header.resumed.len() as u32;
         reading.burning = (self.header.layout() == Layout::V2).then_some(self.header.burnings);
@@ -278,6 +303,7 @@ impl RunDir {
         mut spectrum: SpectrumRecord,
         calibration: &SpectralCalibration,
     ) -> Result<u64, RunError> {
+        self.still_ours()?;
         spectrum.index = self.next_spectrum;
         let text = spectrum.to_csv(calibration)?;
         let entry = SpectrumEntry {
@@ -299,6 +325,7 @@ impl RunDir {
     /// # Errors
     /// What the system says.
     pub fn event(&mut self, time_utc: &str, event: &str, fields: &serde_json::Value) -> Result<(), RunError> {
+        self.still_ours()?;
         let mut line = serde_json::Map::new();
         line.insert("time_utc".to_owned(), time_utc.into());
         line.insert("event".to_owned(), event.into());
@@ -343,6 +370,7 @@ impl RunDir {
     }
 
     fn write_header(&mut self) -> Result<(), RunError> {
+        self.still_ours()?;
         if self.header.layout() == Layout::V2 && self.next_index > 0 {
             let chain = self.chain.last().to_owned();
             let written = self.header.written.get_or_insert_with(|| Written {
@@ -375,6 +403,7 @@ pub fn vacant(path: &Utf8Path) -> bool {
             "spectra" => file.read_dir_utf8().is_ok_and(|mut entries| entries.next().is_none()),
             "readings.csv" => only(&[b"", Layout::V1.header().as_bytes(), Layout::V2.header().as_bytes()]),
             "events.jsonl" => only(&[b""]),
+            LOCK_FILE => true,
             _ => name.starts_with('.') && file.extension() == Some("part"),
         }
     })

@@ -236,7 +236,11 @@ pub async fn drive_rail(rail: &dyn Axis, distance_mm: f64) -> Result<f64, ScanEr
     Ok(found)
 }
 
-async fn stop(role: &'static str, axis: &dyn Axis) -> Result<AxisPosition, (&'static str, DeviceError)> {
+/// Stops one axis from any state and verifies that it stands still; where.
+///
+/// # Errors
+/// Its role, and why it could not be verified at rest.
+pub async fn stop(role: &'static str, axis: &dyn Axis) -> Result<AxisPosition, (&'static str, DeviceError)> {
     let deadline = Instant::now() + STOP_WITHIN;
     loop {
         let error = match timeout_at(deadline, axis.stop()).await {

@@ -5,6 +5,7 @@ use clap::Args;
 use isolux_app::files::Overwrite;
 use isolux_app::{Failure, check};
 
+use super::takeover::TakeOver;
 use crate::screen;
 
 /// Talks to every instrument: identity, limits, dark. Moves no axis.
@@ -19,15 +20,18 @@ pub struct Check {
     /// Print the facts as JSON.
     #[arg(long)]
     json: bool,
-    /// Replace the file if it exists.
-    #[arg(long)]
-    force: bool,
+    /// Replace the file of --record if it exists.
+    #[arg(long, requires = "record")]
+    overwrite: bool,
+    #[command(flatten)]
+    takeover: TakeOver,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Check) -> Result<(), Failure> {
-    let overwrite = Overwrite::asked(arguments.force);
-    let report = check::run(&arguments.station, arguments.record.as_deref(), overwrite)?;
+    let overwrite = Overwrite::asked(arguments.overwrite);
+    let force = arguments.takeover.reason();
+    let report = check::run(&arguments.station, arguments.record.as_deref(), overwrite, force)?;
     if arguments.json {
         screen::say(serde_json::to_string(&report).map_err(Failure::instrument)?);
     } else {

@@ -3,9 +3,10 @@
 use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::scan::duration;
-use isolux_app::{Failure, hand};
+use isolux_app::{Failure, hand, stop};
 use serde::Serialize;
 
+use super::takeover::TakeOver;
 use crate::screen::{self, Bars};
 
 /// Finds the reference of both axes. Moves them.
@@ -14,6 +15,8 @@ use crate::screen::{self, Bars};
 pub struct Home {
     /// The bench, STATION.toml.
     station: Utf8PathBuf,
+    #[command(flatten)]
+    takeover: TakeOver,
     /// Print the facts as JSON.
     #[arg(long)]
     json: bool,
@@ -31,14 +34,17 @@ pub struct Move {
     /// Target of the γ axis in degrees, signed; without it γ stays.
     #[arg(long, allow_negative_numbers = true)]
     gamma: Option<f64>,
+    #[command(flatten)]
+    takeover: TakeOver,
     /// Print the facts as JSON.
     #[arg(long)]
     json: bool,
 }
 
-/// Stops every axis from any state and verifies that it stands still.
+/// Stops every axis from any state and verifies that it stands still, also under a scan of another process.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: isolux stop station.toml")]
+#[command(after_help = "Example: isolux stop station.toml\n\
+The process that has the instruments is asked to end first; from one that hangs they are taken, and it can drive them no more.")]
 pub struct Stop {
     /// The bench, STATION.toml.
     station: Utf8PathBuf,
@@ -56,6 +62,8 @@ pub struct Read {
     /// Readings to take.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     count: u32,
+    #[command(flatten)]
+    takeover: TakeOver,
     /// Print the facts as JSON.
     #[arg(long)]
     json: bool,
@@ -67,6 +75,8 @@ pub struct Read {
 pub struct Warmup {
     /// The bench, STATION.toml.
     station: Utf8PathBuf,
+    #[command(flatten)]
+    takeover: TakeOver,
     /// Print the facts as JSON.
     #[arg(long)]
     json: bool,
@@ -74,7 +84,7 @@ pub struct Warmup {
 
 /// Runs `home`.
 pub fn home(arguments: &Home) -> Result<(), Failure> {
-    let at = hand::home(&arguments.station)?;
+    let at = hand::home(&arguments.station, arguments.takeover.reason())?;
     tell(arguments.json, &at, || {
         format!("homed: C {:.4}°, γ {:.4}°", at.c_deg, at.gamma_deg)
     })
@@ -82,7 +92,12 @@ pub fn home(arguments: &Home) -> Result<(), Failure> {
 
 /// Runs `move`.
 pub fn move_to(arguments: &Move) -> Result<(), Failure> {
-    let at = hand::move_to(&arguments.station, arguments.c, arguments.gamma)?;
+    let at = hand::move_to(
+        &arguments.station,
+        arguments.c,
+        arguments.gamma,
+        arguments.takeover.reason(),
+    )?;
     tell(arguments.json, &at, || {
         format!("at rest: C {:.4}°, γ {:.4}°", at.c_deg, at.gamma_deg)
     })
@@ -90,18 +105,23 @@ pub fn move_to(arguments: &Move) -> Result<(), Failure> {
 
 /// Runs `stop`.
 pub fn stop(arguments: &Stop) -> Result<(), Failure> {
-    let at = hand::stop(&arguments.station)?;
-    tell(arguments.json, &at, || {
-        format!(
+    let stopped = stop::stop(&arguments.station)?;
+    tell(arguments.json, &stopped, || {
+        let at = stopped.at;
+        let rest = format!(
             "stopped and verified at rest: C {:.4}°, γ {:.4}°",
             at.c_deg, at.gamma_deg
-        )
+        );
+        std::iter::once(rest)
+            .chain(stopped.owner.iter().cloned())
+            .collect::<Vec<_>>()
+            .join("\n")
     })
 }
 
 /// Runs `read`.
 pub fn read(arguments: &Read) -> Result<(), Failure> {
-    let readings = hand::read(&arguments.station, arguments.count)?;
+    let readings = hand::read(&arguments.station, arguments.count, arguments.takeover.reason())?;
     tell(arguments.json, &readings, || {
         let lines: Vec<String> = readings
             .iter()
@@ -118,7 +138,7 @@ pub fn read(arguments: &Read) -> Result<(), Failure> {
 
 /// Runs `warmup`.
 pub fn warm_up(arguments: &Warmup) -> Result<(), Failure> {
-    let stable = hand::warm_up(&arguments.station, &Bars::default())?;
+    let stable = hand::warm_up(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
     tell(arguments.json, &stable, || {
         format!(
             "lamp stable after {}: {:.2} % over the window, {:.4} lx at C 0°, γ 0°",

@@ -8,6 +8,7 @@ use isolux_app::scan::Operator;
 use isolux_app::{Failure, diagnose, investigate};
 
 use super::scan::operator;
+use super::takeover::TakeOver;
 use crate::screen::{self, Bars};
 
 /// Diagnose, carry out the measurement that would settle the answer, diagnose again. Asks before it moves anything.
@@ -32,6 +33,8 @@ pub struct Investigate {
     /// Move without asking.
     #[arg(long)]
     yes: bool,
+    #[command(flatten)]
+    takeover: TakeOver,
     /// Print the last diagnosis.json instead of words.
     #[arg(long)]
     json: bool,
@@ -52,6 +55,7 @@ pub fn run(arguments: &Investigate) -> Result<(), Failure> {
         out: arguments.out.clone(),
         rounds: arguments.rounds,
         seed: arguments.seed,
+        force: arguments.takeover.reason().map(str::to_owned),
     };
     let person = operator();
     let person = person.as_ref().map(|operator| operator as &dyn Operator);

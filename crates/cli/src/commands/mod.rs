@@ -18,6 +18,7 @@ mod run;
 mod scan;
 mod simulate;
 mod sweep;
+mod takeover;
 mod twins;
 
 use clap::Subcommand;

@@ -4,6 +4,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
 use isolux_app::{Failure, day};
 
+use super::takeover::TakeOver;
 use crate::screen;
 
 /// The whole day: check, warm up, scan, reduce, simulate, compare, diagnose, report.
@@ -23,6 +24,8 @@ pub struct Run {
     /// With --resume, for a damaged record: keep what is whole, set damaged files aside, read again what is missing.
     #[arg(long, requires = "resume")]
     reread: bool,
+    #[command(flatten)]
+    takeover: TakeOver,
     /// Show the report in the browser at the end.
     #[arg(long)]
     open: bool,
@@ -35,6 +38,7 @@ pub fn run(arguments: &Run) -> Result<(), Failure> {
         out: arguments.resume.clone().or_else(|| arguments.out.clone()),
         resume: arguments.resume.is_some(),
         reread: arguments.reread,
+        force: arguments.takeover.reason().map(str::to_owned),
     };
     let operator = super::scan::operator();
     let operator = operator

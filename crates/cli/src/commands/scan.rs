@@ -8,6 +8,7 @@ use isolux_app::Failure;
 use isolux_app::operator::ByFunction;
 use isolux_app::scan::{self, Operator, Target, duration};
 
+use super::takeover::TakeOver;
 use crate::screen::{self, Bars};
 
 /// Carries out a plan: home, warm up, move, settle, read, record. The axes are stopped and verified on every exit.
@@ -28,6 +29,8 @@ pub struct Scan {
     /// With --resume, for a damaged record: keep what is whole, set damaged files aside, read again what is missing.
     #[arg(long, requires = "resume")]
     reread: bool,
+    #[command(flatten)]
+    takeover: TakeOver,
     /// Print the facts as JSON.
     #[arg(long)]
     json: bool,
@@ -44,7 +47,14 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
     let operator = operator();
     let bars = Bars::default();
     let operator = operator.as_ref().map(|operator| operator as &dyn Operator);
-    let summary = scan::run(&arguments.station, &arguments.plan, target, operator, &bars)?;
+    let summary = scan::run(
+        &arguments.station,
+        &arguments.plan,
+        target,
+        arguments.takeover.reason(),
+        operator,
+        &bars,
+    )?;
     if arguments.json {
         screen::say(serde_json::to_string(&summary).map_err(Failure::instrument)?);
         return Ok(());

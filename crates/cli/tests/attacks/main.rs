@@ -12,4 +12,6 @@
 mod folder;
 mod support;
 
+mod kills;
+mod second_process;
 mod undisturbed;

@@ -1,0 +1,167 @@
+//! Signals that ask the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT of a terminal that is closed. Here alone.
+//!
+//! While something runs that has axes to stop, a signal is its affair ([`OnSignals`]). At all other times the program ends
+//! at once, for every file is written completely or not at all.
+
+use std::io::Write as _;
+use std::ops::Deref;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
+
+use isolux_scan::Cancel;
+
+use crate::{Failure, FailureKind};
+
+/// What is asked to end by a signal instead of the whole program, until this is dropped.
+#[derive(Debug)]
+pub struct OnSignals {
+    number: u64,
+    cancel: Cancel,
+}
+
+impl OnSignals {
+    /// From now on, signals go to this handle.
+    ///
+    /// # Errors
+    /// Exit 3 when the system refuses the signal handlers: a bench that cannot be interrupted is not started.
+    pub fn listen() -> Result<Self, Failure> {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        watch()?;
+        let listener = Self {
+            number: NEXT.fetch_add(1, Ordering::Relaxed),
+            cancel: Cancel::new(),
+        };
+        listeners().push((listener.number, listener.cancel.clone()));
+        Ok(listener)
+    }
+}
+
+impl Deref for OnSignals {
+    type Target = Cancel;
+
+    fn deref(&self) -> &Cancel {
+        &self.cancel
+    }
+}
+
+impl Drop for OnSignals {
+    fn drop(&mut self) {
+        listeners().retain(|(number, _)| *number != self.number);
+    }
+}
+
+fn listeners() -> MutexGuard<'static, Vec<(u64, Cancel)>> {
+    static LISTENERS: Mutex<Vec<(u64, Cancel)>> = Mutex::new(Vec::new());
+    LISTENERS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Starts the thread that receives the signals, once. It has a runtime of its own: that of a scan may be busy, and ends.
+fn watch() -> Result<(), Failure> {
+    static WATCH: OnceLock<Result<(), String>> = OnceLock::new();
+    let watched = WATCH.get_or_init(|| {
+        let (ready, wait) = mpsc::channel();
+        std::thread::spawn(move || {
+            let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+            match runtime {
+                Ok(runtime) => runtime.block_on(receive(&ready)),
+                Err(error) => {
+                    let _ = ready.send(Err(error.to_string()));
+                }
+            }
+        });
+        wait.recv()
+            .unwrap_or_else(|_| Err("the thread for signals ended".to_owned()))
+    });
+    watched
+        .clone()
+        .map_err(|error| Failure::instrument(format!("cannot listen for signals: {error}")))
+}
+
+/// Listens for ever; says on `ready` when it does.
+#[cfg(unix)]
+async fn receive(ready: &mpsc::Sender<Result<(), String>>) {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut all = vec![
+        (SignalKind::interrupt(), "SIGINT"),
+        (SignalKind::terminate(), "SIGTERM"),
+        (SignalKind::quit(), "SIGQUIT"),
+    ];
+    if !hangup_is_ignored() {
+        all.push((SignalKind::hangup(), "SIGHUP"));
+    }
+    for (kind, name) in all {
+        match signal(kind) {
+            Ok(mut signals) => {
+                tokio::spawn(async move {
+                    while signals.recv().await.is_some() {
+                        received(name);
+                    }
+                });
+            }
+            Err(error) => {
+                let _ = ready.send(Err(error.to_string()));
+                return;
+            }
+        }
+    }
+    let _ = ready.send(Ok(()));
+    std::future::pending::<()>().await;
+}
+
+#[cfg(not(unix))]
+async fn receive(ready: &mpsc::Sender<Result<(), String>>) {
+    let _ = ready.send(Ok(()));
+    while tokio::signal::ctrl_c().await.is_ok() {
+        received("Ctrl-C");
+    }
+}
+
+fn received(name: &str) {
+    let listeners = listeners();
+    for (_, cancel) in listeners.iter() {
+        cancel.cancel(name);
+    }
+    if listeners.is_empty() {
+        // The front end is in the middle of a computation and cannot say it.
+        let _ = writeln!(
+            std::io::stderr(),
+            "isolux: interrupted ({name}); every file that was written is complete"
+        );
+        std::process::exit(i32::from(FailureKind::Interrupted.exit_code()));
+    }
+}
+
+/// Whether the program was started with SIGHUP ignored (`nohup`): it stays so.
+#[cfg(unix)]
+fn hangup_is_ignored() -> bool {
+    use std::io::IsTerminal as _;
+    match std::fs::read_to_string("/proc/self/status") {
+        Ok(status) => ignored_signals(&status) & 1 != 0,
+        // No /proc: `nohup` leaves no terminal on any of the three.
+        Err(_) => {
+            !std::io::stdin().is_terminal() && !std::io::stdout().is_terminal() && !std::io::stderr().is_terminal()
+        }
+    }
+}
+
+/// The mask `SigIgn` of proc_pid_status(5): bit n − 1 for signal n.
+#[cfg(unix)]
+fn ignored_signals(status: &str) -> u64 {
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or_default()
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mask_of_ignored_signals_is_read() {
+        let status = "Name:\tisolux\nSigBlk:\t0000000000000000\nSigIgn:\t0000000000001001\nSigCgt:\t0\n";
+        assert_eq!(ignored_signals(status) & 1, 1, "SIGHUP");
+        assert_eq!(ignored_signals(status) >> 12 & 1, 1, "SIGPIPE");
+        assert_eq!(ignored_signals(status) >> 1 & 1, 0, "SIGINT");
+        assert_eq!(ignored_signals("no such line"), 0);
+    }
+}
