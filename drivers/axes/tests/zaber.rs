@@ -2,7 +2,7 @@
 //!
 //! The controller below was written from the manual's text, not from the codec: it has its own checksum and parser.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -25,6 +25,10 @@ enum Fault {
     DropChecksum,
     Disconnect,
     Garbage,
+    /// The reply that last had this id comes first, the true one after it.
+    Replayed,
+    /// The reply that last had this id comes instead of the true one.
+    Replaced,
 }
 
 struct Room {
@@ -177,6 +181,7 @@ fn lrc(text: &str) -> String {
 
 async fn serve(room: Arc<Mutex<Room>>, mut stream: DuplexStream) {
     let mut line = String::new();
+    let mut by_id: HashMap<String, Vec<u8>> = HashMap::new();
     while let Ok(byte) = stream.read_u8().await {
         if byte != b'\n' {
             line.push(char::from(byte));
@@ -205,6 +210,7 @@ async fn serve(room: Arc<Mutex<Room>>, mut stream: DuplexStream) {
             (format!("{device:0>2} {axis} {id:0>2} {said}"), fault, room.checksums)
         };
         let mut frame = format!("@{body}:{}\r\n", lrc(&body)).into_bytes();
+        let old = by_id.insert(body[..7].to_owned(), frame.clone());
         if !checksums || fault == Some(Fault::DropChecksum) {
             frame = format!("@{body}\r\n").into_bytes();
         }
@@ -215,6 +221,8 @@ async fn serve(room: Arc<Mutex<Room>>, mut stream: DuplexStream) {
                 let at = frame.len() - 6;
                 frame[at] ^= 1;
             }
+            Some(Fault::Replayed) => frame = [old.unwrap_or_default(), frame].concat(),
+            Some(Fault::Replaced) => frame = old.unwrap_or_default(),
             Some(Fault::Garbage) => frame = b"\x00\xFF#!@garbage\r\n".to_vec(),
             Some(Fault::Late(milliseconds)) => {
                 tokio::time::sleep(Duration::from_millis(milliseconds)).await;
@@ -542,4 +550,56 @@ async fn wrong_addresses_are_refused_before_anything_is_opened() {
     let nowhere = driver.open_switch(&open("zaber:memory:nowhere?do=1")).await;
     assert!(matches!(nowhere, Err(OpenError::Link { .. })));
     assert!(room.lock().unwrap().heard.is_empty());
+}
+
+/// Ids repeat after a hundred requests: a reply that old fits the request.
+#[tokio::test(start_paused = true)]
+async fn a_reply_a_hundred_requests_old_is_never_believed() {
+    use Fault::{Replaced, Replayed};
+    let faults: [&[Fault]; 4] = [
+        &[Replayed],
+        &[Replaced],
+        &[Replayed, Replayed],
+        &[Fault::Silent, Replaced],
+    ];
+    for faults in faults {
+        let (axis, room) = homed().await;
+        axis.move_to(angle(1.0)).await.unwrap();
+        // Every id has now been used for a position.
+        for _ in 0..60 {
+            assert_eq!(axis.position().await.unwrap().steps, 1280);
+        }
+        // By another hand.
+        room.lock().unwrap().go(6400.0);
+        tokio::time::sleep(Duration::from_secs(10)).await;
+        let faults = faults.iter().map(|fault| ("get pos", *fault));
+        room.lock().unwrap().faults.extend(faults);
+        assert_eq!(axis.position().await.unwrap().steps, 6400);
+        assert!(room.lock().unwrap().faults.is_empty());
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn outputs_and_temperatures_are_asked_twice() {
+    for fault in [Fault::Replayed, Fault::Replaced] {
+        let (driver, room) = bench();
+        let switch = driver
+            .open_switch(&Target::parse("zaber:memory:axes?do=2").unwrap())
+            .await
+            .unwrap();
+        let at = "zaber:memory:axes?ai=1&c_at_0v=-50&c_at_10v=100";
+        let thermometer = driver.open_thermometer(&Target::parse(at).unwrap()).await.unwrap();
+        for _ in 0..60 {
+            assert!(!switch.state().await.unwrap());
+        }
+        room.lock().unwrap().outputs[1] = true;
+        room.lock().unwrap().faults.push_back(("io get do", fault));
+        assert!(switch.state().await.unwrap());
+        for _ in 0..60 {
+            assert_eq!(thermometer.read().await.unwrap().temperature.value(), 25.0);
+        }
+        room.lock().unwrap().volts = 6.0;
+        room.lock().unwrap().faults.push_back(("io get ai", fault));
+        assert_eq!(thermometer.read().await.unwrap().temperature.value(), 40.0);
+    }
 }
