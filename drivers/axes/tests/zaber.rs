@@ -556,9 +556,11 @@ async fn wrong_addresses_are_refused_before_anything_is_opened() {
 #[tokio::test(start_paused = true)]
 async fn a_reply_a_hundred_requests_old_is_never_believed() {
     use Fault::{Replaced, Replayed};
-    let faults: [&[Fault]; 4] = [
+    let faults: [&[Fault]; 6] = [
         &[Replayed],
         &[Replaced],
+        &[Fault::Late(2), Replayed],
+        &[Fault::Late(2), Replaced],
         &[Replayed, Replayed],
         &[Fault::Silent, Replaced],
     ];
@@ -581,7 +583,13 @@ async fn a_reply_a_hundred_requests_old_is_never_believed() {
 
 #[tokio::test(start_paused = true)]
 async fn outputs_and_temperatures_are_asked_twice() {
-    for fault in [Fault::Replayed, Fault::Replaced] {
+    use Fault::{Late, Replaced, Replayed};
+    for faults in [
+        [Replayed, Late(2)],
+        [Replaced, Late(2)],
+        [Late(2), Replayed],
+        [Late(2), Replaced],
+    ] {
         let (driver, room) = bench();
         let switch = driver
             .open_switch(&Target::parse("zaber:memory:axes?do=2").unwrap())
@@ -593,13 +601,14 @@ async fn outputs_and_temperatures_are_asked_twice() {
             assert!(!switch.state().await.unwrap());
         }
         room.lock().unwrap().outputs[1] = true;
-        room.lock().unwrap().faults.push_back(("io get do", fault));
+        let next = |text: &'static str| faults.map(|fault| (text, fault));
+        room.lock().unwrap().faults.extend(next("io get do"));
         assert!(switch.state().await.unwrap());
         for _ in 0..60 {
             assert_eq!(thermometer.read().await.unwrap().temperature.value(), 25.0);
         }
         room.lock().unwrap().volts = 6.0;
-        room.lock().unwrap().faults.push_back(("io get ai", fault));
+        room.lock().unwrap().faults.extend(next("io get ai"));
         assert_eq!(thermometer.read().await.unwrap().temperature.value(), 40.0);
     }
 }
