@@ -86,7 +86,7 @@ pub(crate) fn check_sums(run: &Utf8Path, folder: &Utf8Path, needed: &[&str]) -> 
     if let Some(name) = needed.iter().find(|name| !listed.contains_key(**name)) {
         return Err(Failure::bad_input(format!("{file}: {name} is not listed")));
     }
-    compare(folder, &listed)
+    compare(folder, &listed, &file)
 }
 
 /// Compares the results of a reduction with the list of them in its provenance.json; nothing where nothing was reduced.
@@ -105,14 +105,14 @@ pub(crate) fn check_results(results: &Utf8Path) -> Result<(), Failure> {
     let again = "make the results again with `isolux reduce RUN --force`; a file of your own keeps its changes under another name";
     let provenance: Provenance = serde_json::from_slice(&files::read(&file)?)
         .map_err(|error| Failure::bad_input(format!("{file}: {error}")).help(again))?;
-    compare(results, &provenance.results_sha256).map_err(|failure| failure.help(again))
+    compare(results, &provenance.results_sha256, &file).map_err(|failure| failure.help(again))
 }
 
-fn compare(folder: &Utf8Path, listed: &BTreeMap<String, String>) -> Result<(), Failure> {
+fn compare(folder: &Utf8Path, listed: &BTreeMap<String, String>, list: &Utf8Path) -> Result<(), Failure> {
     for (name, hash) in listed {
         let file = folder.join(name);
         if sha256(&files::read(&file)?) != *hash {
-            let message = format!("{file}: is not the file that was written: its SHA-256 is another");
+            let message = format!("{file}: is not the file that was written: its SHA-256 is another than in {list}");
             return Err(Failure::bad_input(message).help("restore it from a copy"));
         }
     }

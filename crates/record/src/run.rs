@@ -249,6 +249,10 @@ impl RunDir {
             });
         }
         dir.write_header()?;
+        if !survey.damage.is_empty() {
+            let fields = serde_json::json!({ "damage": survey.damage, "first_row": dir.next_index });
+            dir.event(&now.started_utc, "reread", &fields)?;
+        }
         Ok((dir, survey.run))
     }
 
@@ -670,6 +674,11 @@ mod tests {
         dir.append(reading(0)).unwrap();
         std::fs::write(killed.join("readings.csv"), &theirs).unwrap();
         assert!(damage(&killed).contains("of another run"));
+        // Nor beside a run.toml in which no row was written yet.
+        let (_keep, begun) = scratch();
+        drop(RunDir::create(&begun, header()).unwrap());
+        std::fs::write(begun.join("readings.csv"), &theirs).unwrap();
+        assert!(damage(&begun).contains("of another run"));
 
         let (_keep, path) = scratch();
         completed(&path);

@@ -113,13 +113,12 @@ impl Engine<'_> {
         };
         let axes_at_rest = rest.is_ok();
         let utc = clock.utc_now();
+        let fields = json!({ "how": how.to_string(), "message": message, "axes_at_rest": axes_at_rest });
+        let event = run.event(&utc, "stopped", &fields);
+        // The end is recorded where the events cannot be written, too.
         let recorded = run
-            .event(
-                &utc,
-                "stopped",
-                &json!({ "how": how.to_string(), "message": message, "axes_at_rest": axes_at_rest }),
-            )
-            .and_then(|()| run.stop(Stopped::new(utc, how, message.clone(), axes_at_rest)));
+            .stop(Stopped::new(utc, how, message.clone(), axes_at_rest))
+            .and(event);
         match rest {
             Err(axes) => {
                 let before = if outcome.is_ok() {

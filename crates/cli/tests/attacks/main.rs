@@ -12,6 +12,7 @@
 mod folder;
 mod support;
 
+mod damaged_records;
 mod kills;
 mod second_process;
 mod undisturbed;

@@ -95,12 +95,16 @@ impl Survey {
             damage.push(format!("{file}: has the columns of another format than run.toml"));
             readings.truncate(0);
         }
-        let of_another_run = header.written.as_ref().is_some_and(|written| {
-            let last = (written.readings as usize).checked_sub(1);
-            let last = last.and_then(|last| readings.chains.get(last));
-            let first = readings.chains.first();
-            first.is_some_and(|first| *first != written.first_chain) || last.is_some_and(|last| *last != written.chain)
-        });
+        // The first row is in run.toml before the second is read.
+        let unknown = header.layout() == Layout::V2 && header.written.is_none() && readings.rows.len() > 1;
+        let of_another_run = unknown
+            || header.written.as_ref().is_some_and(|written| {
+                let last = (written.readings as usize).checked_sub(1);
+                let last = last.and_then(|last| readings.chains.get(last));
+                let first = readings.chains.first();
+                first.is_some_and(|first| *first != written.first_chain)
+                    || last.is_some_and(|last| *last != written.chain)
+            });
         if of_another_run {
             damage.push(format!("{file}: its rows are of another run than run.toml"));
             readings.truncate(0);
@@ -167,8 +171,17 @@ impl Survey {
                 Err(what) => self.damaged(&name, &what),
             }
         }
-        for name in found {
-            if !entries.iter().any(|entry| entry.file() == name) {
+        let mut unknown = found;
+        unknown.retain(|name| !entries.iter().any(|entry| entry.file() == *name));
+        // A program that is killed leaves one spectrum that run.toml does not list, not more.
+        let stale = self.run.header.stopped.is_none() && unknown.len() > 1;
+        for name in unknown {
+            if stale {
+                self.damaged(
+                    &name,
+                    "is not listed in run.toml, which is of another run or of an earlier time",
+                );
+            } else {
                 let file = self.run.path.join(name);
                 self.run
                     .notices
