@@ -21,7 +21,7 @@ pub use compare::Comparison;
 use crate::catalogue::Catalogue;
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
-use crate::reduce::{Reduced, with_u};
+use crate::reduce::{Reduced, no_uncertainty, with_u};
 use crate::scan::{Operator, Place, Target};
 use crate::scene::{self, Changes};
 use crate::signals::OnSignals;
@@ -41,6 +41,8 @@ pub struct Wishes {
     pub reread: bool,
     /// The reason for which instruments and folder may be taken over from a process that does not answer.
     pub force: Option<String>,
+    /// Why a drift beyond the limits of the plan is accepted; none: it is refused after the scan, and the record stays.
+    pub accept_drift: Option<String>,
 }
 
 /// A finished day.
@@ -111,7 +113,24 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
     } else {
         Overwrite::Never
     };
-    finish(&folder, job.as_ref(), overwrite, progress)
+    finish(
+        &folder,
+        job.as_ref(),
+        wishes.accept_drift.as_deref(),
+        overwrite,
+        progress,
+    )
+    .map_err(|failure| resume_with_reason(failure, wishes.job.as_deref(), &folder))
+}
+
+/// The failure of the gate with the command that accepts it.
+fn resume_with_reason(mut failure: Failure, job: Option<&Utf8Path>, folder: &Utf8Path) -> Failure {
+    let job = job.map_or_else(String::new, |job| format!("{job} "));
+    failure.help = failure.help.map(|help| {
+        let accept = "--accept-drift=REASON";
+        help.replace(accept, &format!("isolux run {job}--resume {folder} {accept}"))
+    });
+    failure
 }
 
 /// The failure with the whole command that goes on with the day.
@@ -158,13 +177,23 @@ fn virtual_scan(place: &Place<'_>, progress: &dyn Progress) -> Result<(), Failur
 }
 
 /// From the record to the report.
-fn finish(folder: &Utf8Path, job: Option<&Job>, overwrite: Overwrite, progress: &dyn Progress) -> Result<Day, Failure> {
+fn finish(
+    folder: &Utf8Path,
+    job: Option<&Job>,
+    accept_drift: Option<&str>,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<Day, Failure> {
     let results = folder.join("results");
     progress.event(Event::Began {
         step: "reduce",
         total: None,
     });
-    let reduced = reduce::run(folder, None, &[], None, overwrite)?;
+    let request = reduce::Request {
+        accept_drift,
+        ..reduce::Request::default()
+    };
+    let reduced = reduce::run(folder, &request, overwrite)?;
     progress.event(Event::Ended(&format!("flux {}", with_u(&reduced.reduction.flux))));
 
     let mut evening = light(folder, reduced, job.map(Job::scene), progress)?;
@@ -292,12 +321,17 @@ fn sentences(evening: &Evening) -> Vec<String> {
     let reduction = &evening.reduced.reduction;
     let facts = &evening.simulation.facts;
     let mut lines = vec![format!("luminous flux         {}", with_u(&reduction.flux))];
+    lines.extend(
+        reduction
+            .accepted
+            .as_ref()
+            .map(|accepted| format!("accepted              {}", isolux_reduce::note(accepted))),
+    );
     if let Some(cct) = reduction.spectral.as_ref().and_then(|spectral| spectral.cct.as_ref()) {
-        // The calibration's spectral shape has no stated uncertainty, so what stands here is a part, and says so.
-        lines.push(format!("CCT                   {}, noise alone", with_u(cct)));
+        lines.push(format!("CCT                   {}", with_u(cct)));
     }
     let u = facts.u_mean.map_or_else(
-        || "uncertainty not known".to_owned(),
+        || format!("{}, {}", facts.unit, no_uncertainty(&facts.u_mean_missing)),
         |u| format!("± {u:.4} {} (k = 1)", facts.unit),
     );
     lines.push(format!("mean on the sensor    {:.4} {u}", facts.mean));
@@ -323,6 +357,16 @@ fn fresh_folder() -> Utf8PathBuf {
 pub struct Stated {
     /// The number.
     pub value: f64,
-    /// Its standard uncertainty (k = 1).
-    pub u: f64,
+    /// Its standard uncertainty (k = 1); null where something is missing in it.
+    pub u: Option<f64>,
+}
+
+impl Stated {
+    /// Value ± uncertainty to so many decimals; the value alone where there is none.
+    fn text(&self, decimals: usize) -> String {
+        match self.u {
+            Some(u) => format!("{:.decimals$} ± {u:.decimals$}", self.value),
+            None => format!("{:.decimals$}", self.value),
+        }
+    }
 }

@@ -67,6 +67,10 @@ const STATION_HEAD: &str = "\
 ";
 
 const STATION_TAIL: &str = "
+# What a plan does not measure, this file bounds; without block and bound a result carries no ±. In [bench]:
+# stray_max_rel = 0.01            # lamp's light that comes another way, ÷ the largest direct light
+# ambient_max_lx = 0.02           # light at the detector with the lamp off
+# dark_max_lx = 0.02              # what the capped meter shows
 # When the lamp counts as stable. Without this table EN 13032-4: on for 30 min, then (max − min)/mean < 0.5 % over 15 min.
 # [lamp.stable]
 # least_s = 1800.0

@@ -55,45 +55,68 @@ impl Reduced {
     }
 }
 
-/// A quantity as people write it: value and standard uncertainty to two digits of the latter.
+/// A quantity as people write it: value and standard uncertainty to two digits of the latter; where something is missing in
+/// the uncertainty, the value and what is missing.
 pub fn with_u(quantity: &Quantity) -> String {
-    let decimals = if quantity.u > 0.0 {
-        (1 - quantity.u.log10().floor() as i32).clamp(0, 9) as usize
-    } else {
-        3
-    };
-    format!(
-        "{:.decimals$} ± {:.decimals$} {} (k = 1)",
-        quantity.value, quantity.u, quantity.unit
-    )
+    let value = value_only(quantity);
+    match quantity.u {
+        Some(u) => format!("{value} ± {u:.0$} {1} (k = 1)", decimals(quantity), quantity.unit),
+        None => format!("{value} {}, {}", quantity.unit, no_uncertainty(&quantity.missing)),
+    }
 }
 
-/// Reduces the run in `run`, writes its results to `out` (`RUN/results` without one).
-///
-/// `without` names corrections to leave out; `with` is a model whose bench effects are taken out of the readings.
+/// The value alone, to the digits that its known parts leave.
+pub fn value_only(quantity: &Quantity) -> String {
+    format!("{:.1$}", quantity.value, decimals(quantity))
+}
+
+/// Why a number has no ±.
+pub fn no_uncertainty(missing: &[String]) -> String {
+    format!("no uncertainty: {}", missing.join("; "))
+}
+
+fn decimals(quantity: &Quantity) -> usize {
+    if quantity.u_of_parts > 0.0 {
+        (1 - quantity.u_of_parts.log10().floor() as i32).clamp(0, 9) as usize
+    } else {
+        3
+    }
+}
+
+/// What is asked of a reduction.
+#[derive(Debug, Clone, Default)]
+pub struct Request<'a> {
+    /// Folder of the results; without one `RUN/results`.
+    pub out: Option<&'a Utf8Path>,
+    /// Names of corrections to leave out.
+    pub without: &'a [String],
+    /// A model whose bench effects are taken out of the readings.
+    pub with: Option<&'a Utf8Path>,
+    /// Why a drift beyond the limits of the plan is accepted; none: it is refused.
+    pub accept_drift: Option<&'a str>,
+}
+
+/// Reduces the run in `run` and writes its results.
 ///
 /// # Errors
-/// Bad input (exit 2) for a record that gives no distribution, an unknown correction, a bench effect without inverse, or
-/// results that exist; nothing is written then.
-pub fn run(
-    run: &Utf8Path,
-    out: Option<&Utf8Path>,
-    without: &[String],
-    with: Option<&Utf8Path>,
-    overwrite: Overwrite,
-) -> Result<Reduced, Failure> {
-    let folder = out.map_or_else(|| run.join("results"), Utf8Path::to_owned);
-    let without = without
+/// "No" (exit 1) for a drift, an unstable reference or a closing half-plane beyond the limits of the plan. Bad input (exit 2)
+/// for a record that gives no distribution, an unknown correction, a bench effect without inverse, or results that exist.
+/// Nothing is written then.
+pub fn run(run: &Utf8Path, request: &Request<'_>, overwrite: Overwrite) -> Result<Reduced, Failure> {
+    let folder = request.out.map_or_else(|| run.join("results"), Utf8Path::to_owned);
+    let without = request
+        .without
         .iter()
         .map(|word| word.parse::<Correction>())
         .collect::<Result<BTreeSet<_>, _>>()
         .map_err(Failure::bad_input)?;
-    let model = with.map(Model::load).transpose().map_err(Failure::bad_input)?;
+    let model = request.with.map(Model::load).transpose().map_err(Failure::bad_input)?;
     // Read before anything is written: the model may lie among the results that are replaced.
     let kept = model.as_ref().map(model_files).transpose()?;
     let record = record::read_at_rest(run)?;
-    let reduction = reduction(&record, &Options { without }, model)
-        .map_err(|error| Failure::bad_input(format!("{run}: {error}")))?;
+    let accept_drift = request.accept_drift.map(str::to_owned);
+    let reduction =
+        reduction(&record, &Options { without, accept_drift }, model).map_err(|error| refused(run, &error))?;
     let made =
         isolux_reduce::files(&reduction, &record, &run_files(run, &record)?, PROGRAM).map_err(Failure::bad_input)?;
     for file in &made {
@@ -114,6 +137,18 @@ pub fn run(
 
 /// The distribution before it was smoothed.
 const RAW: &str = "luminaire.raw.ldt";
+
+/// The failure of a record that gives no result.
+fn refused(run: &Utf8Path, error: &ReduceError) -> Failure {
+    let message = format!("{run}: {error}");
+    match error {
+        ReduceError::Unsteady { .. } => Failure::no(message).help(
+            "nothing was written; look at these rows, measure again what they spoil, or give --accept-drift=REASON: then every \
+             result says so and carries no uncertainty",
+        ),
+        _ => Failure::bad_input(message),
+    }
+}
 
 /// Folder in the results with the model whose bench effects were taken out, and the file's name there.
 const REDUCED_WITH: [&str; 2] = ["reduced_with", "model.toml"];
@@ -190,7 +225,10 @@ fn table(effect: &Effect) -> String {
 /// [`ReduceError`].
 pub fn reduction(record: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
     if let Some(model) = model {
-        let bench = Bench(model);
+        let bench = Bench {
+            model,
+            measured_by_the_run: false,
+        };
         let mut reduction = isolux_reduce::reduce(record, options, Some(&bench))?;
         reduction.bench_effects = bench.tables();
         return Ok(reduction);
@@ -200,7 +238,10 @@ pub fn reduction(record: &Run, options: &Options, model: Option<Model>) -> Resul
         return Ok(plain);
     };
     let table = floor.table();
-    let bench = Bench(far_field(&plain).with_effects(vec![floor.effect]));
+    let bench = Bench {
+        model: far_field(&plain).with_effects(vec![floor.effect]),
+        measured_by_the_run: true,
+    };
     let mut reduction = isolux_reduce::reduce(record, options, Some(&bench))?;
     reduction.bench_effects = vec![table];
     Ok(reduction)
@@ -277,11 +318,15 @@ impl Floor {
 }
 
 /// The bench effects of a model, turned around.
-struct Bench(Model);
+struct Bench {
+    model: Model,
+    /// Its effects were fitted to readings of the run, whose uncertainty the budget holds.
+    measured_by_the_run: bool,
+}
 
 impl Bench {
     fn of_the_bench(&self) -> impl Iterator<Item = &Effect> {
-        self.0
+        self.model
             .effects()
             .iter()
             .filter(|effect| effect.spec().belongs_to(BelongsTo::Bench))
@@ -290,12 +335,16 @@ impl Bench {
     /// Its effects as tables of a model file: the new model predicts the readings as they were read. The near field, which
     /// no far distribution holds, stays known too.
     fn tables(&self) -> Vec<String> {
-        let near_field = self.0.effects().iter().filter(|effect| effect.name() == "near_field");
+        let near_field = self
+            .model
+            .effects()
+            .iter()
+            .filter(|effect| effect.name() == "near_field");
         self.of_the_bench().chain(near_field).map(table).collect()
     }
 
     fn has(&self, name: &str) -> bool {
-        self.0.effects().iter().any(|effect| effect.name() == name)
+        self.model.effects().iter().any(|effect| effect.name() == name)
     }
 }
 
@@ -315,7 +364,7 @@ impl BenchInverse for Bench {
             })
             .collect();
         let corrected = self
-            .0
+            .model
             .correct_readings(&at, illuminance_lx)
             .map_err(|error| error.to_string())?;
         Ok(corrected
@@ -335,6 +384,16 @@ impl BenchInverse for Bench {
             ambient: self.has("ambient_stray"),
             stray: self.has("floor_reflection"),
         }
+    }
+
+    fn without_uncertainty(&self) -> Vec<String> {
+        // Levels that the run measured itself are in its budget, whoever takes them out.
+        let of_levels = ["dark_offset", "ambient_stray", "floor_reflection"];
+        let unknown = self.of_the_bench().map(Effect::name);
+        unknown
+            .filter(|name| !self.measured_by_the_run && !of_levels.contains(name))
+            .map(str::to_owned)
+            .collect()
     }
 
     fn effects(&self) -> Vec<String> {

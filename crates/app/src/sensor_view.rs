@@ -56,13 +56,17 @@ pub fn page(scene: &Scene, simulation: &Simulation) -> Result<String, Failure> {
         value,
         note,
     };
-    let u = facts.u_mean.unwrap_or(facts.u_mean_numeric);
+    let u = match facts.u_mean {
+        Some(u) => format!("± {u:.2e} {unit} (k = 1)"),
+        None => format!("no uncertainty: {}", facts.u_mean_missing.join("; ")),
+    };
     page.tiles(&[
-        tile("mean", format!("{:.5} {unit}", facts.mean), format!("± {u:.2e} {unit}")),
+        tile("mean", format!("{:.5} {unit}", facts.mean), u),
+        tile("method", facts.method.to_owned(), simulate::numeric(facts, unit)),
         tile(
             "minimum over mean",
             format!("{:.4}", facts.uniformity_min_over_mean),
-            facts.method.to_owned(),
+            String::new(),
         ),
         tile(
             "flux",

@@ -41,6 +41,20 @@ pub struct Request {
     pub html: bool,
 }
 
+/// What the computation itself adds to the mean, under its own name: never the uncertainty of the value.
+pub fn numeric(facts: &Facts, unit: &str) -> String {
+    match facts.rays {
+        Some(rays) => format!(
+            "{rays} rays: standard error of the mean by ray counting {:.2e} {unit}",
+            facts.u_mean_numeric
+        ),
+        None => format!(
+            "bound on the error of the mean by quadrature {:.2e} {unit}",
+            facts.u_mean_numeric
+        ),
+    }
+}
+
 /// Simulates and writes `irradiance.npy`, `irradiance.png`, `result.json`.
 ///
 /// # Errors

@@ -70,7 +70,7 @@ pub enum ShapeTrust {
 }
 
 /// What the model knows of its own measurement: `[luminaire.u]`, standard uncertainties (k = 1).
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Uncertainty {
     /// Relative, of every intensity alike.
@@ -89,6 +89,12 @@ pub struct Uncertainty {
     /// The same in candela, however little light there is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction_cd: Option<f64>,
+    /// What was neither measured nor stated: a number that is computed from this luminaire has no complete uncertainty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
+    /// Diameter of the luminous area where the emitter is smaller: close by, a sensor sees a near field that the model lacks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub luminous_diameter_mm: Option<f64>,
 }
 
 impl Uncertainty {
@@ -106,6 +112,7 @@ impl Uncertainty {
             ("ler_rel", self.ler_rel),
             ("direction_rel", self.direction_rel),
             ("direction_cd", self.direction_cd),
+            ("luminous_diameter_mm", self.luminous_diameter_mm),
         ]
         .into_iter()
         .find(|(_, value)| value.is_some_and(|value| !(value.is_finite() && value >= 0.0)))

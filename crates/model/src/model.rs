@@ -164,7 +164,7 @@ impl Model {
                 "its numbers must be finite, its angles above zero".into(),
             ));
         }
-        if let Some(key) = document.u.and_then(|u| u.impossible()) {
+        if let Some(key) = document.u.as_ref().and_then(Uncertainty::impossible) {
             return Err(fault(
                 &format!("luminaire.u.{key}"),
                 "must be finite and not negative".into(),
@@ -230,8 +230,8 @@ impl Model {
     }
 
     /// What the model knows of its own measurement.
-    pub fn uncertainty(&self) -> Option<Uncertainty> {
-        self.document.u
+    pub fn uncertainty(&self) -> Option<&Uncertainty> {
+        self.document.u.as_ref()
     }
 
     /// Where the distribution is from, as written.

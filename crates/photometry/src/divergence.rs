@@ -33,6 +33,16 @@ impl IntensityDistribution {
         self.divergence(plane, 0.1)
     }
 
+    /// The exponent n of the lobe cosⁿ that has the beam angle of the narrowest plane; at least 1, that of a diffuse area, also where
+    /// no plane has a beam angle.
+    pub fn lobe_exponent(&self) -> f64 {
+        (0..self.c_deg().len())
+            .filter_map(|plane| self.beam_angle(plane))
+            .map(|beam| 0.5_f64.ln() / (0.5 * beam.full_angle_deg()).to_radians().cos().ln())
+            .filter(|exponent| exponent.is_finite())
+            .fold(1.0, f64::max)
+    }
+
     /// The edges around the plane's maximum where the interpolant first falls below `fraction` of it, going outwards.
     /// None where the plane is dark or an edge lies beyond the γ range of the grid. The two half-planes meet at γ = 0, and at
     /// γ = 180° where the grid reaches it.

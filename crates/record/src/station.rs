@@ -69,6 +69,17 @@ pub struct Bench {
     /// Height of the axes above the floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor_mm: Option<f64>,
+    /// Bound of the light of the lamp that does not come straight from it: the largest illuminance of it at `distance_mm`,
+    /// over all directions of the lamp, ÷ the largest illuminance of the direct light there. For readings without a
+    /// baffled block.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stray_max_rel: Option<f64>,
+    /// Bound of the illuminance at the detector with the lamp off. For readings without a lamp_off block.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ambient_max_lx: Option<f64>,
+    /// Bound of what the meter shows when it is capped, either sign. For readings without a capped block.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dark_max_lx: Option<f64>,
 }
 
 /// Types of goniophotometer that are built.
@@ -154,6 +165,15 @@ pub struct Spectroradiometer {
     /// Relative standard uncertainty of the irradiance calibration (k = 1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_rel: Option<f64>,
+    /// Relative standard uncertainty of the ratio of the calibration at 700 nm to that at 400 nm (k = 1): its spectral shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_shape_rel: Option<f64>,
+    /// Standard uncertainty of the wavelength scale (k = 1).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_wavelength_nm: Option<f64>,
+    /// Bound of the light that reaches it otherwise than straight from the lamp, ÷ the direct light on the axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stray_max_rel: Option<f64>,
 }
 
 /// The lamp's switch and size.
@@ -354,6 +374,9 @@ impl TryFrom<StationDocument> for Station {
         positive("bench.distance_mm", station.bench.distance_mm)?;
         optional_positive("bench.u_distance_mm", station.bench.u_distance_mm)?;
         optional_positive("bench.floor_mm", station.bench.floor_mm)?;
+        bound("bench.stray_max_rel", station.bench.stray_max_rel)?;
+        bound("bench.ambient_max_lx", station.bench.ambient_max_lx)?;
+        bound("bench.dark_max_lx", station.bench.dark_max_lx)?;
         for (name, axis) in [("axis.c", &station.axis.c), ("axis.gamma", &station.axis.gamma)] {
             validate_axis(name, axis)?;
         }
@@ -379,6 +402,9 @@ impl TryFrom<StationDocument> for Station {
             positive("spectroradiometer.distance_mm", spectro.distance_mm)?;
             optional_positive("spectroradiometer.u_distance_mm", spectro.u_distance_mm)?;
             optional_positive("spectroradiometer.u_rel", spectro.u_rel)?;
+            bound("spectroradiometer.u_shape_rel", spectro.u_shape_rel)?;
+            bound("spectroradiometer.u_wavelength_nm", spectro.u_wavelength_nm)?;
+            bound("spectroradiometer.stray_max_rel", spectro.stray_max_rel)?;
         }
         if let Some(lamp) = &station.lamp {
             one_of("lamp", lamp.open.as_deref(), lamp.prompt.as_deref())?;
@@ -489,6 +515,16 @@ fn positive(path: &str, value: f64) -> Result<(), Fault> {
         Ok(())
     } else {
         Err(Fault::new(path, format!("is {value}, expected above 0")))
+    }
+}
+
+/// A bound may be zero: where it is known that there is nothing.
+fn bound(path: &str, value: Option<f64>) -> Result<(), Fault> {
+    match value {
+        Some(value) if !(value.is_finite() && value >= 0.0) => {
+            Err(Fault::new(path, format!("is {value}, expected 0 or more")))
+        }
+        _ => Ok(()),
     }
 }
 

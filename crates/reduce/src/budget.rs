@@ -1,10 +1,11 @@
 //! Uncertainty of what is summed from many readings: independent parts add in squares, common parts in full.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 use serde::Serialize;
 
 use crate::grid::Grid;
+use crate::quantity::Quantity;
 
 /// Relative and absolute standard uncertainties (k = 1) that all readings share.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -13,51 +14,18 @@ pub struct Common {
     pub dark_noise_cd: f64,
     /// And its rounding, in candela.
     pub dark_digit_cd: f64,
+    /// The meter's offset where it was not subtracted, from its bound, in candela.
+    pub offset_cd: f64,
+    /// Ambient light likewise.
+    pub ambient_cd: f64,
+    /// Stray light made by the lamp likewise, and where its measurement leaves it open.
+    pub stray_cd: f64,
     /// Distance: 2·u(d)/d.
     pub distance_rel: f64,
     /// Calibration of the lux meter.
     pub calibration_rel: f64,
     /// Drift.
     pub drift_rel: f64,
-}
-
-/// One number with its standard uncertainty and the parts of it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Quantity {
-    /// The number.
-    pub value: f64,
-    /// Its unit.
-    pub unit: &'static str,
-    /// Standard uncertainty (k = 1).
-    pub u: f64,
-    /// The parts of `u` by name, in the same unit; they add in squares.
-    pub parts: BTreeMap<&'static str, f64>,
-}
-
-impl Quantity {
-    /// A quantity from its parts.
-    pub fn new(value: f64, unit: &'static str, parts: impl IntoIterator<Item = (&'static str, f64)>) -> Self {
-        let parts: BTreeMap<_, _> = parts.into_iter().map(|(name, part)| (name, part.abs())).collect();
-        let u = parts.values().map(|part| part * part).sum::<f64>().sqrt();
-        Self { value, unit, u, parts }
-    }
-
-    /// Relative standard uncertainty.
-    pub fn u_rel(&self) -> f64 {
-        self.u / self.value.abs()
-    }
-
-    /// The same multiplied by a factor with a relative uncertainty of its own.
-    #[must_use]
-    pub fn times(&self, factor: f64, unit: &'static str, name: &'static str, u_rel: f64) -> Self {
-        let value = self.value * factor;
-        let parts = self
-            .parts
-            .iter()
-            .map(|(name, part)| (*name, part * factor))
-            .chain([(name, value * u_rel)]);
-        Self::new(value, unit, parts)
-    }
 }
 
 /// A weighted sum Σ w·I of the intensities of a grid.
@@ -97,20 +65,27 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
             .sum();
         ("smoothing", value - raw)
     });
+    let parts = [
+        ("noise", noise2.sqrt()),
+        ("digit", digit2.sqrt()),
+        ("dark_noise", total * common.dark_noise_cd),
+        ("dark_digit", total * common.dark_digit_cd),
+        ("offset", total * common.offset_cd),
+        ("ambient", total * common.ambient_cd),
+        ("stray", total * common.stray_cd),
+        ("distance", value * common.distance_rel),
+        ("calibration", value * common.calibration_rel),
+        ("drift", value * common.drift_rel),
+    ];
+    // Bounds of what was measured are no part of it.
+    let bounds = ["offset", "ambient", "stray"];
     Quantity::new(
         value,
         unit,
-        [
-            ("noise", noise2.sqrt()),
-            ("digit", digit2.sqrt()),
-            ("dark_noise", total * common.dark_noise_cd),
-            ("dark_digit", total * common.dark_digit_cd),
-            ("distance", value * common.distance_rel),
-            ("calibration", value * common.calibration_rel),
-            ("drift", value * common.drift_rel),
-        ]
-        .into_iter()
-        .chain(smoothing),
+        parts
+            .into_iter()
+            .filter(|(name, part)| *part != 0.0 || !bounds.contains(name))
+            .chain(smoothing),
     )
 }
 

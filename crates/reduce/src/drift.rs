@@ -1,14 +1,17 @@
 //! Drift of lamp and meter from the visits to the reference point.
 
-use isolux_record::{Reading, ReadingKind};
+use isolux_record::{Reading, ReadingKind, Station};
 use serde::Serialize;
 
 /// How the reference readings changed, and what is done about it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Drift {
-    /// Fewer than two visits: nothing is known.
-    Unknown,
+    /// Fewer than two visits, or not corrected: what a lamp that counts as stable may do in that time.
+    Unknown {
+        /// Relative standard uncertainty that stays.
+        u_rel: f64,
+    },
     /// No change beyond the uncertainty of the visits.
     None {
         /// Relative standard uncertainty that a drift within it leaves.
@@ -56,8 +59,57 @@ pub struct Burning {
     pub drift: Drift,
 }
 
-/// A visit to the reference point: time in seconds, what was read there (corrected), its standard uncertainty.
-pub type Visit = (f64, f64, f64);
+/// A visit to the reference point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Visit {
+    /// Number of its row.
+    pub row: u64,
+    /// Seconds since the lamp was switched on.
+    pub time_s: f64,
+    /// What was read, corrected for offset and stray light.
+    pub value: f64,
+    /// Standard uncertainty of it.
+    pub u: f64,
+    /// One digit of the display.
+    pub digit: f64,
+}
+
+/// When a lamp counts as stable: what it may do where nobody looks at it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stability {
+    /// (max − min)/mean of its light over the window.
+    pub spread_rel: f64,
+    /// Length of the window.
+    pub window_s: f64,
+}
+
+impl Stability {
+    /// The criterion of a station; EN 13032-4 where it states none.
+    pub fn of(station: &Station) -> Self {
+        let stable = station.lamp().and_then(|lamp| lamp.stable.as_ref());
+        Self {
+            spread_rel: stable.map_or(0.005, |stable| stable.spread_rel),
+            window_s: stable.map_or(900.0, |stable| stable.window_s),
+        }
+    }
+
+    /// Relative standard uncertainty of a level over `seconds` without a visit. A lamp that just passes the criterion and goes on
+    /// as it did changes by the spread in every window: any reading lies within half of that change of the middle.
+    pub fn u_rel(self, seconds: f64) -> f64 {
+        0.5 * self.spread_rel * (seconds / self.window_s).max(1.0) / 3.0_f64.sqrt()
+    }
+}
+
+/// One burning of the lamp as the drift is taken from it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Its first row.
+    pub first_row: u64,
+    /// Its visits to the reference point; the times rise.
+    pub visits: Vec<Visit>,
+    /// Relative standard uncertainty of its level where the visits are too few.
+    pub unknown_rel: f64,
+}
 
 /// The first rows of the burnings of the lamp: the first lit row, and every lit row that follows a lamp_off one, that the record
 /// counts to another switching on, or whose clock, which starts with the lamp, is behind that of the row before. The clock
@@ -86,41 +138,35 @@ pub fn burning_of(starts: &[u64], row: u64) -> usize {
 }
 
 impl Drift {
-    /// The drift in the visits of several burnings, each (first row, visits as in [`Drift::of`]). A lamp comes back at another
-    /// level and its clock at zero, so that no line leads from one burning into the next: each is brought to the mean of all
-    /// visits by its own.
+    /// The drift in the visits of several burnings. A lamp comes back at another level and its clock at zero, so that no line leads
+    /// from one burning into the next: each is brought to the mean of all visits by its own.
     ///
     /// # Errors
     /// The mean of the visits of a burning where it is not above zero.
-    pub fn of_burnings(burnings: &[(u64, Vec<Visit>)]) -> Result<Self, f64> {
-        if let [(_, visits)] = burnings {
-            return Self::of(visits);
+    pub fn of_burnings(burnings: &[Seen]) -> Result<Self, f64> {
+        if let [one] = burnings {
+            return Self::of(&one.visits, one.unknown_rel);
         }
-        let value = |(_, value, _): &Visit| *value;
-        let all: Vec<f64> = burnings
-            .iter()
-            .flat_map(|(_, visits)| visits.iter().map(value))
-            .collect();
+        let mean_of = |visits: &[Visit]| visits.iter().map(|visit| visit.value).sum::<f64>() / visits.len() as f64;
+        let all: Vec<Visit> = burnings.iter().flat_map(|seen| seen.visits.iter().copied()).collect();
         if all.is_empty() {
-            return Ok(Self::Unknown);
+            let u_rel = burnings.iter().map(|seen| seen.unknown_rel).fold(0.0, f64::max);
+            return Ok(Self::Unknown { u_rel });
         }
-        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let mean = mean_of(&all);
         let (mut burning, mut worst) = (Vec::new(), 0.0_f64);
-        for (first_row, visits) in burnings {
-            let n = visits.len() as f64;
-            let drift = Self::of(visits)?;
-            let level = if visits.is_empty() {
-                1.0
-            } else {
-                visits.iter().map(value).sum::<f64>() / n / mean
-            };
+        for seen in burnings {
+            let visits = &seen.visits;
+            let drift = Self::of(visits, seen.unknown_rel)?;
+            let level = if visits.is_empty() { 1.0 } else { mean_of(visits) / mean };
             if level <= 0.0 || mean <= 0.0 {
                 return Err(level * mean);
             }
-            let u_level = visits.iter().map(|(_, _, u)| u * u).sum::<f64>().sqrt() / n.max(1.0) / (level * mean);
-            worst = worst.max(drift.u_rel()).max(u_level);
+            let u2: f64 = visits.iter().map(|visit| visit.u * visit.u).sum();
+            let u_level = u2.sqrt() / (visits.len() as f64).max(1.0) / (level * mean);
+            worst = worst.max(drift.u_rel().hypot(u_level));
             burning.push(Burning {
-                first_row: *first_row,
+                first_row: seen.first_row,
                 visits: visits.len(),
                 level,
                 drift,
@@ -129,47 +175,50 @@ impl Drift {
         Ok(Self::ByBurning { burning, u_rel: worst })
     }
 
-    /// The drift in visits (time, illuminance corrected for offset and stray light, its standard uncertainty); the times
-    /// rise. The uncertainty of one visit is mostly the digit of the display, so a line through all visits is better than
-    /// lines between them wherever it fits.
+    /// The drift in visits whose times rise, `unknown_rel` where they are fewer than two. The uncertainty of one visit is
+    /// mostly the digit of the display, so a line through all visits is better than lines between them wherever it fits.
     ///
     /// # Errors
     /// The mean of the visits where it is not above zero.
-    pub fn of(visits: &[Visit]) -> Result<Self, f64> {
+    pub fn of(visits: &[Visit], unknown_rel: f64) -> Result<Self, f64> {
         if visits.len() < 2 {
-            return Ok(Self::Unknown);
+            return Ok(Self::Unknown { u_rel: unknown_rel });
         }
         let n = visits.len() as f64;
-        let mean = visits.iter().map(|(_, value, _)| value).sum::<f64>() / n;
+        let mean = visits.iter().map(|visit| visit.value).sum::<f64>() / n;
         if mean <= 0.0 {
             return Err(mean);
         }
-        let u_one = (visits.iter().map(|(_, _, u)| u * u).sum::<f64>() / n).sqrt() / mean;
-        let centre_s = visits.iter().map(|(time, _, _)| time).sum::<f64>() / n;
-        let spread_s2 = visits.iter().map(|(time, _, _)| (time - centre_s).powi(2)).sum::<f64>();
+        let u_one = (visits.iter().map(|visit| visit.u * visit.u).sum::<f64>() / n).sqrt() / mean;
+        let relative: Vec<(f64, f64)> = visits.iter().map(|visit| (visit.time_s, visit.value / mean)).collect();
+        let centre_s = visits.iter().map(|visit| visit.time_s).sum::<f64>() / n;
+        let spread_s2 = relative.iter().map(|(time, _)| (time - centre_s).powi(2)).sum::<f64>();
         let slope = if spread_s2 > 0.0 {
-            visits
-                .iter()
-                .map(|(time, value, _)| (time - centre_s) * (value / mean - 1.0))
-                .sum::<f64>()
-                / spread_s2
+            let products = relative.iter().map(|(time, value)| (time - centre_s) * (value - 1.0));
+            products.sum::<f64>() / spread_s2
         } else {
             0.0
         };
-        let residual2: f64 = visits
+        let residual2: f64 = relative
             .iter()
-            .map(|(time, value, _)| (value / mean - 1.0 - slope * (time - centre_s)).powi(2))
+            .map(|(time, value)| (value - 1.0 - slope * (time - centre_s)).powi(2))
             .sum();
         let freedom = (n - 2.0).max(1.0);
-        let u_line = u_one / n.sqrt();
         if visits.len() > 3 && residual2 / freedom > 4.0 * u_one * u_one {
             return Ok(Self::Interpolated {
-                time_s: visits.iter().map(|(time, _, _)| *time).collect(),
-                factor: visits.iter().map(|(_, value, _)| value / mean).collect(),
-                u_rel: u_one,
+                time_s: relative.iter().map(|(time, _)| *time).collect(),
+                factor: relative.iter().map(|(_, value)| *value).collect(),
+                u_rel: u_one.hypot(between_visits(&relative)),
             });
         }
-        let length_s = visits[visits.len() - 1].0 - visits[0].0;
+        // Visits that all show the same are rounded alike, however many there are.
+        let (low, high) = relative
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), (_, value)| {
+                (low.min(*value), high.max(*value))
+            });
+        let u_line = if high - low <= u_one { u_one } else { u_one / n.sqrt() };
+        let length_s = relative[relative.len() - 1].0 - relative[0].0;
         let u_slope = if spread_s2 > 0.0 { u_one / spread_s2.sqrt() } else { 0.0 };
         if slope.abs() > 2.0 * u_slope {
             return Ok(Self::Linear {
@@ -194,7 +243,7 @@ impl Drift {
                     .get(at)
                     .map_or(1.0, |burning| burning.level * burning.drift.factor(row, time_s))
             }
-            Self::Unknown | Self::None { .. } => 1.0,
+            Self::Unknown { .. } | Self::None { .. } => 1.0,
             Self::Linear {
                 rate_per_h, centre_s, ..
             } => 1.0 + rate_per_h / 3600.0 * (time_s - centre_s),
@@ -217,8 +266,8 @@ impl Drift {
     /// Relative standard uncertainty of the correction, common to all readings.
     pub fn u_rel(&self) -> f64 {
         match self {
-            Self::Unknown => 0.0,
-            Self::None { u_rel }
+            Self::Unknown { u_rel }
+            | Self::None { u_rel }
             | Self::Linear { u_rel, .. }
             | Self::Interpolated { u_rel, .. }
             | Self::ByBurning { u_rel, .. } => *u_rel,
@@ -226,28 +275,51 @@ impl Drift {
     }
 }
 
+/// What lines between visits miss: each visit against the line between its neighbours, half of the root of the mean square,
+/// since the light may have changed anywhere between two visits.
+fn between_visits(relative: &[(f64, f64)]) -> f64 {
+    let misses = relative.windows(3).map(|three| {
+        let share = (three[1].0 - three[0].0) / (three[2].0 - three[0].0).max(f64::MIN_POSITIVE);
+        three[1].1 - three[0].1 - share * (three[2].1 - three[0].1)
+    });
+    let count = relative.len().saturating_sub(2).max(1) as f64;
+    0.5 * (misses.map(|miss| miss * miss).sum::<f64>() / count).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn visits(f: impl Fn(f64) -> f64) -> Vec<(f64, f64, f64)> {
+    fn visits(f: impl Fn(f64) -> f64) -> Vec<Visit> {
         (0..26)
-            .map(|i| 1800.0 + 300.0 * f64::from(i))
-            .map(|time| (time, f(time), 0.01 / 12.0_f64.sqrt()))
+            .map(|i| (i, 1800.0 + 300.0 * i as f64))
+            .map(|(row, time_s)| Visit {
+                row,
+                time_s,
+                value: f(time_s),
+                u: 0.01 / 12.0_f64.sqrt(),
+                digit: 0.01,
+            })
             .collect()
     }
 
     #[test]
     fn a_line_is_found_through_the_steps_of_the_display() {
         let falling = visits(|time| ((3.37 * (1.0 - 0.01 * (time - 1800.0) / 3600.0)) * 100.0).round() / 100.0);
-        let drift = Drift::of(&falling).unwrap();
+        let drift = Drift::of(&falling, 0.01).unwrap();
         assert!(
             matches!(drift, Drift::Linear { rate_per_h, .. } if (rate_per_h + 0.01).abs() < 0.0015),
             "{drift:?}"
         );
         let ratio = drift.factor(0, 1800.0) / drift.factor(0, 9300.0);
         assert!((ratio - 1.0 / (1.0 - 0.01 * 7500.0 / 3600.0)).abs() < 0.003);
-        assert!(matches!(Drift::of(&visits(|_| 3.37)).unwrap(), Drift::None { .. }));
+        let steady = Drift::of(&visits(|_| 3.37), 0.01).unwrap();
+        // 26 visits that are rounded alike are as good as one.
+        let digit_rel = 0.01 / 12.0_f64.sqrt() / 3.37;
+        assert!(
+            matches!(steady, Drift::None { u_rel } if (u_rel / digit_rel - 1.0).abs() < 1e-9),
+            "{steady:?}"
+        );
     }
 
     /// The lamp went out between two sessions, and its second warm-up took longer than the first session: its clock only rises.
@@ -268,10 +340,24 @@ mod tests {
 
     #[test]
     fn a_jump_is_no_line() {
-        let drift = Drift::of(&visits(|time| if time > 5000.0 { 3.1 } else { 3.37 })).unwrap();
+        let drift = Drift::of(&visits(|time| if time > 5000.0 { 3.1 } else { 3.37 }), 0.01).unwrap();
         assert!(matches!(drift, Drift::Interpolated { .. }));
         assert!((drift.factor(0, 2000.0) / drift.factor(0, 9000.0) - 3.37 / 3.1).abs() < 1e-9);
-        assert!(Drift::of(&visits(|_| -0.1)).is_err_and(|mean| (mean + 0.1).abs() < 1e-12));
-        assert_eq!(Drift::of(&[(0.0, 1.0, 0.1)]), Ok(Drift::Unknown));
+        assert!(Drift::of(&visits(|_| -0.1), 0.01).is_err_and(|mean| (mean + 0.1).abs() < 1e-12));
+        assert_eq!(
+            Drift::of(&visits(|_| 1.0)[..1], 0.01),
+            Ok(Drift::Unknown { u_rel: 0.01 })
+        );
+    }
+
+    #[test]
+    fn a_lamp_that_nobody_looks_at_may_go_on_as_it_did() {
+        let stability = Stability {
+            spread_rel: 0.005,
+            window_s: 900.0,
+        };
+        // Half of ± 0.5 % in a short time, half of 5 % in ten windows; rectangular.
+        assert!((stability.u_rel(0.0) - 0.0025 / 3.0_f64.sqrt()).abs() < 1e-15);
+        assert!((stability.u_rel(9000.0) - 0.025 / 3.0_f64.sqrt()).abs() < 1e-15);
     }
 }

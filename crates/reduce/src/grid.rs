@@ -123,21 +123,12 @@ impl Grid {
     }
 
     /// Weight of every node in the mean of E = I·cos α/R² over a square sensor on the axis, in 1/m²: the same quadrature
-    /// for all nodes, 12 × 12 points.
+    /// for all nodes.
     pub fn sensor_weights_per_m2(&self, side_mm: f64, distance_mm: f64) -> Vec<f64> {
-        const POINTS: usize = 12;
         let mut weights = vec![0.0; self.sample_of.len()];
-        for ix in 0..POINTS {
-            for iy in 0..POINTS {
-                let place = |i: usize| ((i as f64 + 0.5) / POINTS as f64 - 0.5) * side_mm;
-                let (x, y) = (place(ix), place(iy));
-                let r2 = x * x + y * y + distance_mm * distance_mm;
-                let gamma = x.hypot(y).atan2(distance_mm).to_degrees();
-                let c = y.atan2(x).to_degrees().rem_euclid(360.0);
-                let factor = distance_mm / r2.sqrt() / (r2 * 1e-6) / (POINTS * POINTS) as f64;
-                for (sum, weight) in weights.iter_mut().zip(self.direction_weights(c, gamma)) {
-                    *sum += weight * factor;
-                }
+        for (c, gamma, factor) in sensor_points(side_mm, distance_mm) {
+            for (sum, weight) in weights.iter_mut().zip(self.direction_weights(c, gamma)) {
+                *sum += weight * factor;
             }
         }
         weights
@@ -155,6 +146,21 @@ impl Grid {
         }
         weights
     }
+}
+
+/// 12 × 12 points of a square sensor on the axis: their direction (C, γ) in degrees, and what one candela there adds to the
+/// mean illuminance, in 1/m².
+pub fn sensor_points(side_mm: f64, distance_mm: f64) -> impl Iterator<Item = (f64, f64, f64)> {
+    const POINTS: usize = 12;
+    (0..POINTS * POINTS).map(move |point| {
+        let place = |i: usize| ((i as f64 + 0.5) / POINTS as f64 - 0.5) * side_mm;
+        let (x, y) = (place(point / POINTS), place(point % POINTS));
+        let r2 = x * x + y * y + distance_mm * distance_mm;
+        let gamma_deg = x.hypot(y).atan2(distance_mm).to_degrees();
+        let c_deg = y.atan2(x).to_degrees().rem_euclid(360.0);
+        let per_m2 = distance_mm / r2.sqrt() / (r2 * 1e-6) / (POINTS * POINTS) as f64;
+        (c_deg, gamma_deg, per_m2)
+    })
 }
 
 /// The γ of all half-planes. A pole is one direction, and one half-plane is enough for it.

@@ -150,6 +150,21 @@ impl Levels {
             .sum()
     }
 
+    /// How much of offset, ambient and stray light is left in a reading after the subtraction: 1 where a part was not
+    /// measured or its correction is off, 0 where it was taken out.
+    pub fn left(&self, subtract: Subtract) -> [f64; 3] {
+        let coefficients = Self::coefficients(subtract);
+        let slots = self.slots();
+        // Capped readings hold the offset, lamp_off ones the ambient light too, baffled ones all three.
+        [0, 1, 2].map(|part| {
+            let taken: f64 = (0..3)
+                .filter(|&kind| slots[kind].is_some_and(|slot| slot >= part))
+                .map(|kind| coefficients[kind])
+                .sum();
+            1.0 - taken
+        })
+    }
+
     /// Its standard uncertainty, as (noise, digit). Where all three are subtracted, only the baffled level remains in the
     /// sum, and only its uncertainty.
     pub fn u_lx(&self, gamma_deg: f64, subtract: Subtract) -> (f64, f64) {
@@ -285,9 +300,16 @@ mod tests {
             levels.u_lx(0.0, Subtract { ambient: false, ..ALL }).1,
             0.01 / 4.0_f64.sqrt(),
         );
+        assert_eq!(levels.left(ALL), [0.0; 3]);
+        assert_eq!(levels.left(Subtract { dark: false, ..ALL }), [1.0, 0.0, 0.0]);
+        assert_eq!(levels.left(Subtract { stray: false, ..ALL }), [0.0, 0.0, 1.0]);
+        let capped = Levels::of(&dark(ReadingKind::Capped, &[0.05]), 10_000.0);
+        assert_eq!(capped.left(ALL), [0.0, 1.0, 1.0]);
+        assert_eq!(Levels::default().left(ALL), [1.0; 3]);
         let only_off = Levels::of(&dark(ReadingKind::LampOff, &[0.07]), 10_000.0);
         close(only_off.subtracted_lx(0.0, ALL), 0.07);
         close(only_off.u_lx(0.0, ALL).1, 0.01 / 12.0_f64.sqrt());
+        assert_eq!(only_off.left(ALL), [0.0, 0.0, 1.0]);
         assert_eq!(only_off.parts_lx(0.0), [Some(0.07), None, None]);
         close(Levels::default().subtracted_lx(0.0, ALL), 0.0);
     }

@@ -3,18 +3,28 @@
 //! Reduction is a pure function of a run: the same run gives the same numbers and the same bytes. Every correction is a
 //! switch ([`Correction`]), and every headline number is a [`Quantity`] whose parts say where its uncertainty comes from.
 
+mod apparent;
 mod blocks;
 mod budget;
 mod circle;
+mod closing;
 mod correction;
 mod drift;
 mod error;
+mod gate;
 mod grid;
+mod headline;
+mod interpolation;
 mod levels;
+mod near_field;
+mod notes;
+mod quantity;
+mod reference;
 mod results;
 mod samples;
 mod smooth;
 mod spectral;
+mod unmeasured;
 
 #[cfg(test)]
 mod testing;
@@ -23,22 +33,30 @@ mod tests;
 
 use std::collections::BTreeSet;
 
-use isolux_photometry::IntensityDistribution;
 use isolux_record::run::Run;
 use isolux_record::spectra::DarkSubtraction;
-use isolux_record::{Quality, Reading, ReadingKind, Role};
-use serde::Serialize;
+use isolux_record::{Quality, Reading, ReadingKind};
 
-pub use budget::{Common, Quantity};
+pub use apparent::Apparent;
+pub use budget::Common;
+pub use closing::Closing;
 pub use correction::{Correction, UnknownCorrection};
 pub use drift::{Burning, Drift};
 pub use error::ReduceError;
+pub use gate::{Accepted, Evidence, Finding, note};
 pub use grid::Grid;
+pub use headline::NEAR_FIELD_AT_SENSOR;
 pub use levels::{Level, Levels, Subtract};
+pub use quantity::Quantity;
 pub use results::{ResultFile, files};
 pub use samples::{Corrected, Sample};
 pub use smooth::{SmoothError, Smoothing};
 pub use spectral::SpectralResult;
+
+use drift::Stability;
+use headline::Headline;
+use reference::Reference;
+use unmeasured::{Done, Unmeasured};
 
 /// Side of the square sensor and its distance, for which the budget gives the mean irradiance: a full-frame-class sensor
 /// at half a metre.
@@ -49,6 +67,9 @@ pub const SENSOR_MM: (f64, f64) = (24.576, 500.0);
 pub struct Options {
     /// Corrections that are switched off.
     pub without: BTreeSet<Correction>,
+    /// Why a drift, an unstable reference or a closing half-plane beyond the limits of the plan is accepted, in a person's
+    /// words; none: it is refused.
+    pub accept_drift: Option<String>,
 }
 
 /// A model of the bench, turned around: takes the bench's effects out of lit readings.
@@ -64,6 +85,9 @@ pub trait BenchInverse {
 
     /// What it takes out, for the provenance.
     fn effects(&self) -> Vec<String>;
+
+    /// Those of them whose uncertainty the budget of the run does not hold.
+    fn without_uncertainty(&self) -> Vec<String>;
 }
 
 /// What a run says.
@@ -101,6 +125,8 @@ pub struct Reduction {
     pub readings: (usize, usize),
     /// What a person should know.
     pub notes: Vec<String>,
+    /// What did not agree and was accepted.
+    pub accepted: Option<Accepted>,
     /// Corrections that were switched off.
     pub without: BTreeSet<Correction>,
     /// Effects that a model took out.
@@ -108,32 +134,6 @@ pub struct Reduction {
     /// Further `[[effect]]` tables of the bench for the model file, without their heading: what a model took out, or what was
     /// fitted to the stray light.
     pub bench_effects: Vec<String>,
-}
-
-/// Closing half-plane against the first.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Closing {
-    /// Directions compared.
-    pub directions: usize,
-    /// Root mean square of the differences, in candela.
-    pub rms_cd: f64,
-    /// Largest difference (closing − first), in candela.
-    pub max_cd: f64,
-    /// At this γ.
-    pub max_gamma_deg: f64,
-    /// Mean of (difference ÷ its standard uncertainty)²: about 1 where nothing changed in between.
-    pub chi2_per_direction: f64,
-}
-
-/// Intensity on the axis as it appears from a distance: equal at all of them where the inverse square law holds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Apparent {
-    /// Distance.
-    pub distance_mm: f64,
-    /// E·d².
-    pub intensity_cd: f64,
-    /// Its standard uncertainty without the common parts.
-    pub u_cd: f64,
 }
 
 /// Reduces a run.
@@ -185,10 +185,14 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
             gamma_deg: row.gamma_deg,
         }
     };
+    let limits = run.header.plan.limits();
+    let reference = Reference::of(all, &rows, distance_mm, Stability::of(station), &light);
+    let mut findings = gate::of_reference(&reference, limits, all);
+    refuse(&findings, options)?;
     let drift = if on(Correction::Drift) {
-        drift_of(all, &rows, distance_mm, &light)?
+        reference.drift(distance_mm)?
     } else {
-        Drift::Unknown
+        reference.uncorrected()
     };
     let samples = samples::samples(&rows, |row, lux| {
         let corrected = light(row, lux);
@@ -198,18 +202,43 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
             ..corrected
         }
     })?;
+    findings.extend(gate::of_closing(&samples, limits, &rows));
+    refuse(&findings, options)?;
+    let accepted = (!findings.is_empty()).then(|| Accepted {
+        reason: options.accept_drift.clone().unwrap_or_default(),
+        findings,
+    });
     let mut grid = Grid::new(&samples)?;
     let not_smoothed = on(Correction::Smoothing).then(|| grid.smooth().err()).flatten();
-    let closing = closing(&samples);
+    let unmeasured = Unmeasured::of(
+        station,
+        &Done {
+            levels: &levels,
+            corrected,
+            subtract,
+            distribution: &grid.distribution,
+            distance_mm,
+        },
+    );
     // What a model takes out was learnt from such readings too: their noise and digit stay in the budget.
-    let common = common(run, &levels, corrected, &drift, &grid, distance_mm);
-    let flux = budget::weighted_sum(&grid, &grid.flux_weights_sr(), &common, "lm");
-    if flux.value <= 0.0 {
-        return Err(ReduceError::NoFlux { flux_lm: flux.value });
-    }
-    let (i_max, i_max_deg) = i_max(&grid, &common);
-    let sensor_weights = grid.sensor_weights_per_m2(SENSOR_MM.0, SENSOR_MM.1);
-    let sensor_illuminance = budget::weighted_sum(&grid, &sensor_weights, &common, "lx");
+    let common = common(run, &levels, corrected, &drift, &grid, distance_mm, &unmeasured);
+    let own_distance = own.is_none_or(|own_mm| own_mm == distance_mm);
+    let missing: Vec<String> = unmeasured
+        .missing
+        .iter()
+        .cloned()
+        .chain(accepted.is_some().then(|| gate::ACCEPTED.to_owned()))
+        .chain(station.bench().u_distance_mm.is_none().then(|| NO_DISTANCE.to_owned()))
+        .chain((!own_distance).then(|| "not corrected for the distance of the readings".to_owned()))
+        .chain(reference.missing(on(Correction::Drift)))
+        .chain(bench.and_then(|bench| unknown_effects(&bench.without_uncertainty())))
+        .collect();
+    let Headline {
+        flux,
+        i_max,
+        i_max_deg,
+        sensor_illuminance,
+    } = Headline::of(&grid, &common, station, distance_mm, &missing)?;
     let dark = if on(Correction::SpectralDark) {
         DarkSubtraction::Spectrum
     } else {
@@ -218,24 +247,18 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
     let spectral = spectral::on_axis(run, dark)?;
     let sensor_irradiance = spectral
         .as_ref()
-        .map(|spectral| sensor_illuminance.times(1.0 / spectral.ler.value, "W/m²", "efficacy", spectral.ler.u_rel()));
+        .map(|spectral| sensor_illuminance.over(&spectral.ler, "W/m²", "efficacy"));
     let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
     let mut notes = levels.notes.clone();
+    notes.extend(accepted.iter().map(gate::note));
     notes.extend(left_out);
     notes.extend(circle::note(grid.assumed));
-    notes.extend(zone_note(&grid));
+    notes.extend(notes::zone_note(&grid));
     notes.extend(not_smoothed.map(|error| error.to_string()));
-    notes.extend(burning_notes(all, &rows, &drift, on(Correction::Drift)));
-    notes.extend(run_notes(
-        run,
-        &options.without,
-        &levels,
-        used,
-        rows.len(),
-        spectral.as_ref(),
-    ));
+    notes.extend(notes::burning_notes(all, &rows, &drift, on(Correction::Drift)));
+    notes.extend(notes::run_notes(run, &options.without, &levels, used, rows.len()));
     Ok(Reduction {
-        other_distances: other_distances(all, distance_mm, subtract),
+        other_distances: apparent::other_distances(all, distance_mm, subtract),
         spectral,
         subtract,
         drift,
@@ -246,7 +269,8 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         i_max_deg,
         sensor_illuminance,
         sensor_irradiance,
-        closing,
+        closing: Closing::of(&samples),
+        accepted,
         readings: (used, all.len()),
         notes,
         without: options.without.clone(),
@@ -288,67 +312,38 @@ fn inverted(
     Ok(by_row)
 }
 
-fn drift_of(
-    all: &[Reading],
-    rows: &[&Reading],
-    distance_mm: f64,
-    light: &impl Fn(&Reading, f64) -> Corrected,
-) -> Result<Drift, ReduceError> {
-    let starts = drift::burnings(all);
-    let mut burnings: Vec<(u64, Vec<drift::Visit>)> = starts.iter().map(|start| (*start, Vec::new())).collect();
-    for row in all {
-        let visit = row.role == Role::Reference && row.kind == ReadingKind::Lit && row.distance_mm == distance_mm;
-        if let (true, Some(lux), Some(time_s), Some(u_lx)) = (visit, row.illuminance_lx, row.time_s, row.u_lx) {
-            let corrected = light(row, lux);
-            let seen = (time_s, corrected.intensity_cd, u_lx * corrected.cd_per_lx);
-            burnings[drift::burning_of(&starts, row.index)].1.push(seen);
-        }
+/// What a budget without `bench.u_distance_mm` lacks.
+const NO_DISTANCE: &str = "the station states no bench.u_distance_mm: uncertainty of the distance";
+
+/// Refuses what does not agree, unless it is accepted.
+fn refuse(findings: &[Finding], options: &Options) -> Result<(), ReduceError> {
+    if findings.is_empty() || options.accept_drift.is_some() {
+        return Ok(());
     }
-    // A burning without readings of the distribution says nothing of them.
-    let used: BTreeSet<usize> = rows.iter().map(|row| drift::burning_of(&starts, row.index)).collect();
-    let burnings: Vec<_> = used.into_iter().map(|at| std::mem::take(&mut burnings[at])).collect();
-    let per_lx = (distance_mm * 1e-3).powi(2);
-    Drift::of_burnings(&burnings).map_err(|mean_cd| ReduceError::DarkReference {
-        illuminance_lx: mean_cd / per_lx,
+    Err(ReduceError::Unsteady {
+        findings: findings.to_vec(),
     })
 }
 
-/// That the γ are not those of the whole sphere.
-fn zone_note(grid: &Grid) -> Option<String> {
-    let gammas = grid.distribution.gamma_deg();
-    let (first, last) = (gammas[0], gammas[gammas.len() - 1]);
-    (first > 0.0 || last < 180.0).then(|| {
-        format!("γ {first}° to {last}° was measured: the flux is that of this zone, and the files are dark outside it")
-    })
-}
-
-/// What the lamp's switching on more than once during the distribution means for its level.
-fn burning_notes(all: &[Reading], rows: &[&Reading], drift: &Drift, corrected: bool) -> Vec<String> {
-    let starts = drift::burnings(all);
-    let used: BTreeSet<usize> = rows.iter().map(|row| drift::burning_of(&starts, row.index)).collect();
-    if used.len() < 2 || !corrected {
-        return Vec::new();
-    }
-    let count = used.len();
-    let Drift::ByBurning { burning, .. } = drift else {
-        return vec![format!(
-            "the lamp was switched on {count} times during the distribution, and no visit to the reference point ties the levels; \
-             give the block reference_every"
-        )];
-    };
-    let mut notes = vec![format!(
-        "the lamp was switched on {count} times during the distribution: each part is brought to the mean of all visits by its own"
-    )];
-    notes.extend(burning.iter().filter(|part| part.visits == 0).map(|part| {
+/// What a budget lacks where a model takes out effects of unknown uncertainty.
+fn unknown_effects(effects: &[String]) -> Option<String> {
+    (!effects.is_empty()).then(|| {
         format!(
-            "the part from row {} on has no visit to the reference point: its level is not tied to the others'",
-            part.first_row
+            "no uncertainty is known of what the model takes out: {}",
+            effects.join(", ")
         )
-    }));
-    notes
+    })
 }
 
-fn common(run: &Run, levels: &Levels, subtract: Subtract, drift: &Drift, grid: &Grid, distance_mm: f64) -> Common {
+fn common(
+    run: &Run,
+    levels: &Levels,
+    subtract: Subtract,
+    drift: &Drift,
+    grid: &Grid,
+    distance_mm: f64,
+    unmeasured: &Unmeasured,
+) -> Common {
     let station = &run.header.station;
     let per_lx = (distance_mm * 1e-3).powi(2);
     let (mut noise, mut digit) = (0.0_f64, 0.0_f64);
@@ -360,111 +355,11 @@ fn common(run: &Run, levels: &Levels, subtract: Subtract, drift: &Drift, grid: &
     Common {
         dark_noise_cd: noise * per_lx,
         dark_digit_cd: digit * per_lx,
+        offset_cd: unmeasured.offset_lx * per_lx,
+        ambient_cd: unmeasured.ambient_lx * per_lx,
+        stray_cd: unmeasured.stray_lx * per_lx,
         distance_rel: station.bench().u_distance_mm.map_or(0.0, |u| 2.0 * u / distance_mm),
         calibration_rel: station.luxmeter().u_rel,
         drift_rel: drift.u_rel(),
     }
-}
-
-fn i_max(grid: &Grid, common: &Common) -> (Quantity, (f64, f64)) {
-    let distribution: &IntensityDistribution = &grid.distribution;
-    let gammas = distribution.gamma_deg().len();
-    let place = (0..grid.sample_of.len())
-        .max_by(|&a, &b| distribution.intensity_cd()[a].total_cmp(&distribution.intensity_cd()[b]))
-        .unwrap_or(0);
-    let direction = (
-        distribution.c_deg()[place / gammas],
-        distribution.gamma_deg()[place % gammas],
-    );
-    let weights = grid.direction_weights(direction.0, direction.1);
-    (budget::weighted_sum(grid, &weights, common, "cd"), direction)
-}
-
-fn closing(samples: &[Sample]) -> Option<Closing> {
-    let pairs: Vec<(&Sample, &Sample)> = samples
-        .iter()
-        .filter(|sample| sample.closing)
-        .filter_map(|last| {
-            let first = samples
-                .iter()
-                .find(|first| !first.closing && first.c_deg == 0.0 && first.gamma_deg == last.gamma_deg)?;
-            Some((first, last))
-        })
-        .collect();
-    let n = pairs.len() as f64;
-    let difference = |(first, last): &(&Sample, &Sample)| last.intensity_cd - first.intensity_cd;
-    let worst = pairs
-        .iter()
-        .max_by(|a, b| difference(a).abs().total_cmp(&difference(b).abs()))?;
-    let u2 = |sample: &Sample| sample.u_noise_cd.powi(2) + sample.u_digit_cd.powi(2);
-    Some(Closing {
-        directions: pairs.len(),
-        rms_cd: (pairs.iter().map(|pair| difference(pair).powi(2)).sum::<f64>() / n).sqrt(),
-        max_cd: difference(worst),
-        max_gamma_deg: worst.1.gamma_deg,
-        chi2_per_direction: pairs
-            .iter()
-            .map(|pair| difference(pair).powi(2) / (u2(pair.0) + u2(pair.1)).max(f64::MIN_POSITIVE))
-            .sum::<f64>()
-            / n,
-    })
-}
-
-fn other_distances(all: &[Reading], main_mm: f64, subtract: Subtract) -> Vec<Apparent> {
-    let mut on_axis: Vec<&Reading> = all
-        .iter()
-        .filter(|row| row.kind == ReadingKind::Lit && row.distance_mm != main_mm && row.gamma_target_deg == 0.0)
-        .filter(|row| row.quality == Quality::Ok)
-        .collect();
-    on_axis.sort_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm));
-    on_axis
-        .chunk_by(|a, b| a.distance_mm == b.distance_mm)
-        .filter_map(|group| {
-            let distance_mm = group[0].distance_mm;
-            let levels = Levels::of(all, distance_mm);
-            let level = Level::of(group.iter().copied())?;
-            let per_lx = (distance_mm * 1e-3).powi(2);
-            let (noise, digit) = levels.u_lx(0.0, subtract);
-            Some(Apparent {
-                distance_mm,
-                intensity_cd: (level.mean_lx - levels.subtracted_lx(0.0, subtract)) * per_lx,
-                u_cd: level.u_lx().hypot(noise).hypot(digit) * per_lx,
-            })
-        })
-        .collect()
-}
-
-fn run_notes(
-    run: &Run,
-    without: &BTreeSet<Correction>,
-    levels: &Levels,
-    used: usize,
-    lit: usize,
-    spectral: Option<&SpectralResult>,
-) -> Vec<String> {
-    let mut notes: Vec<String> = without
-        .iter()
-        .map(|correction| format!("correction {correction} is switched off"))
-        .collect();
-    if levels.capped.is_none() && levels.lamp_off.is_none() && levels.baffled.is_empty() {
-        notes.push("no capped, lamp_off or baffled readings: nothing was subtracted".to_owned());
-    } else if levels.baffled.is_empty() {
-        notes.push("no baffled readings: stray light made by the lamp is still in the distribution".to_owned());
-    }
-    if used < lit {
-        notes.push(format!("{} lit readings have no number and were left out", lit - used));
-    }
-    if run.header.station.bench().u_distance_mm.is_none() {
-        notes.push("the station states no bench.u_distance_mm: the budget lacks the distance".to_owned());
-    }
-    if let Some(spectro) = run.header.station.spectroradiometer().filter(|_| spectral.is_some()) {
-        if spectro.u_rel.is_none() {
-            notes.push("the station states no spectroradiometer.u_rel: the budget lacks its calibration".to_owned());
-        }
-        notes.push(
-            "the uncertainty of efficacy and colour holds noise alone, not the calibration's spectral shape".to_owned(),
-        );
-    }
-    notes.extend(run.notices.iter().cloned());
-    notes
 }

@@ -9,6 +9,8 @@ use sha2::{Digest, Sha256};
 
 use crate::budget::noise_of_directions;
 use crate::error::ReduceError;
+use crate::gate;
+use crate::headline::NEAR_FIELD_AT_SENSOR;
 use crate::{Drift, Reduction, SENSOR_MM};
 
 /// One file.
@@ -47,7 +49,7 @@ pub fn files(
         bytes: ies(&shown, reduction, run, program),
     });
     files.extend(spectral_files(reduction, run, program));
-    let model = model_toml(reduction, run_files);
+    let model = model_toml(reduction, diameter_mm(run), run_files);
     files.push(ResultFile {
         name: "luminaire.model.toml",
         bytes: model.into_bytes(),
@@ -101,6 +103,7 @@ fn ldt(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &
             }
         ),
         name: name(run),
+        date_user: ldt_remark(reduction),
         length_mm: diameter_mm(run),
         width_mm: Some(0.0),
         height_mm: Some(0.0),
@@ -125,6 +128,34 @@ fn ldt(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &
     Ok(written.bytes)
 }
 
+/// What the flux in the file lacks, in the line of 78 signs that EULUMDAT has for date and user.
+fn ldt_remark(reduction: &Reduction) -> String {
+    let missing = &reduction.flux.missing;
+    let Some(first) = missing
+        .iter()
+        .find(|phrase| *phrase == gate::ACCEPTED)
+        .or(missing.first())
+    else {
+        return String::new();
+    };
+    let mut text = ascii(&format!("no uncertainty: {first}"));
+    if missing.len() > 1 {
+        text.truncate(60);
+        text.push_str(&format!("; {} more", missing.len() - 1));
+    }
+    text
+}
+
+/// The text in the letters that every reader of these files knows.
+fn ascii(text: &str) -> String {
+    let plain = text
+        .replace('γ', "gamma")
+        .replace('°', " deg")
+        .replace('±', "+-")
+        .replace('′', "'");
+    plain.chars().map(|c| if c.is_ascii() { c } else { ' ' }).collect()
+}
+
 fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, program: &str) -> Vec<u8> {
     let metres = diameter_mm(run).unwrap_or(0.0) * 1e-3;
     let mut keywords = vec![
@@ -135,16 +166,21 @@ fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, program:
         ("LUMCAT", name(run)),
         (
             "OTHER",
-            format!(
-                "{program}; flux {:.6} lm, standard uncertainty {:.2} lm",
-                reduction.flux.value, reduction.flux.u
-            ),
+            match reduction.flux.u {
+                Some(u) => format!(
+                    "{program}; flux {:.6} lm, standard uncertainty {u:.2} lm",
+                    reduction.flux.value
+                ),
+                None => format!("{program}; flux {:.6} lm, no uncertainty stated", reduction.flux.value),
+            },
         ),
     ];
     keywords.extend(reduction.grid.smoothed.as_ref().map(|_| {
         let text = "smoothed within the rounding and the scatter of the readings";
         ("OTHER", text.to_owned())
     }));
+    let missing = reduction.flux.missing.iter();
+    keywords.extend(missing.map(|phrase| ("OTHER", ascii(&format!("no uncertainty: {phrase}")))));
     keywords.extend(crate::circle::note(reduction.grid.assumed).map(|note| {
         // The first clause: LM-63 has short lines of ASCII.
         let clause = note.split(',').next().unwrap_or_default();
@@ -193,7 +229,7 @@ fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Result
 
 /// The model of the run: its distribution and spectrum with a disc of 1 mm as emitter, and the offset, ambient and stray
 /// light that were taken out of the readings as effects of the bench, so that its predictions are readings again.
-fn model_toml(reduction: &Reduction, run_files: &[(String, Vec<u8>)]) -> String {
+fn model_toml(reduction: &Reduction, diameter_mm: Option<f64>, run_files: &[(String, Vec<u8>)]) -> String {
     let mut text = String::from("format = \"isolux-model/1\"\n\n[luminaire]\ndistribution = \"luminaire.ldt\"\n");
     if let Some(spectral) = &reduction.spectral {
         text.push_str("spectrum = \"luminaire.spdx\"\n");
@@ -201,17 +237,7 @@ fn model_toml(reduction: &Reduction, run_files: &[(String, Vec<u8>)]) -> String 
     }
     text.push_str("emitter = { shape = \"disc\", diameter_mm = 1.0 }\n\n");
     text.push_str("[luminaire.trust]\nshape = \"smooth\"\nc_harmonics = [2]\n\n");
-    // Relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy; what each direction has on its own.
-    text.push_str("[luminaire.u]\n");
-    let near_axis = reduction.sensor_illuminance.u_rel();
-    // Where the axis was not measured there is no light to be uncertain of.
-    if near_axis.is_finite() {
-        text.push_str(&format!("intensity_rel = {near_axis:.6}\n"));
-    }
-    text.push_str(&format!("flux_rel = {:.6}\n", reduction.flux.u_rel()));
-    if let Some(spectral) = &reduction.spectral {
-        text.push_str(&format!("ler_rel = {:.6}\n", spectral.ler.u_rel()));
-    }
+    text.push_str(&uncertainty_toml(reduction, diameter_mm));
     let (direction_rel, direction_cd) = noise_of_directions(&reduction.grid);
     text.push_str(&format!(
         "direction_rel = {direction_rel:.8}\ndirection_cd = {direction_cd:.6}\n"
@@ -225,9 +251,46 @@ fn model_toml(reduction: &Reduction, run_files: &[(String, Vec<u8>)]) -> String 
     if !reduction.removed_effects.is_empty() {
         text.push_str(&format!("removed = {:?}\n", reduction.removed_effects));
     }
+    if let Some(accepted) = &reduction.accepted {
+        text.push_str(&format!("accepted = {}\n", toml::Value::from(gate::note(accepted))));
+    }
     text.push_str("\n[noise]\nu_scale = \"stated\"\n");
     for effect in bench_effects(reduction) {
         text.push_str(&format!("\n[[effect]]\n{effect}"));
+    }
+    text
+}
+
+/// `[luminaire.u]`: relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy, each where
+/// nothing is missing in it; what is missing; the size of the luminous area, which the emitter of 1 mm leaves out.
+fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
+    let mut text = String::from("[luminaire.u]\n");
+    // The near field at some sensor's distance is the simulation's, which knows the distance.
+    let near_axis = reduction.sensor_illuminance.without_part(NEAR_FIELD_AT_SENSOR);
+    let ler = reduction.spectral.as_ref().map(|spectral| &spectral.ler);
+    let mut missing: Vec<&String> = Vec::new();
+    for (key, quantity) in [
+        ("intensity_rel", Some(&near_axis)),
+        ("flux_rel", Some(&reduction.flux)),
+        ("ler_rel", ler),
+    ] {
+        let Some(quantity) = quantity else { continue };
+        // Where the axis was not measured there is no light to be uncertain of.
+        if let Some(rel) = quantity.u_rel().filter(|rel| rel.is_finite()) {
+            text.push_str(&format!("{key} = {rel:.6}\n"));
+        }
+        for phrase in &quantity.missing {
+            if !missing.contains(&phrase) {
+                missing.push(phrase);
+            }
+        }
+    }
+    if !missing.is_empty() {
+        let list: Vec<toml::Value> = missing.into_iter().map(|phrase| phrase.as_str().into()).collect();
+        text.push_str(&format!("missing = {}\n", toml::Value::Array(list)));
+    }
+    if let Some(diameter_mm) = diameter_mm {
+        text.push_str(&format!("luminous_diameter_mm = {diameter_mm:?}\n"));
     }
     text
 }
@@ -269,9 +332,9 @@ fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
     let [offset, ambient, stray] = reduction.levels.parts_lx(0.0);
     let spectral = reduction.spectral.as_ref();
     // A sensor outside the measured zone has no number, not one of 0 ± 0.
-    let seen = reduction.sensor_illuminance.u_rel().is_finite();
+    let seen = reduction.sensor_illuminance.u_of_parts_rel().is_finite();
     json!({
-        "coverage": "standard uncertainties, k = 1",
+        "coverage": "standard uncertainties, k = 1; u is null where something is missing that was neither measured nor stated",
         "flux": reduction.flux,
         "i_max": reduction.i_max,
         "i_max_c_deg": reduction.i_max_deg.0,
@@ -302,6 +365,7 @@ fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
         "readings_used": reduction.readings.0,
         "readings": reduction.readings.1,
         "without": reduction.without,
+        "accepted_drift": reduction.accepted,
         "removed_effects": reduction.removed_effects,
         "notes": reduction.notes,
     })
@@ -331,6 +395,8 @@ fn provenance(
         "run": { "started_utc": run.header.started_utc, "sha256": object(hashes(run_files)) },
         "devices": run.header.device,
         "without": reduction.without,
+        "accepted_drift": reduction.accepted,
+        "missing_in_flux": reduction.flux.missing,
         "removed_effects": reduction.removed_effects,
         "results_sha256": object(made),
     })

@@ -7,8 +7,8 @@ use isolux_record::spectra::{DarkSubtraction, SpectrumRecord};
 use isolux_spectrum::Spectrum;
 use isolux_spectrum::cie;
 
-use crate::budget::Quantity;
 use crate::error::ReduceError;
+use crate::quantity::Quantity;
 
 /// The spectrum of a run on the axis, at 1 nm.
 #[derive(Debug, Clone)]
@@ -106,27 +106,71 @@ pub fn on_axis(run: &Run, dark: DarkSubtraction) -> Result<Option<SpectralResult
     }
     let spectrum = Spectrum::new(wavelength, value)?;
     let u_w_m2_nm: Vec<f64> = variance.iter().map(|variance| variance.sqrt()).collect();
-    let settings = run.header.station.spectroradiometer();
-    let calibration_rel = settings.and_then(|settings| settings.u_rel).unwrap_or(0.0);
-    let distance_rel = settings
-        .and_then(|settings| settings.u_distance_mm.map(|u| 2.0 * u / settings.distance_mm))
-        .unwrap_or(0.0);
-    Ok(Some(result(
-        spectrum,
-        u_w_m2_nm,
-        first.distance_mm,
-        calibration_rel,
-        distance_rel,
-    )))
+    let known = Known::of(run, dark, first.distance_mm);
+    Ok(Some(result(spectrum, u_w_m2_nm, first.distance_mm, &known)))
 }
 
-fn result(
-    spectrum: Spectrum,
-    u_w_m2_nm: Vec<f64>,
-    distance_mm: f64,
+/// What the station states of the spectroradiometer, and what it does not.
+#[derive(Debug, Default)]
+struct Known {
     calibration_rel: f64,
     distance_rel: f64,
-) -> SpectralResult {
+    stray_rel: f64,
+    shape_rel: f64,
+    wavelength_nm: f64,
+    /// Missing in the level of the light.
+    level: Vec<String>,
+    /// Missing in its colour.
+    colour: Vec<String>,
+}
+
+impl Known {
+    fn of(run: &Run, dark: DarkSubtraction, distance_mm: f64) -> Self {
+        let settings = run.header.station.spectroradiometer();
+        let mut known = Self::default();
+        let stated = |value: Option<f64>, missing: &mut Vec<String>, what: &str| {
+            if value.is_none() {
+                missing.push(what.to_owned());
+            }
+            value.unwrap_or(0.0)
+        };
+        let of = |key: fn(&isolux_record::station::Spectroradiometer) -> Option<f64>| settings.and_then(key);
+        known.calibration_rel = stated(
+            of(|settings| settings.u_rel),
+            &mut known.level,
+            "the station states no spectroradiometer.u_rel: its calibration",
+        );
+        known.distance_rel = stated(
+            of(|settings| settings.u_distance_mm).map(|u_mm| 2.0 * u_mm / distance_mm),
+            &mut known.level,
+            "the station states no spectroradiometer.u_distance_mm: its distance",
+        );
+        // Nothing was put before the lamp for the spectrum: what comes another way is in it.
+        known.stray_rel = stated(
+            of(|settings| settings.stray_max_rel).map(|bound| bound / 3.0_f64.sqrt()),
+            &mut known.level,
+            "the spectrum is not corrected for stray light (spectroradiometer.stray_max_rel)",
+        );
+        known.shape_rel = stated(
+            of(|settings| settings.u_shape_rel),
+            &mut known.colour,
+            "the station states no spectroradiometer.u_shape_rel: spectral shape of the calibration",
+        );
+        known.wavelength_nm = stated(
+            of(|settings| settings.u_wavelength_nm),
+            &mut known.colour,
+            "the station states no spectroradiometer.u_wavelength_nm: wavelength scale",
+        );
+        if dark == DarkSubtraction::Off {
+            for missing in [&mut known.level, &mut known.colour] {
+                missing.push("not corrected for the dark spectrum".to_owned());
+            }
+        }
+        known
+    }
+}
+
+fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Known) -> SpectralResult {
     let v_lambda: Vec<f64> = spectrum.wavelength_nm().iter().map(|&nm| v_at(nm)).collect();
     let (integral, luminous) = (spectrum.integral(), spectrum.luminous_integral());
     let ler = luminous / integral;
@@ -138,44 +182,78 @@ fn result(
             .sum::<f64>()
             .sqrt()
     };
-    let common = |value: f64, noise: f64, unit| {
+    let level = |value: f64, noise: f64, unit| {
         let parts = [
             ("noise", noise),
-            ("calibration", value * calibration_rel),
-            ("distance", value * distance_rel),
+            ("calibration", value * known.calibration_rel),
+            ("distance", value * known.distance_rel),
+            ("stray", value * known.stray_rel),
         ];
-        Quantity::new(value, unit, parts)
+        Quantity::new(value, unit, parts).lacking(known.level.iter().cloned())
     };
-    let cct = spectrum.cct().map(|cct| {
+    // What a number of the spectrum changes by when its shape or its wavelengths are wrong by their uncertainty.
+    let shaped = shape_changed(&spectrum, known.shape_rel);
+    let shifted = wavelengths_changed(&spectrum, known.wavelength_nm);
+    let colour = |value: f64, noise: f64, unit, of: &dyn Fn(&Spectrum) -> Option<f64>| {
+        let change = |changed: &Option<Spectrum>| changed.as_ref().and_then(of).map_or(0.0, |there| there - value);
+        let parts = [
+            ("noise", noise),
+            ("calibration_shape", change(&shaped)),
+            ("wavelength", change(&shifted)),
+        ];
+        Quantity::new(value, unit, parts).lacking(known.colour.iter().cloned())
+    };
+    let cct_of = |spectrum: &Spectrum| spectrum.cct().map(|cct| cct.cct_k);
+    let cct = cct_of(&spectrum).map(|centre| {
         // No closed form through the nearest Planckian: one wavelength after the other is moved by its uncertainty.
-        let centre = cct.cct_k;
         let moved = squares(&|place| {
             let mut value = spectrum.value().to_vec();
             let step = u_w_m2_nm[place].max(1e-12 * value[place].abs());
             value[place] += step;
             let there = Spectrum::new(spectrum.wavelength_nm().to_vec(), value)
                 .ok()
-                .and_then(|moved| moved.cct());
-            there.map_or(
-                0.0,
-                |there| if step > 0.0 { (there.cct_k - centre) / step } else { 0.0 },
-            )
+                .and_then(|moved| cct_of(&moved));
+            there.map_or(0.0, |there| if step > 0.0 { (there - centre) / step } else { 0.0 })
         });
-        Quantity::new(centre, "K", [("noise", moved)])
+        colour(centre, moved, "K", &cct_of)
     });
+    let noise_of_ler = squares(&|place| (683.0 * v_lambda[place] - ler) / integral);
+    let ler_of = |spectrum: &Spectrum| Some(spectrum.luminous_integral() / spectrum.integral());
     SpectralResult {
-        ler: Quantity::new(
-            ler,
-            "lm/W",
-            [("noise", squares(&|place| (683.0 * v_lambda[place] - ler) / integral))],
-        ),
-        irradiance: common(integral, squares(&|_| 1.0), "W/m²"),
-        illuminance: common(luminous, squares(&|place| 683.0 * v_lambda[place]), "lx"),
+        ler: colour(ler, noise_of_ler, "lm/W", &ler_of),
+        irradiance: level(integral, squares(&|_| 1.0), "W/m²"),
+        illuminance: level(luminous, squares(&|place| 683.0 * v_lambda[place]), "lx"),
         cct,
         spectrum,
         u_w_m2_nm,
         distance_mm,
     }
+}
+
+/// The spectrum with a calibration whose ratio of 700 nm to 400 nm is off by `rel`, linear in the wavelength.
+fn shape_changed(spectrum: &Spectrum, rel: f64) -> Option<Spectrum> {
+    let factor = |nm: f64| 1.0 + rel * (nm - 550.0) / 300.0;
+    let pairs = spectrum.wavelength_nm().iter().zip(spectrum.value());
+    Spectrum::new(
+        spectrum.wavelength_nm().to_vec(),
+        pairs.map(|(nm, value)| value * factor(*nm)).collect(),
+    )
+    .ok()
+}
+
+/// The spectrum on a wavelength scale that is off by `nm`, at the wavelengths that it had.
+fn wavelengths_changed(spectrum: &Spectrum, nm: f64) -> Option<Spectrum> {
+    let at = spectrum.wavelength_nm();
+    let value = spectrum.value();
+    let slope = |place: usize| {
+        let (low, high) = (place.saturating_sub(1), (place + 1).min(at.len() - 1));
+        (value[high] - value[low]) / (at[high] - at[low])
+    };
+    Spectrum::new(
+        at.to_vec(),
+        (0..at.len()).map(|place| value[place] - nm * slope(place)).collect(),
+    )
+    .ok()
 }
 
 fn v_at(wavelength_nm: f64) -> f64 {
@@ -252,7 +330,14 @@ mod tests {
             .collect();
         let u: Vec<f64> = value.iter().map(|value| 0.01 * value).collect();
         let spectrum = Spectrum::new(wavelength, value.clone()).unwrap();
-        let result = result(spectrum, u, 500.0, 0.02, 0.004);
+        let known = Known {
+            calibration_rel: 0.02,
+            distance_rel: 0.004,
+            shape_rel: 0.01,
+            wavelength_nm: 0.2,
+            ..Known::default()
+        };
+        let result = result(spectrum, u, 500.0, &known);
         let expected: f64 = value.iter().map(|value| (0.01 * value).powi(2)).sum::<f64>().sqrt();
         assert!((result.irradiance.parts["noise"] - expected).abs() < 1e-12);
         assert!((result.irradiance.parts["calibration"] / result.irradiance.value - 0.02).abs() < 1e-12);
@@ -261,6 +346,9 @@ mod tests {
             "a common factor does not touch the efficacy"
         );
         let cct = result.cct.unwrap();
-        assert!(cct.u > 0.5 && cct.u < 50.0, "{cct:?}");
+        assert!(cct.parts["noise"] > 0.5 && cct.parts["noise"] < 50.0, "{cct:?}");
+        // 1 % more red light makes it warmer by some tens of kelvins, and so does a scale that reads too long.
+        assert!((5.0..50.0).contains(&cct.parts["calibration_shape"]), "{cct:?}");
+        assert!((1.0..50.0).contains(&cct.parts["wavelength"]), "{cct:?}");
     }
 }

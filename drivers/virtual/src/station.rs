@@ -62,7 +62,8 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
     if let Some(spectrometer) = address(Instrument::Spectroradiometer) {
         text.push_str(&format!(
             "\n[spectroradiometer]\nopen = \"ocean-ooi:{spectrometer}\"\ndistance_mm = {:.1}\nu_distance_mm = 0.5\n\
-             calibration = \"{CALIBRATION_FILE}\"\nu_rel = 0.004\n",
+             calibration = \"{CALIBRATION_FILE}\"\nu_rel = 0.004\nu_shape_rel = 0.004\nu_wavelength_nm = 0.1\n\
+             stray_max_rel = 0.001\n",
             document.spectroradiometer.distance_mm
         ));
     }

@@ -4,11 +4,12 @@
 //! agreement tests near field, distance and calibration at once, and no part of it was fitted.
 
 use camino::Utf8Path;
+use isolux_reduce::NEAR_FIELD_AT_SENSOR;
 use isolux_sim::simulation::Method;
 use serde::Serialize;
 
 use super::Stated;
-use crate::reduce::Reduced;
+use crate::reduce::{Reduced, no_uncertainty};
 use crate::scene::{self, Changes};
 use crate::{Failure, simulate};
 
@@ -30,8 +31,10 @@ pub struct Comparison {
     pub simulated_lx: Stated,
     /// (simulated − measured)/measured.
     pub gap_rel: f64,
-    /// The gap in standard uncertainties of the difference.
-    pub gap_sigma: f64,
+    /// The gap in standard uncertainties of the difference; null where something is missing in them.
+    pub gap_sigma: Option<f64>,
+    /// What is missing in them, one phrase each.
+    pub missing: Vec<String>,
     /// The same gap when the light leaves from the whole luminous area; none where the station does not state its size.
     pub near_field: Option<NearField>,
 }
@@ -49,7 +52,7 @@ pub struct NearField {
     /// The gap that is left, relative.
     pub gap_rel: f64,
     /// The gap that is left, in σ.
-    pub gap_sigma: f64,
+    pub gap_sigma: Option<f64>,
     /// Whether it turns a disagreement into an agreement. Nothing was fitted for that.
     pub explains: bool,
 }
@@ -58,34 +61,27 @@ impl Comparison {
     /// The comparison in words.
     pub fn sentences(&self) -> Vec<String> {
         let mut lines = vec![format!(
-            "on the axis, {:.0} mm   measured {:.4} ± {:.4} W/m² ({:.1} ± {:.1} lx), simulated {:.4} ± {:.4} W/m² ({:.1} ± {:.1} lx)",
+            "on the axis, {:.0} mm   measured {} W/m² ({} lx), simulated {} W/m² ({} lx)",
             self.distance_mm,
-            self.measured_w_m2.value,
-            self.measured_w_m2.u,
-            self.measured_lx.value,
-            self.measured_lx.u,
-            self.simulated_w_m2.value,
-            self.simulated_w_m2.u,
-            self.simulated_lx.value,
-            self.simulated_lx.u,
+            self.measured_w_m2.text(4),
+            self.measured_lx.text(1),
+            self.simulated_w_m2.text(4),
+            self.simulated_lx.text(1),
         )];
-        lines.push(format!(
-            "gap                   {:+.2} %, {:+.1} σ",
-            100.0 * self.gap_rel,
-            self.gap_sigma
-        ));
+        lines.push(format!("gap                   {}", self.gap_text()));
         if let Some(near) = &self.near_field {
             let verdict = if near.explains {
                 "near_field explains the gap: the light leaves from rings, not from a disc of 1 mm"
-            } else if self.gap_sigma.abs() <= DISAGREES_SIGMA {
+            } else if self.gap_sigma.is_none() {
+                "whether it explains the gap cannot be said; with the whole luminous area"
+            } else if !self.disagrees() {
                 "no disagreement to explain; with the whole luminous area"
             } else {
                 "near_field alone does not explain the gap; with the whole luminous area"
             };
             lines.push(format!(
-                "near_field            {verdict}: {:+.2} %, {:+.1} σ left (ring of {:.1} mm radius from the stated luminous diameter of {} mm)",
-                100.0 * near.gap_rel,
-                near.gap_sigma,
+                "near_field            {verdict}: {} left (ring of {:.1} mm radius from the stated luminous diameter of {} mm)",
+                gap_words(near.gap_rel, near.gap_sigma),
                 near.radius_mm,
                 near.luminous_diameter_mm
             ));
@@ -93,11 +89,31 @@ impl Comparison {
         lines
     }
 
+    /// The gap with what it is worth.
+    pub fn gap_text(&self) -> String {
+        match self.gap_sigma {
+            Some(_) => gap_words(self.gap_rel, self.gap_sigma),
+            None => format!("{:+.2} %, {}", 100.0 * self.gap_rel, no_uncertainty(&self.missing)),
+        }
+    }
+
+    fn disagrees(&self) -> bool {
+        self.gap_sigma.is_some_and(|sigma| sigma.abs() > DISAGREES_SIGMA)
+    }
+
     /// The finding in one sentence, and whether all is well.
     pub fn verdict(&self) -> (String, bool) {
-        let gap = format!("{:+.2} % ({:+.1} σ)", 100.0 * self.gap_rel, self.gap_sigma);
+        let gap = gap_words(self.gap_rel, self.gap_sigma);
         match &self.near_field {
-            _ if self.gap_sigma.abs() <= DISAGREES_SIGMA => (
+            _ if self.gap_sigma.is_none() => (
+                format!(
+                    "Simulation and measurement differ on the axis at {:.0} mm by {gap}; whether they agree cannot be said, {}.",
+                    self.distance_mm,
+                    no_uncertainty(&self.missing)
+                ),
+                false,
+            ),
+            _ if !self.disagrees() => (
                 format!(
                     "Simulation and measurement agree on the axis at {:.0} mm: {gap}.",
                     self.distance_mm
@@ -107,10 +123,9 @@ impl Comparison {
             Some(near) if near.explains => (
                 format!(
                     "The 1 mm disc is off by {gap} on the axis at {:.0} mm; near_field (limited photometric distance) explains it: \
-                     {:+.2} % ({:+.1} σ) are left with the luminous area, and nothing was fitted.",
+                     {} are left with the luminous area, and nothing was fitted.",
                     self.distance_mm,
-                    100.0 * near.gap_rel,
-                    near.gap_sigma
+                    gap_words(near.gap_rel, near.gap_sigma)
                 ),
                 true,
             ),
@@ -124,6 +139,12 @@ impl Comparison {
             ),
         }
     }
+}
+
+/// A gap in per cent, and in σ where that is known.
+pub(super) fn gap_words(gap_rel: f64, sigma: Option<f64>) -> String {
+    let sigma = sigma.map_or_else(String::new, |sigma| format!(", {sigma:+.1} σ"));
+    format!("{:+.2} %{sigma}", 100.0 * gap_rel)
 }
 
 /// Compares; none without a spectrum.
@@ -150,9 +171,14 @@ pub(super) fn on_axis(folder: &Utf8Path, reduced: &Reduced) -> Result<Option<Com
     };
     let simulated = here(Vec::new())?;
     let (measured, measured_lx) = (&spectral.irradiance, &spectral.illuminance);
-    // Both sides in W/m² rest on the same spectrum, whose efficacy cancels: what is compared is lx against lx.
-    let u_simulated_rel = reduced.reduction.sensor_illuminance.u_rel();
-    let u_rel = u_simulated_rel.hypot(measured_lx.u_rel());
+    // Both sides in W/m² rest on the same spectrum, whose efficacy cancels: what is compared is lx against lx. The near field
+    // at the short distance is what is tested, and no uncertainty of the test.
+    let far = reduced.reduction.sensor_illuminance.without_part(NEAR_FIELD_AT_SENSOR);
+    let u_rel = far
+        .u_rel()
+        .zip(measured_lx.u_rel())
+        .map(|(far, measured)| far.hypot(measured));
+    let missing = far.clone().lacking(measured_lx.missing.iter().cloned()).missing;
     let gap = |simulated: f64| simulated / measured.value - 1.0;
     let gap_rel = gap(simulated);
     let near_field = reduced
@@ -165,30 +191,32 @@ pub(super) fn on_axis(folder: &Utf8Path, reduced: &Reduced) -> Result<Option<Com
             let radius_mm = luminous_diameter_mm / 8f64.sqrt();
             let effect = format!("effect = [{{ name = \"near_field\", radius_mm = {radius_mm:?}, aim_deg = 0.0 }}]");
             let with = here(vec![effect])?;
-            let left = gap(with) / u_rel;
+            let left = u_rel.map(|u_rel| gap(with) / u_rel);
+            let beyond = |sigma: Option<f64>| sigma.is_some_and(|sigma| sigma.abs() > DISAGREES_SIGMA);
             Ok::<_, Failure>(NearField {
                 luminous_diameter_mm,
                 radius_mm,
                 simulated_w_m2: with,
                 gap_rel: gap(with),
                 gap_sigma: left,
-                explains: (gap_rel / u_rel).abs() > DISAGREES_SIGMA && left.abs() <= DISAGREES_SIGMA,
+                explains: beyond(u_rel.map(|u_rel| gap_rel / u_rel)) && !beyond(left),
             })
         })
         .transpose()?;
     let ler = measured_lx.value / measured.value;
-    let stated = |value: f64, u_rel: f64| Stated {
+    let stated = |value: f64, u_rel: Option<f64>| Stated {
         value,
-        u: value * u_rel,
+        u: u_rel.map(|u_rel| value * u_rel),
     };
     Ok(Some(Comparison {
         distance_mm,
         measured_w_m2: stated(measured.value, measured.u_rel()),
         measured_lx: stated(measured_lx.value, measured_lx.u_rel()),
-        simulated_w_m2: stated(simulated, u_simulated_rel),
-        simulated_lx: stated(simulated * ler, u_simulated_rel),
+        simulated_w_m2: stated(simulated, far.u_rel()),
+        simulated_lx: stated(simulated * ler, far.u_rel()),
         gap_rel,
-        gap_sigma: gap_rel / u_rel,
+        gap_sigma: u_rel.map(|u_rel| gap_rel / u_rel),
+        missing,
         near_field,
     }))
 }

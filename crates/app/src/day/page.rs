@@ -1,5 +1,7 @@
 //! The report of a day: one HTML file with its pictures.
 
+use std::collections::BTreeSet;
+
 use isolux_record::{ReadingKind, Role};
 use isolux_reduce::Quantity;
 use isolux_report::axes::{Frame, Scale};
@@ -8,7 +10,8 @@ use isolux_report::plots::{PolarOptions, SpectrumOptions, cartesian, polar, spec
 use isolux_report::svg::{Anchor, Stroke, Svg, colour};
 
 use super::Evening;
-use crate::reduce::with_u;
+use super::compare::gap_words;
+use crate::reduce::{no_uncertainty, value_only, with_u};
 use crate::{Failure, sensor_view, simulate};
 
 /// The page.
@@ -32,6 +35,9 @@ pub(super) fn page(evening: &Evening) -> Result<String, Failure> {
         let (sentence, good) = comparison.verdict();
         page.verdict(&sentence, good);
     }
+    if let Some(accepted) = &evening.reduced.reduction.accepted {
+        page.verdict(&isolux_reduce::note(accepted), false);
+    }
     page.tiles(&tiles(evening));
     distribution(&mut page, evening);
     light(&mut page, evening);
@@ -48,11 +54,16 @@ pub(super) fn page(evening: &Evening) -> Result<String, Failure> {
 fn tiles(evening: &Evening) -> Vec<Tile> {
     let reduction = &evening.reduced.reduction;
     let of = |name: &str, quantity: &Quantity| {
-        let (value, u) = digits(quantity);
+        let with_u = with_u(quantity);
         Tile {
             name: name.to_owned(),
-            value: format!("{value} {}", quantity.unit),
-            note: format!("± {u} {}", quantity.unit),
+            value: format!("{} {}", value_only(quantity), quantity.unit),
+            note: match quantity.u {
+                Some(_) => with_u
+                    .split_once(" ± ")
+                    .map_or_else(String::new, |(_, u)| format!("± {u}")),
+                None => no_uncertainty(&quantity.missing),
+            },
         }
     };
     let plain = |name: &str, value: String, note: &str| Tile {
@@ -72,13 +83,8 @@ fn tiles(evening: &Evening) -> Vec<Tile> {
         ));
     }
     if let Some(spectral) = &reduction.spectral {
-        // These hold noise alone; the record's notes say what is missing.
-        let noise = |mut tile: Tile| {
-            tile.note.push_str(", noise alone");
-            tile
-        };
-        tiles.extend(spectral.cct.as_ref().map(|cct| noise(of("colour temperature", cct))));
-        tiles.push(noise(of("efficacy of radiation", &spectral.ler)));
+        tiles.extend(spectral.cct.as_ref().map(|cct| of("colour temperature", cct)));
+        tiles.push(of("efficacy of radiation", &spectral.ler));
     }
     if let Some(colour) = &evening.colour {
         tiles.extend(
@@ -96,9 +102,10 @@ fn tiles(evening: &Evening) -> Vec<Tile> {
     }
     let facts = &evening.simulation.facts;
     let unit = unit(facts.unit);
-    let u = facts
-        .u_mean
-        .map_or_else(|| "uncertainty not known".to_owned(), |u| format!("± {u:.3} {unit}"));
+    let u = facts.u_mean.map_or_else(
+        || no_uncertainty(&facts.u_mean_missing),
+        |u| format!("± {u:.3} {unit} (k = 1)"),
+    );
     tiles.push(plain("mean on the sensor", format!("{:.3} {unit}", facts.mean), &u));
     tiles
 }
@@ -117,19 +124,39 @@ fn distribution(page: &mut Page, evening: &Evening) {
         ),
         (&cartesian(&reduction.grid.distribution, &options), "The same over γ."),
     );
-    let rows: Vec<Vec<String>> = [&reduction.flux, &reduction.i_max]
+    budget(
+        page,
+        &[
+            ("luminous flux", &reduction.flux),
+            ("maximum intensity", &reduction.i_max),
+        ],
+    );
+}
+
+/// The parts of the uncertainty of some numbers.
+fn budget(page: &mut Page, numbers: &[(&str, &Quantity)]) {
+    let names: BTreeSet<&str> = numbers
         .iter()
-        .zip(["luminous flux", "maximum intensity"])
-        .map(|(quantity, name)| {
-            let mut row = vec![name.to_owned(), with_u(quantity)];
-            row.extend(quantity.parts.values().map(|part| two_digits(*part)));
+        .flat_map(|(_, quantity)| quantity.parts.keys().copied())
+        .collect();
+    let mut head = vec!["", "value"];
+    head.extend(&names);
+    let rows: Vec<Vec<String>> = numbers
+        .iter()
+        .map(|(name, quantity)| {
+            let mut row = vec![(*name).to_owned(), with_u(quantity)];
+            row.extend(names.iter().map(|name| {
+                quantity
+                    .parts
+                    .get(name)
+                    .map_or_else(String::new, |part| two_digits(*part))
+            }));
             row
         })
         .collect();
-    let mut head = vec!["", "value"];
-    head.extend(reduction.flux.parts.keys());
     page.paragraph(
-        "Where the uncertainty comes from: each column is a part in the unit of the row; parts add in squares.",
+        "Where the uncertainty comes from: each column is a part in the unit of the row; parts add in squares. A number of which a \
+         part was neither measured nor stated has none.",
     );
     page.table(&head, &rows);
 }
@@ -210,8 +237,8 @@ fn comparison(page: &mut Page, evening: &Evening) {
     let row = |what: &str, stated: &super::Stated, lx: &super::Stated| {
         vec![
             what.to_owned(),
-            format!("{:.4} ± {:.4} W/m²", stated.value, stated.u),
-            format!("{:.1} ± {:.1} lx", lx.value, lx.u),
+            format!("{} W/m²", stated.text(4)),
+            format!("{} lx", lx.text(1)),
             String::new(),
         ]
     };
@@ -225,14 +252,14 @@ fn comparison(page: &mut Page, evening: &Evening) {
         &comparison.simulated_w_m2,
         &comparison.simulated_lx,
     );
-    simulated[3] = format!("{:+.2} %, {:+.1} σ", 100.0 * comparison.gap_rel, comparison.gap_sigma);
+    simulated[3] = comparison.gap_text();
     rows.push(simulated);
     if let Some(near) = &comparison.near_field {
         rows.push(vec![
             format!("with near_field, ring of {:.1} mm", near.radius_mm),
             format!("{:.4} W/m²", near.simulated_w_m2),
             String::new(),
-            format!("{:+.2} %, {:+.1} σ", 100.0 * near.gap_rel, near.gap_sigma),
+            gap_words(near.gap_rel, near.gap_sigma),
         ]);
     }
     page.table(&["", "irradiance", "illuminance", "gap"], &rows);
@@ -364,18 +391,6 @@ fn reference(evening: &Evening) -> String {
         );
     }
     svg.finish()
-}
-
-fn digits(quantity: &Quantity) -> (String, String) {
-    let text = with_u(quantity);
-    let mut parts = text.split(" ± ");
-    let value = parts.next().unwrap_or_default().to_owned();
-    let u = parts
-        .next()
-        .and_then(|rest| rest.split(' ').next())
-        .unwrap_or_default()
-        .to_owned();
-    (value, u)
 }
 
 /// A part of an uncertainty: more than two digits of it would be noise.

@@ -32,7 +32,8 @@ pub(super) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failu
         .map(|word| word.as_str().unwrap_or_default().parse::<Correction>())
         .collect::<Result<_, _>>()
         .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
-    let options = Options { without };
+    let accept_drift = budget["accepted_drift"]["reason"].as_str().map(str::to_owned);
+    let options = Options { without, accept_drift };
     let with = reduce::kept_model(&results)?;
     for model in std::iter::once(None).chain(with.map(Some)) {
         if let Ok(reduction) = reduce::reduction(run, &options, model)

@@ -10,7 +10,9 @@ use crate::screen;
 /// Turns the record of a scan into distribution, spectrum, files and uncertainty budget.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux reduce run --without drift --out run/without-drift\n\
-Corrections: dark, ambient, stray, inverse_square, drift, spectral_dark, smoothing.")]
+Corrections: dark, ambient, stray, inverse_square, drift, spectral_dark, smoothing. A number carries ± only where every part of its \
+uncertainty was measured or is stated by the station; else it says what is missing. Exit 1: lamp or bench did not stay as they \
+were (limits of the plan), and nothing was written.")]
 pub struct Reduce {
     /// The run directory.
     run: Utf8PathBuf,
@@ -23,6 +25,9 @@ pub struct Reduce {
     /// A model whose bench effects are taken out of the readings.
     #[arg(long, value_name = "MODEL.toml")]
     with: Option<Utf8PathBuf>,
+    /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's [limits]; every result says so.
+    #[arg(long, value_name = "REASON", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    accept_drift: Option<String>,
     /// Print the budget as JSON.
     #[arg(long)]
     json: bool,
@@ -36,9 +41,12 @@ pub fn run(arguments: &Reduce) -> Result<(), Failure> {
     let overwrite = Overwrite::asked(arguments.force);
     let reduced = reduce::run(
         &arguments.run,
-        arguments.out.as_deref(),
-        &arguments.without,
-        arguments.with.as_deref(),
+        &reduce::Request {
+            out: arguments.out.as_deref(),
+            without: &arguments.without,
+            with: arguments.with.as_deref(),
+            accept_drift: arguments.accept_drift.as_deref(),
+        },
         overwrite,
     )?;
     if arguments.json {

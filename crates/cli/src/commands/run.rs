@@ -26,6 +26,9 @@ pub struct Run {
     reread: bool,
     #[command(flatten)]
     takeover: TakeOver,
+    /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's [limits]; every result says so.
+    #[arg(long, value_name = "REASON", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    accept_drift: Option<String>,
     /// Show the report in the browser at the end.
     #[arg(long)]
     open: bool,
@@ -39,6 +42,7 @@ pub fn run(arguments: &Run) -> Result<(), Failure> {
         resume: arguments.resume.is_some(),
         reread: arguments.reread,
         force: arguments.takeover.reason().map(str::to_owned),
+        accept_drift: arguments.accept_drift.clone(),
     };
     let operator = super::scan::operator();
     let operator = operator

@@ -174,8 +174,15 @@ fn method(arguments: &Simulate) -> Result<Method, Failure> {
 
 fn print(facts: &Facts, arguments: &Simulate) {
     let unit = if facts.unit == "lx" { "lx" } else { "W/m²" };
-    let u = facts.u_mean.unwrap_or(facts.u_mean_numeric);
-    screen::say(format_args!("mean        {:.6} ± {u:.2e} {unit}", facts.mean));
+    match facts.u_mean {
+        Some(u) => screen::say(format_args!("mean        {:.6} ± {u:.2e} {unit} (k = 1)", facts.mean)),
+        None => screen::say(format_args!(
+            "mean        {:.6} {unit}, no uncertainty: {}",
+            facts.mean,
+            facts.u_mean_missing.join("; ")
+        )),
+    }
+    screen::say(format_args!("computation {}", simulate::numeric(facts, unit)));
     if let (Some(precision), Some(bound)) = (facts.precision, facts.pixel_error_bound) {
         screen::say(format_args!(
             "error       {precision}: no pixel is off by more than {:.1e} {unit} or {:.1e} of itself",
@@ -201,11 +208,11 @@ fn print(facts: &Facts, arguments: &Simulate) {
     }
     if let Some(against) = &facts.against {
         screen::say(format_args!(
-            "against     {}: {:+.6} ± {:.2e} {unit} ({:+.4} %), {:+.1} σ, p = {:.2e}: {}",
+            "against     {}: {:+.6} {unit} ({:+.4} %), of which computing alone makes {:.2e} {unit}: {:+.1} σ, p = {:.2e}: {}",
             against.folder,
             against.difference,
-            against.u_difference,
             100.0 * against.difference / against.mean,
+            against.u_difference,
             against.sigma,
             against.p_value,
             match (against.same_rays, against.differs) {

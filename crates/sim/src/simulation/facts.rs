@@ -25,8 +25,10 @@ pub struct Facts {
     pub precision: Option<&'static str>,
     /// What the error of no pixel exceeds; null for direct.
     pub pixel_error_bound: Option<PixelBound>,
-    /// Standard uncertainty with what the model knows of its measurement; null if it knows nothing.
+    /// Standard uncertainty with what the model knows of its measurement; null where it does not know all of it.
     pub u_mean: Option<f64>,
+    /// What is missing in `u_mean`, one phrase each.
+    pub u_mean_missing: Vec<String>,
     /// Smallest pixel.
     pub min: f64,
     /// Largest pixel.

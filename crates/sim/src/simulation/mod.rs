@@ -3,6 +3,7 @@
 mod exposure;
 mod facts;
 mod rays;
+mod worth;
 
 use isolux_model::{Precision, Scene, Spectral};
 use rayon::prelude::*;
@@ -10,6 +11,7 @@ use rayon::prelude::*;
 use self::exposure::Exposure;
 pub use self::facts::{Against, Band, CameraFacts, ColourAt, ColourFacts, Facts, PixelBound};
 use self::rays::Rays;
+use self::worth::Worth;
 use crate::direct::{self, Counts, DirectError, Sampling};
 use crate::inverse::{Bound, Number};
 use crate::noise;
@@ -125,16 +127,14 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
     let u_mean_numeric = ray.as_ref().map_or(bound.mean_lx, |ray| {
         moments.mean.abs().max(ray.value / setup.sensor.pixels() as f64) * ray.relative_of_mean
     });
-    let known = scene.model.uncertainty().map(|u| {
-        let of = |share: Option<f64>| share.unwrap_or(0.0) * moments.mean;
-        let level = u.intensity_rel.or(u.flux_rel);
-        let efficacy = if setup.ler_lm_per_w.is_some() {
-            of(u.ler_rel)
-        } else {
-            0.0
-        };
-        (u_mean_numeric.powi(2) + of(level).powi(2) + efficacy.powi(2)).sqrt()
-    });
+    let distance_mm = scene.model.placement(scene.sensor.pose).pose.centre_mm().length();
+    let worth = Worth::of(
+        scene,
+        moments.mean,
+        u_mean_numeric,
+        setup.ler_lm_per_w.is_some(),
+        distance_mm,
+    );
     if counts.is_some() && scene.precision == Precision::F32 {
         findings.push("precision = \"f32\" is the inverse method's; rays are counted whole".to_owned());
     }
@@ -212,7 +212,8 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
             absolute: bound.largest_lx,
             relative: bound.largest,
         }),
-        u_mean: known,
+        u_mean: worth.u,
+        u_mean_missing: worth.missing,
         min: moments.min,
         max: moments.max,
         std: moments.std,

@@ -1,0 +1,42 @@
+//! The axis as it appears from the other distances of the run.
+
+use isolux_record::{Quality, Reading, ReadingKind};
+use serde::Serialize;
+
+use crate::levels::{Level, Levels, Subtract};
+
+/// Intensity on the axis as it appears from a distance: equal at all of them where the inverse square law holds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Apparent {
+    /// Distance.
+    pub distance_mm: f64,
+    /// E·d².
+    pub intensity_cd: f64,
+    /// Its standard uncertainty without the common parts.
+    pub u_cd: f64,
+}
+
+/// The distances other than `main_mm` at which the axis was read, rising.
+pub fn other_distances(all: &[Reading], main_mm: f64, subtract: Subtract) -> Vec<Apparent> {
+    let mut on_axis: Vec<&Reading> = all
+        .iter()
+        .filter(|row| row.kind == ReadingKind::Lit && row.distance_mm != main_mm && row.gamma_target_deg == 0.0)
+        .filter(|row| row.quality == Quality::Ok)
+        .collect();
+    on_axis.sort_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm));
+    on_axis
+        .chunk_by(|a, b| a.distance_mm == b.distance_mm)
+        .filter_map(|group| {
+            let distance_mm = group[0].distance_mm;
+            let levels = Levels::of(all, distance_mm);
+            let level = Level::of(group.iter().copied())?;
+            let per_lx = (distance_mm * 1e-3).powi(2);
+            let (noise, digit) = levels.u_lx(0.0, subtract);
+            Some(Apparent {
+                distance_mm,
+                intensity_cd: (level.mean_lx - levels.subtracted_lx(0.0, subtract)) * per_lx,
+                u_cd: level.u_lx().hypot(noise).hypot(digit) * per_lx,
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,64 @@
+//! What a person should know of a reduction, one sentence each.
+
+use std::collections::BTreeSet;
+
+use isolux_record::Reading;
+use isolux_record::run::Run;
+
+use crate::correction::Correction;
+use crate::drift::{self, Drift};
+use crate::grid::Grid;
+use crate::levels::Levels;
+
+/// That the γ are not those of the whole sphere.
+pub fn zone_note(grid: &Grid) -> Option<String> {
+    let gammas = grid.distribution.gamma_deg();
+    let (first, last) = (gammas[0], gammas[gammas.len() - 1]);
+    (first > 0.0 || last < 180.0).then(|| {
+        format!("γ {first}° to {last}° was measured: the flux is that of this zone, and the files are dark outside it")
+    })
+}
+
+/// What the lamp's switching on more than once during the distribution means for its level.
+pub fn burning_notes(all: &[Reading], rows: &[&Reading], drift: &Drift, corrected: bool) -> Vec<String> {
+    let starts = drift::burnings(all);
+    let used: BTreeSet<usize> = rows.iter().map(|row| drift::burning_of(&starts, row.index)).collect();
+    if used.len() < 2 || !corrected {
+        return Vec::new();
+    }
+    let count = used.len();
+    let Drift::ByBurning { burning, .. } = drift else {
+        return vec![format!(
+            "the lamp was switched on {count} times during the distribution, and no visit to the reference point ties the levels; \
+             give the block reference_every"
+        )];
+    };
+    let mut notes = vec![format!(
+        "the lamp was switched on {count} times during the distribution: each part is brought to the mean of all visits by its own"
+    )];
+    notes.extend(burning.iter().filter(|part| part.visits == 0).map(|part| {
+        format!(
+            "the part from row {} on has no visit to the reference point: its level is not tied to the others'",
+            part.first_row
+        )
+    }));
+    notes
+}
+
+/// What the run itself and its station say.
+pub fn run_notes(run: &Run, without: &BTreeSet<Correction>, levels: &Levels, used: usize, lit: usize) -> Vec<String> {
+    let mut notes: Vec<String> = without
+        .iter()
+        .map(|correction| format!("correction {correction} is switched off"))
+        .collect();
+    if levels.capped.is_none() && levels.lamp_off.is_none() && levels.baffled.is_empty() {
+        notes.push("no capped, lamp_off or baffled readings: nothing was subtracted".to_owned());
+    } else if levels.baffled.is_empty() {
+        notes.push("no baffled readings: stray light made by the lamp is still in the distribution".to_owned());
+    }
+    if used < lit {
+        notes.push(format!("{} lit readings have no number and were left out", lit - used));
+    }
+    notes.extend(run.notices.iter().cloned());
+    notes
+}

@@ -1,0 +1,112 @@
+//! A number with its standard uncertainty, the parts of it, and what is not in it.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// One number with its standard uncertainty and the parts of it. Where a part was neither measured nor stated, the number
+/// has no uncertainty: what is left out would make it smaller, and a reader would take the number for better than it is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Quantity {
+    /// The number.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Standard uncertainty (k = 1); none where `missing` says what is not known.
+    pub u: Option<f64>,
+    /// What the known parts give: the uncertainty of the number only where nothing is missing.
+    pub u_of_parts: f64,
+    /// The known parts by name, in the same unit; they add in squares.
+    pub parts: BTreeMap<&'static str, f64>,
+    /// What was neither measured nor stated, one phrase each.
+    pub missing: Vec<String>,
+}
+
+impl Quantity {
+    /// A quantity from its parts, nothing missing.
+    pub fn new(value: f64, unit: &'static str, parts: impl IntoIterator<Item = (&'static str, f64)>) -> Self {
+        let parts: BTreeMap<_, _> = parts.into_iter().map(|(name, part)| (name, part.abs())).collect();
+        let u_of_parts = parts.values().map(|part| part * part).sum::<f64>().sqrt();
+        Self {
+            value,
+            unit,
+            u: Some(u_of_parts),
+            u_of_parts,
+            parts,
+            missing: Vec::new(),
+        }
+    }
+
+    /// The same quantity, of which these parts are not known.
+    #[must_use]
+    pub fn lacking(mut self, missing: impl IntoIterator<Item = String>) -> Self {
+        for phrase in missing {
+            if !self.missing.contains(&phrase) {
+                self.missing.push(phrase);
+            }
+        }
+        if !self.missing.is_empty() {
+            self.u = None;
+        }
+        self
+    }
+
+    /// The same quantity with one more part.
+    #[must_use]
+    pub fn with_part(&self, name: &'static str, part: f64) -> Self {
+        let parts = self.parts.iter().map(|(name, part)| (*name, *part));
+        Self::new(self.value, self.unit, parts.chain([(name, part)])).lacking(self.missing.iter().cloned())
+    }
+
+    /// The same quantity without one of its parts, for a comparison that tests just that.
+    #[must_use]
+    pub fn without_part(&self, name: &str) -> Self {
+        let parts = self.parts.iter().map(|(name, part)| (*name, *part));
+        Self::new(self.value, self.unit, parts.filter(|(part, _)| *part != name)).lacking(self.missing.iter().cloned())
+    }
+
+    /// Relative standard uncertainty, where nothing is missing.
+    pub fn u_rel(&self) -> Option<f64> {
+        self.u.map(|u| u / self.value.abs())
+    }
+
+    /// The known parts relative to the value.
+    pub fn u_of_parts_rel(&self) -> f64 {
+        self.u_of_parts / self.value.abs()
+    }
+
+    /// The same divided by another, independent quantity, whose parts become one.
+    #[must_use]
+    pub fn over(&self, other: &Self, unit: &'static str, name: &'static str) -> Self {
+        let value = self.value / other.value;
+        let parts = self
+            .parts
+            .iter()
+            .map(|(name, part)| (*name, part / other.value))
+            .chain([(name, value * other.u_of_parts_rel())]);
+        Self::new(value, unit, parts).lacking(self.missing.iter().chain(&other.missing).cloned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_takes_the_uncertainty_away_and_is_inherited() {
+        let whole = Quantity::new(10.0, "lm", [("noise", 0.3), ("digit", 0.4)]);
+        assert_eq!(whole.u, Some(0.5));
+        assert_eq!(whole.without_part("digit").u, Some(0.3));
+        let lacking = whole.clone().lacking(["not corrected for stray light".to_owned()]);
+        assert_eq!((lacking.u, lacking.u_rel(), lacking.u_of_parts), (None, None, 0.5));
+        let other = Quantity::new(5.0, "lm/W", [("noise", 0.1)]);
+        assert!(whole.over(&other, "W", "efficacy").u.is_some());
+        for made in [
+            lacking.over(&other, "W", "efficacy"),
+            other.over(&lacking, "W", "flux"),
+            lacking.with_part("drift", 1.0),
+        ] {
+            assert_eq!((made.u, &made.missing), (None, &lacking.missing));
+        }
+    }
+}
