@@ -285,14 +285,15 @@ async fn axes_outputs_and_thermometer_say_what_is() {
     document.room.swing_period_s = 60.0;
     let mut bench = bench(document, 2, 8000);
     let mut tally = Tally::new("axis, output, thermometer", bench.seed);
-    let driver = ZaberDriver::new(Arc::new(bench.middle.clone()));
-    let mut open = controller(&mut tally, &driver).await;
+    // A driver keeps its link: only another one opens it again.
+    let driver = |middle: &Middle| ZaberDriver::new(Arc::new(middle.clone()));
+    let mut open = controller(&mut tally, &driver(&bench.middle)).await;
     let mut homed = false;
     while bench.middle.exchanges() < bench.wanted {
         let (dice, room) = (&mut bench.dice, &bench.room);
         if dice.chance(0.005) {
             drop(open);
-            open = controller(&mut tally, &driver).await;
+            open = controller(&mut tally, &driver(&bench.middle)).await;
         }
         if !homed {
             homed = open.gamma.home(soon()).await.is_ok();
