@@ -40,14 +40,15 @@ pub struct Stopped {
 /// Stops every axis of the station and the rail, and verifies that they rest.
 ///
 /// # Errors
-/// Exit 2 for the station; exit 3 when an axis could not be verified at rest. An owner is no reason to fail.
+/// Exit 2 for the station; exit 3 when an axis could not be verified at rest, or when an owner keeps the instruments and may
+/// drive them again.
 pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
     let station = Station::load(file).map_err(Failure::bad_input)?;
     let in_memory = stage::is_virtual(&station);
     stage::play(in_memory, async {
         // A stop is not interrupted.
         let _signals = OnSignals::listen()?;
-        let (_locks, owner) = hand_over(&axis_links(&station)).await;
+        let (_locks, owner, may_drive) = hand_over(&axis_links(&station)).await;
         let room = if in_memory {
             Some(Stage::of(&station, file)?)
         } else {
@@ -71,6 +72,10 @@ pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
             .filter_map(|rest| rest.as_ref().err().cloned())
             .collect();
         match (c, gamma) {
+            (Ok(Some(c_deg)), Ok(Some(gamma_deg))) if failed.is_empty() && may_drive => {
+                let rest = format!("stopped and at rest for now at C {c_deg:.4}°, γ {gamma_deg:.4}°");
+                Err(Failure::instrument(format!("{rest}; {}", owner.join("; "))))
+            }
             (Ok(Some(c_deg)), Ok(Some(gamma_deg))) if failed.is_empty() => Ok(Stopped {
                 at: Position { c_deg, gamma_deg },
                 owner,
@@ -110,9 +115,9 @@ async fn halt(
 }
 
 /// Takes the locks of `links` from whoever has them, who is asked to end first. A lock that cannot be had keeps nothing from
-/// being stopped.
-async fn hand_over(links: &BTreeSet<String>) -> (Vec<Lock>, Vec<String>) {
-    let (mut locks, mut said) = (Vec::new(), Vec::new());
+/// being stopped. What became of the owners, and whether one of them may drive the axes again.
+async fn hand_over(links: &BTreeSet<String>) -> (Vec<Lock>, Vec<String>, bool) {
+    let (mut locks, mut said, mut may_drive) = (Vec::new(), Vec::new(), false);
     let mut owned: Vec<(PathBuf, Held)> = Vec::new();
     for link in links {
         // What has no address fails where it is opened.
@@ -159,12 +164,13 @@ async fn hand_over(links: &BTreeSet<String>) -> (Vec<Lock>, Vec<String>) {
                 format!("{held} {why}; its instruments were taken from it, it can drive them no more")
             }
             Err(error) => {
+                may_drive = true;
                 format!("{held} {why}, and still has the instruments ({error}): END IT, it may drive the axes again")
             }
         });
     }
     said.dedup();
-    (locks, said)
+    (locks, said, may_drive)
 }
 
 /// Whether an owner was asked to end.

@@ -26,6 +26,8 @@ const LONGEST: u64 = 64 << 10;
 pub struct Lock {
     path: PathBuf,
     file: File,
+    /// What the file says as long as it is ours.
+    text: String,
     /// Ends the thread that gives signs of life.
     _alive: Sender<()>,
 }
@@ -136,7 +138,7 @@ impl Lock {
     /// Takes the lock from whoever has it, even from a process that works: for stopping what moves, and nothing else.
     ///
     /// # Errors
-    /// What the system says: a file of another user can be replaced by its owner and by root alone.
+    /// What the system says.
     pub fn seize(path: &Path) -> Result<Self, LockError> {
         match Self::take(path) {
             Err(LockError::Held(_)) => Self::replace(path),
@@ -156,10 +158,10 @@ impl Lock {
         }
     }
 
-    /// Whether this process still holds it. It does not once another has replaced the file: then nothing that the lock
-    /// stands for may be touched any more.
+    /// Whether this process still holds it. It does not once another has replaced the file or written its own name into it:
+    /// then nothing that the lock stands for may be touched any more.
     pub fn is_ours(&self) -> bool {
-        is_at(&self.file, &self.path)
+        is_at(&self.file, &self.path) && read(&self.file).is_ok_and(|text| text == self.text)
     }
 
     /// Who has taken it over from this process, as far as that can be known.
@@ -187,16 +189,31 @@ impl Lock {
             Err(TryLockError::WouldBlock) => return Err(LockError::Held(held(&file))),
         }
         // Named before it is in place, so that nobody finds it nameless.
-        let renamed = write(&file, &Holder::this_process()).and_then(|()| std::fs::rename(&new, path));
+        let renamed = write(&file, &Holder::this_process().to_text()).and_then(|()| std::fs::rename(&new, path));
         if let Err(error) = renamed {
             let _ = std::fs::remove_file(&new);
-            return Err(io(error));
+            // In the shared folder only its owner and root may replace a file, but everybody may write to it.
+            return if error.kind() == io::ErrorKind::PermissionDenied {
+                Self::overwrite(path)
+            } else {
+                Err(io(error))
+            };
         }
         Self::begin(path, file).map_err(io)
     }
 
+    /// Writes the name of this process over that of the holder, who finds by it that it has lost the lock.
+    fn overwrite(path: &Path) -> Result<Self, LockError> {
+        let (file, _) = open(path)?;
+        Self::begin(path, file).map_err(|source| LockError::Io {
+            path: path.to_owned(),
+            source,
+        })
+    }
+
     fn begin(path: &Path, file: File) -> io::Result<Self> {
-        write(&file, &Holder::this_process())?;
+        let text = Holder::this_process().to_text();
+        write(&file, &text)?;
         let (alive, end) = channel::<()>();
         let sign = file.try_clone()?;
         std::thread::spawn(move || {
@@ -207,6 +224,7 @@ impl Lock {
         Ok(Self {
             path: path.to_owned(),
             file,
+            text,
             _alive: alive,
         })
     }
@@ -333,9 +351,9 @@ fn held(file: &File) -> Held {
     }
 }
 
-fn write(file: &File, holder: &Holder) -> io::Result<()> {
+fn write(file: &File, text: &str) -> io::Result<()> {
     file.set_len(0)?;
-    write_at_start(file, holder.to_text().as_bytes())
+    write_at_start(file, text.as_bytes())
 }
 
 #[cfg(unix)]
@@ -433,6 +451,22 @@ mod tests {
         assert!(next.is_ours() && matches!(Lock::take(&path), Err(LockError::Held(_))));
         let stop = Lock::seize(&path).unwrap();
         assert!(stop.is_ours() && !next.is_ours());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_holder_whose_file_cannot_be_replaced_loses_it_by_what_it_says() {
+        let (_keep, path) = scratch();
+        let owner = Lock::take(&path).unwrap();
+        // The same process would write the same name within a second.
+        let mut stop = Lock::overwrite(&path).unwrap();
+        stop.text = format!("{}\n", stop.text);
+        write(&stop.file, &stop.text).unwrap();
+        assert!(!owner.is_ours() && stop.is_ours());
+        drop(stop);
+        assert!(!owner.is_ours());
+        drop(owner);
+        Lock::take(&path).unwrap();
     }
 
     #[cfg(unix)]

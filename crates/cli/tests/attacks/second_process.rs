@@ -98,9 +98,15 @@ fn of_two_scans_that_begin_at_once_no_row_is_wrong() {
         let first = bench.scan("--out", "a");
         std::thread::sleep(moment(&mut random, Duration::ZERO, Duration::from_millis(20)));
         let second = bench.start(&["scan", "other.toml", "plan.toml", "--out", "b"]);
-        let codes = [first, second].map(|scan| scan.wait_with_output().unwrap().status.code());
-        assert!(codes == [Some(0), Some(3)] || codes == [Some(3), Some(0)], "{codes:?}");
-        let run = if codes[0] == Some(0) { "a" } else { "b" };
+        let ended = [first, second].map(|scan| scan.wait_with_output().unwrap());
+        let won = usize::from(ended[0].status.code() != Some(0));
+        let [a, b] = ended;
+        let (winner, loser) = if won == 0 { (a, b) } else { (b, a) };
+        said(winner, Some(0));
+        let words = said(loser, Some(3));
+        assert!(words.contains("in use by"), "{words}");
+        let run = ["a", "b"][won];
+        assert!(!bench.path(["b", "a"][won]).exists(), "the other wrote nothing");
         bench.assert_complete(run);
         bench.assert_true(run);
     }
