@@ -46,12 +46,85 @@ pub enum ScanError {
         /// Allowed.
         allowed_rel: f64,
     },
-    /// No light at the reference point: a warm-up cannot be judged.
-    #[error("the lamp gives {illuminance_lx} lx at the reference point (C 0°, γ 0°); is it on, and is the path free?")]
+    /// No light at the reference point that the meter can follow: a warm-up cannot be judged.
+    #[error(
+        "the lamp gives {illuminance_lx:.3} lx at the reference point (C 0°, γ 0°), and less than {least_lx:.3} lx, ten digits \
+         of the display, shows no stability; is the lamp on, the path free, and the detector near enough?"
+    )]
     NoLight {
         /// What was read.
         illuminance_lx: f64,
+        /// What is needed.
+        least_lx: f64,
     },
+    /// No number at the reference point: a warm-up cannot be judged.
+    #[error(
+        "the lux meter is {word} at the reference point (C 0°, γ 0°) and gives no number; is the lamp on, the path free, and \
+         the detector at the right distance?"
+    )]
+    NoNumber {
+        /// `over range` or `under range`.
+        word: &'static str,
+    },
+    /// An axis, the rail or an output is not as it was left.
+    #[error(
+        "{role} was left {expected} and is {found}: another program or a person has moved or switched it; what was read \
+         meanwhile is not recorded"
+    )]
+    Disturbed {
+        /// Which.
+        role: &'static str,
+        /// How it was left.
+        expected: String,
+        /// How it was found.
+        found: String,
+    },
+    /// Repeats of a point do not agree.
+    #[error(
+        "the readings at C {c_deg}°, γ {gamma_deg}° do not agree: {value_lx:.3} lx beside a median of {median_lx:.3} lx, \
+         allowed ± {allowed_lx:.3} lx (limits.repeats_sigma of the plan); axes and outputs are as they should be, so look at \
+         the lamp's supply, the room's light and the meter"
+    )]
+    Repeats {
+        /// Target C.
+        c_deg: f64,
+        /// Target γ.
+        gamma_deg: f64,
+        /// The one that is outside.
+        value_lx: f64,
+        /// Median of all.
+        median_lx: f64,
+        /// Allowed distance from it.
+        allowed_lx: f64,
+    },
+    /// Spectra of one point do not agree.
+    #[error(
+        "the spectra of one point do not agree: {found:.0} counts above the dark level beside a median of {median:.0}, \
+         allowed ± {allowed:.0} (limits of the plan)"
+    )]
+    Spectra {
+        /// Sum over all pixels of the one that is outside.
+        found: f64,
+        /// Median of all.
+        median: f64,
+        /// Allowed distance from it.
+        allowed: f64,
+    },
+    /// The reference point does not give what it gave.
+    #[error("{}", reference(*found_lx, *first_lx, *allowed_lx, *allowed_rel))]
+    Reference {
+        /// What it gave now; none without a number.
+        found_lx: Option<f64>,
+        /// What it gave first since the lamp was switched on; none where this is the first visit.
+        first_lx: Option<f64>,
+        /// Allowed distance from that, the digit included.
+        allowed_lx: f64,
+        /// `limits.reference_rel` of the plan.
+        allowed_rel: f64,
+    },
+    /// A block needs a spectroradiometer, and none was opened.
+    #[error("the bench has no spectroradiometer")]
+    NoSpectroradiometer,
     /// The spectroradiometer's signal does not fit its range.
     #[error(
         "the spectroradiometer finds no exposure: {peak_counts:.0} counts of {saturation_counts:.0} at {integration_s} s"
@@ -127,10 +200,18 @@ impl ScanError {
                 | RunError::HeaderChanged { .. }
                 | RunError::Damaged { .. },
             ) => ScanErrorKind::BadPlan,
-            Self::NotStable { .. } | Self::NoLight { .. } | Self::Declined { .. } => ScanErrorKind::Gate,
+            Self::NotStable { .. }
+            | Self::NoLight { .. }
+            | Self::NoNumber { .. }
+            | Self::Repeats { .. }
+            | Self::Spectra { .. }
+            | Self::Reference { .. }
+            | Self::Declined { .. } => ScanErrorKind::Gate,
             Self::Interrupted { .. } => ScanErrorKind::Interrupted,
             Self::Device { .. }
             | Self::Position { .. }
+            | Self::Disturbed { .. }
+            | Self::NoSpectroradiometer
             | Self::Exposure { .. }
             | Self::Panicked { .. }
             | Self::Record(_)
@@ -139,8 +220,31 @@ impl ScanError {
         }
     }
 
+    /// Whether the same visit may succeed when it is made again: nothing is broken, but what was read is not to be trusted.
+    pub(crate) const fn can_be_measured_again(&self) -> bool {
+        matches!(
+            self,
+            Self::Position { .. }
+                | Self::Disturbed { .. }
+                | Self::Repeats { .. }
+                | Self::Spectra { .. }
+                | Self::Reference { .. }
+        )
+    }
+
     pub(crate) fn device(role: &'static str) -> impl Fn(DeviceError) -> Self {
         move |source| Self::Device { role, source }
+    }
+}
+
+fn reference(found_lx: Option<f64>, first_lx: Option<f64>, allowed_lx: f64, allowed_rel: f64) -> String {
+    let look = "axes and outputs are as they should be, so look at the lamp, its supply, the detector and the path";
+    match (found_lx, first_lx) {
+        (Some(found), Some(first)) => format!(
+            "the reference point (C 0°, γ 0°) gives {found:.3} lx, and gave {first:.3} lx when the lamp was stable: allowed \
+             ± {allowed_lx:.3} lx (limits.reference_rel = {allowed_rel} and one digit); {look}"
+        ),
+        _ => format!("the reference point (C 0°, γ 0°) gives no number; {look}"),
     }
 }
 

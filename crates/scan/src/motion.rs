@@ -36,6 +36,7 @@ pub struct Axes<'a> {
     tolerance_c_deg: f64,
     tolerance_gamma_deg: f64,
     travel: i8,
+    target: Option<(f64, f64)>,
 }
 
 impl<'a> Axes<'a> {
@@ -47,7 +48,25 @@ impl<'a> Axes<'a> {
             tolerance_c_deg: station.axis_c().tolerance_deg(),
             tolerance_gamma_deg: station.axis_gamma().tolerance_deg(),
             travel: 0,
+            target: None,
         }
+    }
+
+    /// Where the axes were last sent, (C, γ) in degrees; none after homing and while a move has not ended well.
+    pub fn target(&self) -> Option<(f64, f64)> {
+        self.target
+    }
+
+    /// Verifies that both axes still rest where they were sent.
+    ///
+    /// # Errors
+    /// [`ScanError::Disturbed`] for an axis that moves, stands elsewhere or has lost its reference; what the drives report.
+    pub async fn hold(&self) -> Result<(), ScanError> {
+        if let Some((c_deg, gamma_deg)) = self.target {
+            holds("axis.c", self.c, (c_deg, self.tolerance_c_deg), "°").await?;
+            holds("axis.gamma", self.gamma, (gamma_deg, self.tolerance_gamma_deg), "°").await?;
+        }
+        Ok(())
     }
 
     /// Sign of the last non-zero γ motion, held through C moves and repeats; 0 before the first and after homing.
@@ -60,7 +79,7 @@ impl<'a> Axes<'a> {
     /// # Errors
     /// What the drives report.
     pub async fn home(&mut self) -> Result<Pose, ScanError> {
-        self.travel = 0;
+        (self.travel, self.target) = (0, None);
         for (role, axis) in [("axis.gamma", self.gamma), ("axis.c", self.c)] {
             let settings = axis.settings();
             let way = settings.limit().1.value() - settings.limit().0.value();
@@ -116,6 +135,7 @@ impl<'a> Axes<'a> {
         };
         let to_c = angle("axis.c", self.c, c_deg)?;
         let to_gamma = angle("axis.gamma", self.gamma, gamma_deg)?;
+        self.target = None;
         let motion_c = self.c.start_move(to_c).await.map_err(ScanError::device("axis.c"))?;
         let motion_gamma = self
             .gamma
@@ -140,8 +160,10 @@ impl<'a> Axes<'a> {
             .map_err(|_| dead("axis.gamma", self.gamma, "finish a move"))?
             .map_err(ScanError::device("axis.gamma"))?;
         let deadline = motion_c.deadline.max(motion_gamma.deadline) + DRIVER_GRACE;
-        self.rest_at((motion_c.target.value(), motion_gamma.target.value()), deadline)
-            .await
+        let target = (motion_c.target.value(), motion_gamma.target.value());
+        let pose = self.rest_at(target, deadline).await?;
+        self.target = Some(target);
+        Ok(pose)
     }
 
     async fn rest_at(&self, target: (f64, f64), deadline: Instant) -> Result<Pose, ScanError> {
@@ -211,7 +233,7 @@ pub async fn stop_all(devices: &Devices) -> Result<(), Vec<(&'static str, Device
 /// # Errors
 /// What the drive reports; [`ScanError::Position`] when it rests elsewhere.
 pub async fn drive_rail(rail: &dyn Axis, distance_mm: f64) -> Result<f64, ScanError> {
-    let tolerance = 0.05_f64.max(1.5 * rail.settings().scale().step_deg());
+    let tolerance = rail_tolerance_mm(rail);
     let to = AxisAngle::new(distance_mm).map_err(|_| ScanError::Position {
         role: "rail",
         target_deg: distance_mm,
@@ -234,6 +256,50 @@ pub async fn drive_rail(rail: &dyn Axis, distance_mm: f64) -> Result<f64, ScanEr
         });
     }
     Ok(found)
+}
+
+/// Verifies that the detector's carriage still rests where it was sent.
+///
+/// # Errors
+/// [`ScanError::Disturbed`] if it moves or stands elsewhere; what the drive reports.
+pub async fn rail_holds(rail: &dyn Axis, distance_mm: f64) -> Result<(), ScanError> {
+    holds("rail", rail, (distance_mm, rail_tolerance_mm(rail)), " mm").await
+}
+
+fn rail_tolerance_mm(rail: &dyn Axis) -> f64 {
+    0.05_f64.max(1.5 * rail.settings().scale().step_deg())
+}
+
+async fn holds(
+    role: &'static str,
+    axis: &dyn Axis,
+    (target, tolerance): (f64, f64),
+    unit: &str,
+) -> Result<(), ScanError> {
+    let mut looks = 0;
+    loop {
+        let position = axis.position().await.map_err(ScanError::device(role))?;
+        let found = position.angle.value();
+        let state = if position.moving {
+            "moving at"
+        } else if !position.homed {
+            "without its reference at"
+        } else if (found - target).abs() <= tolerance {
+            return Ok(());
+        } else {
+            "at"
+        };
+        looks += 1;
+        // An encoder may flicker out of tolerance for one look; what moves, and what stays outside, was moved.
+        if position.moving || !position.homed || looks == POSITIONS_IN_TOLERANCE {
+            return Err(ScanError::Disturbed {
+                role,
+                expected: format!("at {target:.3}{unit}"),
+                found: format!("{state} {found:.3}{unit}"),
+            });
+        }
+        sleep(BETWEEN_POSITIONS).await;
+    }
 }
 
 /// Stops one axis from any state and verifies that it stands still; where.

@@ -103,38 +103,6 @@ impl<'a> Photometer<'a> {
         }
     }
 
-    /// Reads until two consecutive readings of light after `rest_at` agree within noise and digit. Out of range twice is
-    /// agreement too: more readings would say the same. The exchange by which a driver confirmed a reading is the first of
-    /// two; light that the driver found unsteady does not settle.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub async fn settled(&mut self, rest_at: Instant) -> Result<Settled, ScanError> {
-        let mut before = self.read(rest_at).await?;
-        if let Some(earlier) = before.confirmed_by
-            && self.agree((earlier, before.digit.value()), &before)
-        {
-            return Ok(Settled {
-                reading: before,
-                stable: true,
-            });
-        }
-        for _ in 1..MOST_READINGS {
-            if before.outcome == LuxOutcome::Unsteady {
-                break;
-            }
-            let reading = self.read(rest_at).await?;
-            if self.agree((before.outcome, before.digit.value()), &reading) {
-                return Ok(Settled { reading, stable: true });
-            }
-            before = reading;
-        }
-        Ok(Settled {
-            reading: before,
-            stable: false,
-        })
-    }
-
     /// The error for light of which no reading could be confirmed where a number is needed.
     pub(crate) fn unsteady(&self) -> ScanError {
         ScanError::Device {
@@ -148,15 +116,41 @@ impl<'a> Photometer<'a> {
             },
         }
     }
+}
 
-    fn agree(&self, (before, digit_lx): (LuxOutcome, f64), reading: &LuxReading) -> bool {
-        match (before, reading.outcome) {
-            (LuxOutcome::Measured(a), LuxOutcome::Measured(b)) => self
-                .noise
-                .agree((a.value(), digit_lx), (b.value(), reading.digit.value())),
-            (LuxOutcome::Unsteady, _) => false,
-            (a, b) => a == b,
+/// The readings of one visit until two in a row agree within noise and digit. Out of range twice is agreement too: more
+/// readings would say the same. The exchange by which a driver confirmed the first reading is the first of two; light that
+/// the driver found unsteady does not settle.
+#[derive(Debug, Default)]
+pub struct Settling {
+    before: Option<LuxReading>,
+    taken: u32,
+}
+
+impl Settling {
+    /// Takes the next reading; the visit's first reading once it is known.
+    pub fn add(&mut self, reading: LuxReading, noise: &Noise) -> Option<Settled> {
+        self.taken += 1;
+        let before = match &self.before {
+            Some(before) => Some((before.outcome, before.digit.value())),
+            None => reading.confirmed_by.map(|earlier| (earlier, reading.digit.value())),
+        };
+        let stable = before.is_some_and(|before| agree(noise, before, &reading));
+        if stable || self.taken >= MOST_READINGS || reading.outcome == LuxOutcome::Unsteady {
+            return Some(Settled { reading, stable });
         }
+        self.before = Some(reading);
+        None
+    }
+}
+
+fn agree(noise: &Noise, (before, digit_lx): (LuxOutcome, f64), reading: &LuxReading) -> bool {
+    match (before, reading.outcome) {
+        (LuxOutcome::Measured(a), LuxOutcome::Measured(b)) => {
+            noise.agree((a.value(), digit_lx), (b.value(), reading.digit.value()))
+        }
+        (LuxOutcome::Unsteady, _) => false,
+        (a, b) => a == b,
     }
 }
 

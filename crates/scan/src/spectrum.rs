@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use isolux_device::{DeviceError, RawSpectrum};
+use isolux_record::limits::Limits;
 use isolux_record::spectra::Pixel;
 use tokio::time::{Instant, timeout_at};
 
@@ -15,6 +16,8 @@ const BAND: std::ops::RangeInclusive<f64> = 0.4..=0.9;
 const MOST_EXPOSURES: u32 = 12;
 /// Longer integrations than this only make the day long.
 const LONGEST: Duration = Duration::from_secs(10);
+/// By so many counts the dark level may differ between two spectra.
+const DARK_LEVEL_COUNTS: f64 = 20.0;
 
 /// Means of several spectra of one kind.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +29,8 @@ pub struct Mean {
     pub middle: Instant,
     /// Mean temperature of the detector.
     pub detector_c: Option<f64>,
+    /// Sum over all pixels above the dark level, of each spectrum.
+    totals: Vec<f64>,
 }
 
 /// Finds the integration time at which the peak of the raw counts is between 40 % and 90 % of saturation. Light that is
@@ -71,23 +76,42 @@ pub async fn expose(spectro: &CalibratedSpectro) -> Result<Duration, ScanError> 
     })
 }
 
-/// The mean of `count` spectra with the integration time that is set.
-///
-/// # Errors
-/// What the instrument reports, after one repeat of a lost or damaged spectrum.
-pub async fn mean(spectro: &CalibratedSpectro, time: Duration, count: u32) -> Result<Mean, ScanError> {
-    let properties = spectro.device.properties();
-    let pixels = properties.wavelength_nm.len();
-    let (mut sum, mut squares) = (vec![0.0; pixels], vec![0.0; pixels]);
-    let mut saturated = vec![false; pixels];
-    let mut bounds: Option<(Instant, Instant)> = None;
-    let mut temperatures = Vec::new();
-    for _ in 0..count {
-        let raw = acquire(spectro, time).await?;
-        if raw.counts.len() != pixels {
-            let (device, found) = (spectro.device.identity().target.clone(), raw.counts.len());
+/// Sums over several spectra of one kind.
+pub struct Sums<'a> {
+    spectro: &'a CalibratedSpectro,
+    sum: Vec<f64>,
+    squares: Vec<f64>,
+    saturated: Vec<bool>,
+    bounds: Option<(Instant, Instant)>,
+    temperatures: Vec<f64>,
+    totals: Vec<f64>,
+}
+
+impl<'a> Sums<'a> {
+    /// No spectrum yet.
+    pub fn new(spectro: &'a CalibratedSpectro) -> Self {
+        let pixels = spectro.device.properties().wavelength_nm.len();
+        Self {
+            spectro,
+            sum: vec![0.0; pixels],
+            squares: vec![0.0; pixels],
+            saturated: vec![false; pixels],
+            bounds: None,
+            temperatures: Vec::new(),
+            totals: Vec::new(),
+        }
+    }
+
+    /// One spectrum more.
+    ///
+    /// # Errors
+    /// [`ScanError::Device`] for another number of pixels than the instrument has.
+    pub fn add(&mut self, raw: &RawSpectrum) -> Result<(), ScanError> {
+        let properties = self.spectro.device.properties();
+        let (pixels, found) = (self.sum.len(), raw.counts.len());
+        if found != pixels {
             let source = DeviceError::Malformed {
-                device,
+                device: self.spectro.device.identity().target.clone(),
                 action: "acquire".to_owned(),
                 reason: format!("{found} pixels, the instrument has {pixels}"),
                 frame: Vec::new(),
@@ -97,37 +121,73 @@ pub async fn mean(spectro: &CalibratedSpectro, time: Duration, count: u32) -> Re
                 source,
             });
         }
+        let mut total = 0.0;
         for (pixel, &counts) in raw.counts.iter().enumerate() {
-            sum[pixel] += f64::from(counts);
-            squares[pixel] += f64::from(counts) * f64::from(counts);
-            saturated[pixel] |= counts >= properties.saturation_counts;
+            let value = f64::from(counts);
+            self.sum[pixel] += value;
+            self.squares[pixel] += value * value;
+            self.saturated[pixel] |= counts >= properties.saturation_counts;
+            total += value;
         }
-        bounds = Some((bounds.map_or(raw.began, |(began, _)| began), raw.ended));
-        temperatures.extend(raw.detector_c);
+        self.totals.push(total - dark_level(self.spectro, raw) * pixels as f64);
+        self.bounds = Some((self.bounds.map_or(raw.began, |(began, _)| began), raw.ended));
+        self.temperatures.extend(raw.detector_c);
+        Ok(())
     }
-    let n = f64::from(count);
-    let counts: Vec<f64> = sum.iter().map(|sum| sum / n).collect();
-    // Scatter of the mean; rounding to whole counts is always there, rectangular, and not reduced by repeats.
-    let u_counts = counts
-        .iter()
-        .zip(&squares)
-        .map(|(mean, squares)| {
-            let variance = if count > 1 {
-                ((squares / n - mean * mean) * n / (n - 1.0)).max(0.0) / n
-            } else {
-                0.0
-            };
-            (variance + 1.0 / 12.0).sqrt()
-        })
-        .collect();
-    let (began, ended) = bounds.unwrap_or_else(|| (Instant::now(), Instant::now()));
-    Ok(Mean {
-        counts,
-        u_counts,
-        saturated,
-        middle: began + ended.saturating_duration_since(began) / 2,
-        detector_c: (!temperatures.is_empty()).then(|| temperatures.iter().sum::<f64>() / temperatures.len() as f64),
-    })
+
+    /// The means.
+    pub fn mean(self) -> Mean {
+        let n = self.totals.len().max(1) as f64;
+        let counts: Vec<f64> = self.sum.iter().map(|sum| sum / n).collect();
+        // Scatter of the mean; rounding to whole counts is always there, rectangular, and not reduced by repeats.
+        let u_counts = counts
+            .iter()
+            .zip(&self.squares)
+            .map(|(mean, squares)| {
+                let variance = if n > 1.0 {
+                    ((squares / n - mean * mean) * n / (n - 1.0)).max(0.0) / n
+                } else {
+                    0.0
+                };
+                (variance + 1.0 / 12.0).sqrt()
+            })
+            .collect();
+        let (began, ended) = self.bounds.unwrap_or_else(|| (Instant::now(), Instant::now()));
+        let count = self.temperatures.len();
+        Mean {
+            counts,
+            u_counts,
+            saturated: self.saturated,
+            middle: began + ended.saturating_duration_since(began) / 2,
+            detector_c: (count > 0).then(|| self.temperatures.iter().sum::<f64>() / count as f64),
+            totals: self.totals,
+        }
+    }
+}
+
+impl Mean {
+    /// Whether the spectra agree in their total, which is their light: within the plan's limit for light that comes back,
+    /// and so many standard uncertainties of the scatter of the pixels and of the dark level.
+    ///
+    /// # Errors
+    /// [`ScanError::Spectra`] with the first that does not.
+    pub fn agrees(&self, limits: &Limits) -> Result<(), ScanError> {
+        let mut sorted = self.totals.clone();
+        sorted.sort_by(f64::total_cmp);
+        let Some(&median) = sorted.get(sorted.len() / 2) else {
+            return Ok(());
+        };
+        // u_counts are those of the mean; one spectrum scatters √n times as much. A count of the dark level is one of all pixels.
+        let n = self.totals.len() as f64;
+        let scatter = (self.u_counts.iter().map(|u| u * u).sum::<f64>() * n).sqrt();
+        let allowed = limits.reference_rel() * median.abs()
+            + limits.repeats_sigma() * scatter
+            + self.counts.len() as f64 * DARK_LEVEL_COUNTS;
+        match self.totals.iter().find(|total| (*total - median).abs() > allowed) {
+            None => Ok(()),
+            Some(&found) => Err(ScanError::Spectra { found, median, allowed }),
+        }
+    }
 }
 
 /// Light and dark, pixel by pixel.
@@ -167,7 +227,11 @@ pub fn factors_at(wavelength_nm: &[f64], table: &[(f64, f64)]) -> Vec<f64> {
         .collect()
 }
 
-async fn acquire(spectro: &CalibratedSpectro, time: Duration) -> Result<RawSpectrum, ScanError> {
+/// One spectrum with the integration time that is set; asked once more when it was lost or damaged.
+///
+/// # Errors
+/// What the instrument reports.
+pub async fn acquire(spectro: &CalibratedSpectro, time: Duration) -> Result<RawSpectrum, ScanError> {
     let patience = 3 * time + Duration::from_secs(5);
     let mut tries = 0;
     loop {

@@ -86,6 +86,21 @@ pub struct Room {
     /// Light when each motion ended.
     pub last_rest: Option<Instant>,
     pub log: Vec<String>,
+    /// Share of the lamp's light that is lost.
+    pub dimmed: f64,
+    /// The shutter's blade does not follow its output.
+    pub stuck_shut: bool,
+    /// The truth of each reading of the meter; its number is the reading's evidence.
+    pub looks: Vec<Truth>,
+}
+
+/// How the bench was when the meter took a reading.
+#[derive(Debug, Clone)]
+pub struct Truth {
+    pub axes: [i64; 2],
+    pub lamp_on: bool,
+    pub shutter_open: bool,
+    pub baffle_in: bool,
 }
 
 #[derive(Debug, Default, Clone, Copy)]
@@ -125,12 +140,13 @@ impl Room {
     /// Illuminance at the meter's head, its own offset included.
     fn light(&self, now: Instant) -> f64 {
         let mut lux = OFFSET_LX;
-        if self.shutter_open {
+        if self.shutter_open && !self.stuck_shut {
             lux += AMBIENT_LX;
             if let Some(on) = self.lamp_on {
                 let age = now.duration_since(on).as_secs_f64();
-                let level =
-                    (1.0 + self.warm_up_amplitude * (-age / 300.0).exp()) * (1.0 + self.drift_per_h * age / 3600.0);
+                let level = (1.0 - self.dimmed)
+                    * (1.0 + self.warm_up_amplitude * (-age / 300.0).exp())
+                    * (1.0 + self.drift_per_h * age / 3600.0);
                 lux += STRAY_LX * level;
                 if !self.baffle_in {
                     let gamma = (self.axes[1].steps(now) as f64 / 1000.0).to_radians();
@@ -236,8 +252,16 @@ impl Axis for FakeAxis {
         let ends = self.room.lock().unwrap().axes[self.index].ends.unwrap();
         // A driver that has no watchdog of its own: the engine must have one.
         sleep_until(ends).await;
-        assert_eq!(self.now().steps, motion.target_steps);
-        Ok(self.now())
+        let now = self.now();
+        if now.moving || now.steps != motion.target_steps {
+            return Err(DeviceError::Fault {
+                device: self.identity.target.clone(),
+                action: "move".to_owned(),
+                reason: format!("at {} and not at {}", now.steps, motion.target_steps),
+                evidence: Vec::new(),
+            });
+        }
+        Ok(now)
     }
     async fn stop(&self) -> Result<AxisPosition, DeviceError> {
         let now = Instant::now();
@@ -310,6 +334,14 @@ impl LuxMeter for FakeMeter {
             });
         }
         let lux = (room.light(ended) / 0.01).round() * 0.01;
+        let truth = Truth {
+            axes: room.axes.map(|axis| axis.steps(ended)),
+            lamp_on: room.lamp_on.is_some(),
+            shutter_open: room.shutter_open,
+            baffle_in: room.baffle_in,
+        };
+        let number = room.looks.len() as u32;
+        room.looks.push(truth);
         Ok(LuxReading {
             outcome: LuxOutcome::Measured(Lux::new(lux).unwrap()),
             range: 1,
@@ -318,7 +350,7 @@ impl LuxMeter for FakeMeter {
             began,
             ended,
             caution: None,
-            evidence: vec![0x02, 0x03],
+            evidence: number.to_be_bytes().to_vec(),
         })
     }
     async fn set_range(&self, _: LuxRange) -> Result<(), DeviceError> {

@@ -51,6 +51,8 @@ pub struct Look {
     pub elapsed_s: f64,
     /// Mean illuminance.
     pub illuminance_lx: f64,
+    /// Coarsest digit of the display among them.
+    pub digit_lx: f64,
     /// (max − min)/mean over the window, once it is full.
     pub spread_rel: Option<f64>,
 }
@@ -70,6 +72,109 @@ pub struct Stable {
 
 const READINGS_A_LOOK: usize = 5;
 
+/// Digits of the display that the light must have: below them the window shows the display, not the lamp. A capped detector or
+/// a lamp that is off shows a few digits of offset and room light that are very stable.
+const LEAST_DIGITS: f64 = 10.0;
+
+/// A lamp may take so long to give light.
+const DARK_AT_MOST_S: f64 = 60.0;
+
+/// The window over which a lamp is watched.
+pub struct Gate {
+    criterion: Criterion,
+    on_at: Instant,
+    window: VecDeque<(f64, f64)>,
+    scatter: VecDeque<(f64, f64, f64)>,
+    next: Instant,
+}
+
+impl Gate {
+    /// An empty window for a lamp that was switched on at `on_at`.
+    pub fn new(criterion: Criterion, on_at: Instant) -> Self {
+        Self {
+            criterion,
+            on_at,
+            window: VecDeque::new(),
+            scatter: VecDeque::new(),
+            next: Instant::now(),
+        }
+    }
+
+    /// Looks at the light where the detector now is.
+    ///
+    /// # Errors
+    /// [`ScanError::NoNumber`] for light out of range; what the meter reports.
+    pub async fn look(&mut self, photometer: &mut Photometer<'_>) -> Result<Look, ScanError> {
+        let (mean, elapsed_s, digit_lx) = look(photometer, self.on_at, &mut self.scatter).await?;
+        let window_s = self.criterion.window_s;
+        self.window.push_back((elapsed_s, mean));
+        // The window is full when what remains still spans it.
+        while self.window.len() > 2 && self.window[1].0 <= elapsed_s - window_s {
+            self.window.pop_front();
+        }
+        while self
+            .scatter
+            .front()
+            .is_some_and(|(at, _, _)| *at < elapsed_s - window_s)
+        {
+            self.scatter.pop_front();
+        }
+        let full = elapsed_s - self.window[0].0 >= window_s;
+        Ok(Look {
+            elapsed_s,
+            illuminance_lx: mean,
+            digit_lx,
+            spread_rel: full.then(|| spread(&self.window)),
+        })
+    }
+
+    /// Whether the lamp is stable by this look.
+    ///
+    /// # Errors
+    /// [`ScanError::NoLight`] when there is no light to judge, [`ScanError::NotStable`] when time is up.
+    pub fn judge(&self, look: &Look) -> Result<Option<Stable>, ScanError> {
+        let Look {
+            elapsed_s,
+            illuminance_lx,
+            digit_lx,
+            spread_rel,
+        } = *look;
+        let least_lx = LEAST_DIGITS * digit_lx;
+        if (spread_rel.is_some() || elapsed_s >= DARK_AT_MOST_S) && illuminance_lx <= least_lx {
+            return Err(ScanError::NoLight {
+                illuminance_lx,
+                least_lx,
+            });
+        }
+        let Some(spread_rel) = spread_rel else {
+            return Ok(None);
+        };
+        if spread_rel < self.criterion.spread_rel && elapsed_s >= self.criterion.least_s {
+            return Ok(Some(Stable {
+                elapsed_s,
+                spread_rel,
+                illuminance_lx,
+                noise: noise(&self.scatter, illuminance_lx),
+            }));
+        }
+        if elapsed_s > self.criterion.most_s {
+            return Err(ScanError::NotStable {
+                elapsed_s,
+                window_s: self.criterion.window_s,
+                spread_rel,
+                allowed_rel: self.criterion.spread_rel,
+            });
+        }
+        Ok(None)
+    }
+
+    /// Waits until the next look is due.
+    pub async fn pause(&mut self) {
+        self.next += Duration::from_secs_f64((self.criterion.window_s / 30.0).clamp(0.1, 30.0));
+        sleep_until(self.next).await;
+    }
+}
+
 /// Watches the light where the detector now is until the lamp that was switched on at `on_at` is stable.
 ///
 /// # Errors
@@ -81,64 +186,25 @@ pub async fn until_stable(
     on_at: Instant,
     mut look_at: impl FnMut(Look),
 ) -> Result<Stable, ScanError> {
-    let every = Duration::from_secs_f64((criterion.window_s / 30.0).clamp(0.1, 30.0));
-    let mut window: VecDeque<(f64, f64)> = VecDeque::new();
-    let mut scatter: VecDeque<(f64, f64, f64)> = VecDeque::new();
-    let mut next = Instant::now();
+    let mut gate = Gate::new(*criterion, on_at);
     loop {
-        let (mean, elapsed_s) = look(photometer, on_at, &mut scatter).await?;
-        if mean <= 0.0 {
-            return Err(ScanError::NoLight { illuminance_lx: mean });
+        let look = gate.look(photometer).await?;
+        look_at(look);
+        if let Some(stable) = gate.judge(&look)? {
+            return Ok(stable);
         }
-        window.push_back((elapsed_s, mean));
-        // The window is full when what remains still spans it.
-        while window.len() > 2 && window[1].0 <= elapsed_s - criterion.window_s {
-            window.pop_front();
-        }
-        while scatter
-            .front()
-            .is_some_and(|(at, _, _)| *at < elapsed_s - criterion.window_s)
-        {
-            scatter.pop_front();
-        }
-        let full = elapsed_s - window[0].0 >= criterion.window_s;
-        let spread_rel = full.then(|| spread(&window));
-        look_at(Look {
-            elapsed_s,
-            illuminance_lx: mean,
-            spread_rel,
-        });
-        if let Some(spread_rel) = spread_rel {
-            if spread_rel < criterion.spread_rel && elapsed_s >= criterion.least_s {
-                return Ok(Stable {
-                    elapsed_s,
-                    spread_rel,
-                    illuminance_lx: mean,
-                    noise: noise(&scatter, mean),
-                });
-            }
-            if elapsed_s > criterion.most_s {
-                let (window_s, allowed_rel) = (criterion.window_s, criterion.spread_rel);
-                return Err(ScanError::NotStable {
-                    elapsed_s,
-                    window_s,
-                    spread_rel,
-                    allowed_rel,
-                });
-            }
-        }
-        next += every;
-        sleep_until(next).await;
+        gate.pause().await;
     }
 }
 
+/// Mean of a few readings in lx, the middle of their time in s, the coarsest digit in lx.
 async fn look(
     photometer: &mut Photometer<'_>,
     on_at: Instant,
     scatter: &mut VecDeque<(f64, f64, f64)>,
-) -> Result<(f64, f64), ScanError> {
+) -> Result<(f64, f64, f64), ScanError> {
     let asked = Instant::now();
-    let (mut sum, mut middle_s) = (0.0, 0.0);
+    let (mut sum, mut middle_s, mut digit_lx) = (0.0, 0.0, 0.0_f64);
     let (mut before, mut count) = (None::<f64>, 0.0);
     for _ in 0..READINGS_A_LOOK {
         let reading = photometer.read(asked).await?;
@@ -149,11 +215,8 @@ async fn look(
                 before = None;
                 continue;
             }
-            LuxOutcome::OverRange | LuxOutcome::UnderRange => {
-                return Err(ScanError::NoLight {
-                    illuminance_lx: f64::NAN,
-                });
-            }
+            LuxOutcome::OverRange => return Err(ScanError::NoNumber { word: "over range" }),
+            LuxOutcome::UnderRange => return Err(ScanError::NoNumber { word: "under range" }),
         };
         count += 1.0;
         let at = reading.middle().saturating_duration_since(on_at).as_secs_f64();
@@ -161,13 +224,14 @@ async fn look(
             scatter.push_back((at, lux.value() - before, reading.digit.value()));
         }
         before = Some(lux.value());
+        digit_lx = digit_lx.max(reading.digit.value());
         sum += lux.value();
         middle_s += at;
     }
     if count == 0.0 {
         return Err(photometer.unsteady());
     }
-    Ok((sum / count, middle_s / count))
+    Ok((sum / count, middle_s / count, digit_lx))
 }
 
 fn spread(window: &VecDeque<(f64, f64)>) -> f64 {

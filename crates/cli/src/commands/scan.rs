@@ -73,6 +73,10 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         ),
         (summary.unsettled, "points did not settle"),
         (summary.retries, "answers were lost or damaged and asked again"),
+        (
+            summary.visits_again,
+            "visits were made again (an axis or output was not as it was left, or readings did not agree)",
+        ),
     ] {
         if count > 0 {
             screen::say(format_args!("{count} {what}"));

@@ -31,9 +31,13 @@ const ORDINARY: &[(&str, &str, f64)] = &[
     ("lamp_warmup", "second_share", 0.0),
 ];
 
-/// A distribution with all that `reduce` takes out.
+/// A distribution with all that `reduce` takes out, in rooms whose lamps may drift by more than a sound one.
 const DISTRIBUTION: &str = r#"
 format = "isolux-plan/1"
+[limits]
+reference_rel = 0.05
+drift_rel = 0.05
+closing_rel = 0.05
 [[block]]
 name = "distribution"
 kind = "lit"

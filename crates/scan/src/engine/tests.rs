@@ -14,7 +14,7 @@ use crate::error::{ScanError, ScanErrorKind};
 use crate::observe::Silent;
 use crate::testing::{AMBIENT_LX, OFFSET_LX, PEAK_CD, STRAY_LX, Shared, bench, header, plan, run_dir, station};
 
-const DAY: &str = r#"
+pub(super) const DAY: &str = r#"
 [[block]]
 name = "lit"
 kind = "lit"
@@ -49,7 +49,7 @@ gamma_deg = 0
 repeats = 2
 "#;
 
-async fn scan(
+pub(super) async fn scan(
     devices: &mut Devices,
     plan: &Plan,
     run: &mut RunDir,
@@ -66,7 +66,7 @@ async fn scan(
     engine.run(devices, plan, run, cancel, resumed).await
 }
 
-fn at_rest(room: &Shared) -> bool {
+pub(super) fn at_rest(room: &Shared) -> bool {
     let room = room.lock().unwrap();
     room.axes
         .iter()

@@ -1,0 +1,268 @@
+//! Lamp, shutter, baffle and distance: brought into the state that a block needs, and found in it again.
+
+use std::time::Duration;
+
+use isolux_record::ReadingKind;
+use isolux_record::plan::{Block, Instrument};
+use serde_json::json;
+use tokio::time::Instant;
+
+use super::session::Session;
+use super::verify::Output;
+use super::visit::TRIES;
+use crate::clock::microseconds;
+use crate::devices::{Request, TwoState};
+use crate::dry_run::distance_mm;
+use crate::error::ScanError;
+use crate::itinerary::REFERENCE_DEG;
+use crate::motion::{drive_rail, rail_holds, stop_all};
+use crate::observe::ScanEvent;
+use crate::warmup::{Criterion, Gate, Look, Stable};
+
+impl Session<'_> {
+    /// Brings the detector to the distance of a block, and asks what the block asks.
+    pub async fn place(&mut self, block: &Block) -> Result<(), ScanError> {
+        let station = self.engine.station;
+        let distance = distance_mm(station, block);
+        let of_meter = block.instrument == Instrument::Luxmeter;
+        if let Some(prompt) = &block.prompt {
+            self.ask(prompt.clone(), block.kind, distance).await?;
+        }
+        match &self.devices.rail {
+            Some(rail) if of_meter && self.rail_mm != Some(distance) => {
+                let found_mm = drive_rail(rail.as_ref(), distance).await?;
+                self.rail_mm = Some(distance);
+                self.event("rail", &json!({ "distance_mm": found_mm }))?;
+            }
+            None if of_meter && distance != self.distance_mm && block.prompt.is_none() => {
+                let prompt = station.rail().and_then(|rail| rail.prompt.clone());
+                let words = prompt.unwrap_or_else(|| "move the detector".to_owned());
+                self.ask(format!("{words} (to {distance} mm)"), block.kind, distance)
+                    .await?;
+            }
+            _ => {}
+        }
+        if of_meter {
+            self.distance_mm = distance;
+        }
+        Ok(())
+    }
+
+    /// Brings lamp, warm-up, baffle and shutter into the state that a block needs; what is in it already is left alone.
+    pub async fn outputs(&mut self, block: &Block) -> Result<(), ScanError> {
+        match block.kind {
+            ReadingKind::Lit => {
+                self.baffle(block, false).await?;
+                self.shutter(block, true).await?;
+                self.lamp(block, true).await?;
+            }
+            ReadingKind::Baffled => {
+                // The gate needs the light before the baffle goes in.
+                self.lamp(block, true).await?;
+                self.shutter(block, true).await?;
+                self.baffle(block, true).await?;
+            }
+            ReadingKind::LampOff => {
+                self.lamp(block, false).await?;
+                self.baffle(block, false).await?;
+                self.shutter(block, true).await?;
+            }
+            ReadingKind::Capped => self.shutter(block, false).await?,
+        }
+        Ok(())
+    }
+
+    /// Records why a visit or a warm-up is made again, and brings everything back that is not as it was left. `before` is where
+    /// the axes came from: they approach again from there, because backlash depends on it.
+    pub async fn again(&mut self, error: &ScanError, before: Option<(f64, f64)>) -> Result<(), ScanError> {
+        self.visits_again += 1;
+        self.event("again", &json!({ "reason": error.to_string() }))?;
+        self.engine
+            .observer
+            .event(&ScanEvent::Note(&format!("measured again: {error}")));
+        if let Some((rail, distance)) = self.rail_left()
+            && rail_holds(rail, distance).await.is_err()
+        {
+            drive_rail(rail, distance).await?;
+        }
+        for Output { role, device, left, .. } in self.outputs_left() {
+            if device.state().await.map_err(ScanError::device(role))? == left {
+                continue;
+            }
+            device.set(left).await.map_err(ScanError::device(role))?;
+            if role == "lamp" && left {
+                self.lamp_now_on()?;
+            }
+            self.event(role, &json!({ "on": left }))?;
+        }
+        if let Some((c_deg, gamma_deg)) = before
+            && self.axes.hold().await.is_err()
+        {
+            self.axes.go_to(c_deg, gamma_deg).await?;
+        }
+        Ok(())
+    }
+
+    async fn lamp(&mut self, block: &Block, on: bool) -> Result<(), ScanError> {
+        if self.lamp_is_on != on {
+            match &self.devices.lamp {
+                Some(TwoState::Device(lamp)) => lamp.set(on).await.map_err(ScanError::device("lamp"))?,
+                Some(TwoState::Person(prompt)) => {
+                    let words = format!("{prompt} ({})", if on { "ON" } else { "OFF" });
+                    self.ask(words, block.kind, self.distance_mm).await?;
+                }
+                // The block's own prompt has asked for it.
+                None => {}
+            }
+            if on {
+                self.lamp_now_on()?;
+            } else {
+                self.lamp_is_on = false;
+                self.warm = false;
+            }
+            self.event("lamp", &json!({ "on": on }))?;
+        }
+        if on && !self.warm {
+            self.warm_up(block).await?;
+        }
+        Ok(())
+    }
+
+    /// Waits until the lamp is stable. A window during which an axis or an output was not as it was left says nothing.
+    async fn warm_up(&mut self, block: &Block) -> Result<(), ScanError> {
+        let mut tries = 1;
+        loop {
+            match self.warm_up_once(block).await {
+                Err(error) if error.can_be_measured_again() && tries < TRIES => {
+                    tries += 1;
+                    self.again(&error, None).await?;
+                }
+                outcome => return outcome,
+            }
+        }
+    }
+
+    async fn warm_up_once(&mut self, block: &Block) -> Result<(), ScanError> {
+        self.baffle(block, false).await?;
+        self.shutter(block, true).await?;
+        self.axes.go_to(REFERENCE_DEG.0, REFERENCE_DEG.1).await?;
+        let criterion = Criterion::of(self.engine.station);
+        let observer = self.engine.observer;
+        observer.event(&ScanEvent::WarmUpBegan {
+            least_s: criterion.least_s(),
+        });
+        let now = Instant::now();
+        let on_for = self.clock.seconds(now) - self.lamp_on_s.unwrap_or_default();
+        let on_at = now.checked_sub(Duration::from_secs_f64(on_for.max(0.0))).unwrap_or(now);
+        let mut gate = Gate::new(criterion, on_at);
+        let stable = loop {
+            let look = gate.look(&mut self.photometer).await;
+            // First of all: light that somebody has cut off says nothing of the lamp.
+            self.verify().await?;
+            let look = look?;
+            let Look {
+                elapsed_s,
+                illuminance_lx,
+                spread_rel,
+                ..
+            } = look;
+            observer.event(&ScanEvent::WarmUp {
+                elapsed_s,
+                illuminance_lx,
+                spread_rel,
+            });
+            let time_s = microseconds(elapsed_s);
+            let fields = json!({ "time_s": time_s, "illuminance_lx": illuminance_lx, "spread_rel": spread_rel });
+            self.event("warm_up", &fields)?;
+            if let Some(stable) = gate.judge(&look)? {
+                break stable;
+            }
+            gate.pause().await;
+        };
+        let Stable {
+            elapsed_s,
+            spread_rel,
+            noise,
+            ..
+        } = stable;
+        self.photometer.noise = noise;
+        self.warm = true;
+        self.warm_up_s = Some(elapsed_s);
+        observer.event(&ScanEvent::WarmUpEnded { elapsed_s, spread_rel });
+        self.event(
+            "stable",
+            &json!({ "time_s": microseconds(elapsed_s), "spread_rel": spread_rel, "noise_rel": noise.relative }),
+        )
+    }
+
+    pub async fn shutter(&mut self, block: &Block, open: bool) -> Result<(), ScanError> {
+        if self.shutter_open != Some(open) {
+            let words = if open { "uncap the detector" } else { "cap the detector" };
+            let as_found = self.shutter_open.is_none() && open;
+            self.switch(self.devices.shutter.as_ref(), "shutter", open, words, block, as_found)
+                .await?;
+            self.shutter_open = Some(open);
+        }
+        Ok(())
+    }
+
+    async fn baffle(&mut self, block: &Block, inside: bool) -> Result<(), ScanError> {
+        if self.baffle_in != Some(inside) {
+            let words = if inside {
+                "put the baffle into the beam"
+            } else {
+                "take the baffle out of the beam"
+            };
+            let as_found = self.baffle_in.is_none() && !inside;
+            self.switch(self.devices.baffle.as_ref(), "baffle", inside, words, block, as_found)
+                .await?;
+            self.baffle_in = Some(inside);
+        }
+        Ok(())
+    }
+
+    /// Switches an output. A person is not asked for the state that a bench has anyway at the start (`as_found`).
+    async fn switch(
+        &mut self,
+        switch: Option<&TwoState>,
+        role: &'static str,
+        on: bool,
+        words: &str,
+        block: &Block,
+        as_found: bool,
+    ) -> Result<(), ScanError> {
+        match switch {
+            Some(TwoState::Device(device)) => device.set(on).await.map_err(ScanError::device(role))?,
+            Some(TwoState::Person(_)) | None if as_found => return Ok(()),
+            Some(TwoState::Person(prompt)) => {
+                self.ask(format!("{prompt} ({words})"), block.kind, self.distance_mm)
+                    .await?;
+            }
+            // The block that needed it had a prompt of its own; now it has to be undone.
+            None if block.prompt.is_none() => self.ask(words.to_owned(), block.kind, self.distance_mm).await?,
+            None => {}
+        }
+        self.event(role, &json!({ "on": on }))
+    }
+
+    /// Stops the axes, asks the person, records who answered.
+    async fn ask(&mut self, prompt: String, kind: ReadingKind, distance_mm: f64) -> Result<(), ScanError> {
+        stop_all(self.devices).await.map_err(|axes| ScanError::NotAtRest {
+            axes,
+            before: String::new(),
+        })?;
+        let request = Request {
+            prompt,
+            kind,
+            distance_mm,
+        };
+        let answer = self.engine.operator.carry_out(&request).await;
+        let (who, declined) = (answer.as_ref().ok(), answer.as_ref().err());
+        let fields = json!({ "prompt": request.prompt, "distance_mm": distance_mm, "who": who, "declined": declined });
+        self.event("asked", &fields)?;
+        answer.map(drop).map_err(|reason| ScanError::Declined {
+            prompt: request.prompt,
+            reason,
+        })
+    }
+}

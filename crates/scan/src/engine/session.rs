@@ -1,0 +1,229 @@
+//! One session at the bench: from the first stop to the last visit, and what the instruments were last told.
+
+use isolux_device::LuxRange;
+use isolux_record::limits::Limits;
+use isolux_record::plan::Plan;
+use isolux_record::run::{Run, RunDir};
+use isolux_record::{ReadingKind, Role};
+use serde_json::{Value, json};
+use tokio::time::Instant;
+
+use super::progress::Progress;
+use super::reference::References;
+use super::{Engine, ScanSummary};
+use crate::clock::{RunClock, microseconds};
+use crate::devices::{Devices, TwoState};
+use crate::error::ScanError;
+use crate::itinerary::{Visit, visits};
+use crate::motion::{Axes, drive_rail, stop_all};
+use crate::observe::ScanEvent;
+use crate::settle::Photometer;
+
+/// A session and the state in which it left the bench.
+pub(super) struct Session<'a> {
+    pub engine: &'a Engine<'a>,
+    pub devices: &'a Devices,
+    pub run: &'a mut RunDir,
+    pub clock: RunClock,
+    pub axes: Axes<'a>,
+    pub photometer: Photometer<'a>,
+    pub limits: Limits,
+    /// Seconds of this clock at which the lamp was switched on; none: never yet.
+    pub lamp_on_s: Option<f64>,
+    pub lamp_is_on: bool,
+    pub warm: bool,
+    pub shutter_open: Option<bool>,
+    pub baffle_in: Option<bool>,
+    /// Where the lux meter stands.
+    pub distance_mm: f64,
+    /// Where the rail was driven to; none where it is not driven.
+    pub rail_mm: Option<f64>,
+    pub references: References,
+    pub done: u64,
+    pub total: u64,
+    pub spectra: u64,
+    pub without_number: u64,
+    pub unsettled: u64,
+    pub visits_again: u64,
+    pub warm_up_s: Option<f64>,
+}
+
+impl<'a> Session<'a> {
+    pub fn new(
+        engine: &'a Engine<'a>,
+        devices: &'a Devices,
+        run: &'a mut RunDir,
+        clock: RunClock,
+        limits: Limits,
+    ) -> Self {
+        Self {
+            engine,
+            devices,
+            run,
+            clock,
+            axes: Axes::new(devices, engine.station),
+            photometer: Photometer::new(devices.meter.as_ref()),
+            limits,
+            lamp_on_s: None,
+            lamp_is_on: false,
+            warm: false,
+            shutter_open: None,
+            baffle_in: None,
+            distance_mm: engine.station.bench().distance_mm,
+            rail_mm: None,
+            references: References::default(),
+            done: 0,
+            total: 0,
+            spectra: 0,
+            without_number: 0,
+            unsettled: 0,
+            visits_again: 0,
+            warm_up_s: None,
+        }
+    }
+
+    pub fn summary(&self, before: u64) -> ScanSummary {
+        ScanSummary {
+            points: self.total,
+            readings: self.run.len() - before,
+            spectra: self.spectra,
+            without_number: self.without_number,
+            unsettled: self.unsettled,
+            retries: self.photometer.retries,
+            visits_again: self.visits_again,
+            duration_s: self.clock.seconds(Instant::now()),
+            warm_up_s: self.warm_up_s,
+        }
+    }
+
+    /// The whole plan, less what `resumed` holds.
+    pub async fn day(&mut self, plan: &Plan, resumed: Option<&Run>) -> Result<(), ScanError> {
+        let visits = visits(plan);
+        let progress = Progress::of(resumed);
+        self.total = visits.iter().filter(|visit| visit.role == Role::Point).count() as u64;
+        self.event("began", &json!({ "points": self.total, "resumed": resumed.is_some() }))?;
+        // A program that was killed may have left an axis running.
+        stop_all(self.devices).await.map_err(|axes| ScanError::NotAtRest {
+            axes,
+            before: String::new(),
+        })?;
+        self.engine.observer.event(&ScanEvent::Homing);
+        self.axes.home().await?;
+        self.event("homed", &Value::Null)?;
+        self.devices
+            .meter
+            .set_range(LuxRange::Auto)
+            .await
+            .map_err(ScanError::device("luxmeter"))?;
+        if let Some(rail) = &self.devices.rail {
+            let home_mm = self.engine.station.bench().distance_mm;
+            drive_rail(rail.as_ref(), home_mm).await?;
+            self.rail_mm = Some(home_mm);
+        }
+        self.find_lamp(resumed).await?;
+        let mut current = None;
+        for visit in &visits {
+            let block = &plan.blocks()[visit.block];
+            if progress.has(visit, block) {
+                self.done += u64::from(visit.role == Role::Point);
+                continue;
+            }
+            if current != Some(visit.block) {
+                self.place(block).await?;
+                self.outputs(block).await?;
+                let (done, total) = (self.done, self.total);
+                self.engine.observer.event(&ScanEvent::Block {
+                    name: &block.name,
+                    done,
+                    total,
+                });
+                self.event("block", &json!({ "name": block.name }))?;
+                if resumed.is_some() && current.is_none() && block.kind == ReadingKind::Lit {
+                    // What was read before is trusted again only against the reference point.
+                    self.visit(block, &visit.reference_before(), (0, &[])).await?;
+                }
+                current = Some(visit.block);
+            }
+            self.visit(block, visit, progress.readings(visit)).await?;
+        }
+        Ok(())
+    }
+
+    /// Whether the lamp is on already, and since when. Only a lamp of this very run has a known time.
+    async fn find_lamp(&mut self, resumed: Option<&Run>) -> Result<(), ScanError> {
+        let since = resumed
+            .and_then(|run| run.header.lamp_on_utc.as_deref())
+            .and_then(|utc| self.clock.seconds_of_utc(utc));
+        match &self.devices.lamp {
+            Some(TwoState::Device(lamp)) => {
+                let on = lamp.state().await.map_err(ScanError::device("lamp"))?;
+                if on && let Some(since) = since {
+                    self.lamp_is_on = true;
+                    self.lamp_on_s = Some(since);
+                    // Known to be on since then; whether it is stable, its light decides again, and the reference visits of
+                    // the run still hold.
+                    self.references = resumed.map_or_else(References::default, |run| {
+                        References::since_last_switched_on(&run.readings.rows)
+                    });
+                } else if on {
+                    // Since when is not known: a defined warm-up begins with a cold start of the clock.
+                    self.note("the lamp was on already; its time counts from now")?;
+                    self.lamp_now_on()?;
+                }
+            }
+            Some(TwoState::Person(_)) => {}
+            None => {
+                self.note("the station has no [lamp]; its time counts from the start of the run")?;
+                self.lamp_now_on()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The lamp was switched on at this moment: its clock and its reference visits begin anew.
+    pub fn lamp_now_on(&mut self) -> Result<(), ScanError> {
+        let now = Instant::now();
+        self.lamp_is_on = true;
+        self.warm = false;
+        self.lamp_on_s = Some(self.clock.seconds(now));
+        self.references = References::default();
+        self.run.lamp_on(self.clock.utc(now))?;
+        Ok(())
+    }
+
+    pub async fn ambient_c(&self) -> Result<Option<f64>, ScanError> {
+        match &self.devices.ambient {
+            Some(thermometer) => {
+                let reading = thermometer.read().await.map_err(ScanError::device("ambient"))?;
+                Ok(Some(reading.temperature.value()))
+            }
+            None => Ok(None),
+        }
+    }
+
+    pub fn time_s(&self, at: Instant) -> Option<f64> {
+        self.lamp_on_s.map(|on| microseconds(self.clock.seconds(at) - on))
+    }
+
+    pub fn note(&mut self, sentence: &str) -> Result<(), ScanError> {
+        self.engine.observer.event(&ScanEvent::Note(sentence));
+        self.event("note", &json!({ "message": sentence }))
+    }
+
+    pub fn event(&mut self, name: &str, fields: &Value) -> Result<(), ScanError> {
+        Ok(self.run.event(&self.clock.utc_now(), name, fields)?)
+    }
+}
+
+impl Visit {
+    /// A visit to the reference point just before this one.
+    pub(super) fn reference_before(&self) -> Self {
+        let (c_deg, gamma_deg) = crate::itinerary::REFERENCE_DEG;
+        Self {
+            role: Role::Reference,
+            c_deg,
+            gamma_deg,
+            ..*self
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! One visit: move, settle, read, verify, and only then record. A visit that was disturbed is made again.
+
+use isolux_device::{LuxOutcome, LuxReading};
+use isolux_record::plan::{Block, Instrument};
+use isolux_record::spectra::SpectrumRecord;
+use isolux_record::{Quality, Reading, ReadingKind, Role};
+use serde_json::json;
+use tokio::time::Instant;
+
+use super::repeats;
+use super::session::Session;
+use super::verify::Left;
+use crate::clock::microseconds;
+use crate::error::ScanError;
+use crate::itinerary::Visit;
+use crate::motion::Pose;
+use crate::observe::ScanEvent;
+use crate::settle::Settling;
+
+/// Tries of a visit or a warm-up before the scan ends.
+pub(super) const TRIES: u32 = 3;
+
+/// What a visit gave, not yet recorded.
+pub(super) enum Taken {
+    Readings(Vec<Reading>),
+    Spectrum(SpectrumRecord),
+}
+
+impl Session<'_> {
+    /// Makes a visit and records it. `already` are the readings of it that an earlier session has recorded.
+    pub async fn visit(&mut self, block: &Block, visit: &Visit, already: (u32, &[f64])) -> Result<(), ScanError> {
+        let mut tries = 1;
+        let before = self.axes.target();
+        loop {
+            // After the lamp had to be switched on again it is warmed up first, and its drift begins at a visit of its own.
+            self.outputs(block).await?;
+            let now = if visit.role == Role::Point && self.lacks_reference(block) {
+                visit.reference_before()
+            } else {
+                *visit
+            };
+            match self.sound(block, &now, already, tries == TRIES).await {
+                Ok(taken) => {
+                    self.keep(taken)?;
+                    if now == *visit {
+                        self.done += u64::from(visit.role == Role::Point);
+                        return Ok(());
+                    }
+                }
+                Err(error) if error.can_be_measured_again() && tries < TRIES => {
+                    tries += 1;
+                    self.again(&error, before).await?;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// What a visit gives, with pose and outputs verified and within the limits of the plan.
+    async fn sound(
+        &mut self,
+        block: &Block,
+        visit: &Visit,
+        already: (u32, &[f64]),
+        last: bool,
+    ) -> Result<Taken, ScanError> {
+        if visit.role == Role::Point && block.instrument == Instrument::Spectroradiometer {
+            return self.spectrum(block, visit).await.map(Taken::Spectrum);
+        }
+        let readings = self.readings(block, visit, already).await?;
+        if visit.role == Role::Reference
+            && let Some(reading) = readings.first()
+            && let Err(error) = self.references.judge(reading, &self.limits)
+        {
+            // The reading itself is true: axes and outputs are as they should be. A reduction must know of it.
+            if last {
+                self.keep(Taken::Readings(readings))?;
+            }
+            return Err(error);
+        }
+        Ok(Taken::Readings(readings))
+    }
+
+    /// The readings of the lux meter at one pose, not yet recorded.
+    async fn readings(
+        &mut self,
+        block: &Block,
+        visit: &Visit,
+        already: (u32, &[f64]),
+    ) -> Result<Vec<Reading>, ScanError> {
+        let already = if visit.role == Role::Point {
+            already
+        } else {
+            (0, [].as_slice())
+        };
+        let pose = self.axes.go_to(visit.c_deg, visit.gamma_deg).await?;
+        let mut settling = Settling::default();
+        let settled = loop {
+            let light = self.verified(pose.rest_at).await?;
+            if let Some(settled) = settling.add(light, &self.photometer.noise) {
+                break settled;
+            }
+        };
+        if !settled.stable {
+            self.unsettled += 1;
+            let at = format!("C {}°, γ {}°", visit.c_deg, visit.gamma_deg);
+            self.note(&format!(
+                "the light did not settle at {at}; its reading is marked failed"
+            ))?;
+        }
+        let mut values = already.1.to_vec();
+        let mut light = settled.reading;
+        let mut taken = already.0;
+        let mut readings = Vec::new();
+        loop {
+            let reading = self.reading(block, visit, pose, &light, taken, settled.stable).await?;
+            values.extend(reading.illuminance_lx);
+            let digit_lx = reading.digit_lx.unwrap_or_default();
+            readings.push(reading);
+            taken += 1;
+            if visit.role == Role::Reference
+                || repeats::enough(block.repeats, taken, &values, &light, self.photometer.noise)
+            {
+                let pose_deg = (visit.c_deg, visit.gamma_deg);
+                repeats::agree(pose_deg, &values, digit_lx, self.photometer.noise, &self.limits)?;
+                return Ok(readings);
+            }
+            light = self.verified(pose.rest_at).await?;
+        }
+    }
+
+    /// A new reading, during which and after which everything is as it was left.
+    async fn verified(&mut self, not_before: Instant) -> Result<LuxReading, ScanError> {
+        let left = Left {
+            rail: self.rail_left(),
+            outputs: self.outputs_left(),
+            axes: &self.axes,
+        };
+        left.during(self.photometer.read(not_before)).await
+    }
+
+    async fn reading(
+        &mut self,
+        block: &Block,
+        visit: &Visit,
+        pose: Pose,
+        light: &LuxReading,
+        repeat: u32,
+        stable: bool,
+    ) -> Result<Reading, ScanError> {
+        let quality = match light.outcome {
+            _ if !stable => Quality::Failed,
+            LuxOutcome::Unsteady => Quality::Failed,
+            LuxOutcome::Measured(_) => Quality::Ok,
+            LuxOutcome::OverRange => Quality::OverRange,
+            LuxOutcome::UnderRange => Quality::UnderRange,
+        };
+        let factor = self.engine.station.luxmeter().calibration_factor;
+        let illuminance_lx = light
+            .illuminance()
+            .filter(|_| quality == Quality::Ok)
+            .map(|lux| lux.value() * factor);
+        let digit_lx = light.digit.value() * factor;
+        Ok(Reading {
+            index: 0,
+            block: block.name.clone(),
+            kind: block.kind,
+            time_s: self.time_s(light.middle()),
+            c_deg: pose.c_deg,
+            gamma_deg: pose.gamma_deg,
+            distance_mm: self.distance_mm,
+            travel: self.axes.travel(),
+            range: i32::from(light.range),
+            ambient_c: self.ambient_c().await?,
+            illuminance_lx,
+            u_lx: illuminance_lx.map(|lux| self.photometer.noise.u_lx(lux, digit_lx)),
+            quality,
+            role: visit.role,
+            point: visit.point,
+            repeat,
+            c_target_deg: visit.c_deg,
+            gamma_target_deg: visit.gamma_deg,
+            digit_lx: Some(digit_lx),
+            integration_s: Some(microseconds(
+                light.ended.saturating_duration_since(light.began).as_secs_f64(),
+            )),
+            raw: hexadecimal(&light.evidence),
+            session: 0,
+            burning: None,
+        })
+    }
+
+    /// Records what a visit gave.
+    fn keep(&mut self, taken: Taken) -> Result<(), ScanError> {
+        let readings = match taken {
+            Taken::Readings(readings) => readings,
+            Taken::Spectrum(record) => return self.keep_spectrum(record),
+        };
+        for reading in readings {
+            self.without_number += u64::from(reading.quality != Quality::Ok);
+            if reading.role == Role::Reference {
+                self.references.keep(&reading);
+            }
+            let index = self.run.append(reading.clone())?;
+            let reading = Reading { index, ..reading };
+            let (done, total) = (self.done, self.total);
+            self.engine.observer.event(&ScanEvent::Reading {
+                reading: &reading,
+                done,
+                total,
+            });
+        }
+        Ok(())
+    }
+
+    fn keep_spectrum(&mut self, record: SpectrumRecord) -> Result<(), ScanError> {
+        let Some(spectro) = &self.devices.spectro else {
+            return Ok(());
+        };
+        let integration_s = record.integration_s;
+        let index = self.run.spectrum(record, &spectro.calibration)?;
+        self.spectra += 1;
+        self.engine.observer.event(&ScanEvent::Spectrum { index });
+        self.event("spectrum", &json!({ "index": index, "integration_s": integration_s }))
+    }
+
+    /// Whether this block follows the drift of the lamp by visits, and none was made since the lamp was switched on.
+    fn lacks_reference(&self, block: &Block) -> bool {
+        block.kind == ReadingKind::Lit
+            && block.reference_every.is_some()
+            && self.references.first(self.distance_mm).is_none()
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes
+        .iter()
+        .fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
+}
