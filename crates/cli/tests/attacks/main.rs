@@ -13,6 +13,7 @@ mod folder;
 mod support;
 
 mod damaged_records;
+mod hands;
 mod kills;
 mod second_process;
 mod undisturbed;
