@@ -7,12 +7,16 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::document::{DocumentError, Fault, Source, read_text};
 use crate::limits::{Limits, LimitsDocument};
 use crate::reading::ReadingKind;
+use crate::station::valid::block_distance;
 
 /// Value of `format` in a plan file.
 pub const FORMAT: &str = "isolux-plan/1";
 
 /// More points than this in one block are a slip of the pen.
 const MOST_POINTS: usize = 10_000_000;
+
+/// More readings of one point than this take hours and make no mean better.
+const MOST_REPEATS: u32 = 10_000;
 
 /// A valid plan: at least one block, every block with its grid spelt out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -242,17 +246,16 @@ fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
             format!("has more than {MOST_POINTS} points; check the steps"),
         ));
     }
-    if let Some(distance) = block.distance_mm
-        && !(distance.is_finite() && distance > 0.0)
-    {
-        return Err(Fault::new(
-            key("distance_mm"),
-            format!("is {distance}, expected above 0"),
-        ));
+    if let Some(distance) = block.distance_mm {
+        block_distance(&key("distance_mm"), distance)?;
     }
     let repeats = match (block.repeats, block.u_rel) {
         (Some(_), Some(_)) => return Err(Fault::new(key("u_rel"), "give `repeats` or `u_rel`, not both")),
         (Some(0), None) => return Err(Fault::new(key("repeats"), "is 0, expected at least 1")),
+        (Some(count), None) if count > MOST_REPEATS => {
+            let message = format!("is {count}, expected 1 to {MOST_REPEATS}");
+            return Err(Fault::new(key("repeats"), message));
+        }
         (Some(count), None) => Repeats::Exactly(count),
         (None, Some(u)) if u.is_finite() && u > 0.0 && u < 1.0 => Repeats::Until(u),
         (None, Some(u)) => {
@@ -419,6 +422,9 @@ repeats = 20
         assert!(complaint("[0.0, 180.0, 2.0]", "[0.0, 190.0, 2.0]").contains("outside"));
         assert!(complaint("[0.0, 180.0, 2.0]", "[0.0, nan, 2.0]").starts_with("p.toml:6:1:"));
         assert!(complaint("repeats = 20", "repeats = 0").starts_with("p.toml:13:1:"));
+        assert!(complaint("repeats = 20", "repeats = 4000000000").starts_with("p.toml:13:1: block.1.repeats"));
+        assert!(complaint("repeats = 20", "distance_mm = 1e308").contains("expected 1 to 1000000 mm"));
+        assert!(complaint("repeats = 20", "distance_mm = inf").starts_with("p.toml:13:1:"));
         assert!(complaint("repeats = 20", "repeat = 20").starts_with("p.toml:13:1: unknown field"));
         assert!(complaint("name = \"cap\"", "name = \"lit\"").contains("used twice"));
         assert!(complaint("gamma_deg = [0.0]\n", "").starts_with("p.toml:8:"));

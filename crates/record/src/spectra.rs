@@ -379,13 +379,22 @@ pub fn parse_calibration(file: &Utf8Path, text: &str) -> Result<Vec<(f64, f64)>,
                 "the wavelengths do not rise".to_owned(),
             ));
         }
-        if factor < 0.0 {
-            return Err(fault(place + 1, "factor", "is below zero".to_owned()));
+        if !(100.0..=10_000.0).contains(&wavelength) {
+            let message = format!("is {wavelength:e}, expected 100 to 10000 nm");
+            return Err(fault(place + 1, "wavelength_nm", message));
+        }
+        // A count a second of a real instrument is far below a W/(m² nm).
+        if !(0.0..=1e3).contains(&factor) {
+            let message = format!("is {factor:e}, expected 0 to 1000 W/(m² nm) of one count a second");
+            return Err(fault(place + 1, "factor", message));
         }
         table.push((wavelength, factor));
     }
     if table.len() < 2 {
         return Err(fault(1, "wavelength_nm", "needs at least two wavelengths".to_owned()));
+    }
+    if table.iter().all(|(_, factor)| *factor == 0.0) {
+        return Err(fault(1, "factor", "is zero at every wavelength".to_owned()));
     }
     Ok(table)
 }

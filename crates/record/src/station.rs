@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{DocumentError, Fault, Source, read_text};
 
+pub(crate) mod valid;
+
 /// Value of `format` in a station file.
 pub const FORMAT: &str = "isolux-station/1";
 
@@ -371,62 +373,7 @@ impl TryFrom<StationDocument> for Station {
     type Error = Fault;
 
     fn try_from(station: StationDocument) -> Result<Self, Fault> {
-        positive("bench.distance_mm", station.bench.distance_mm)?;
-        optional_positive("bench.u_distance_mm", station.bench.u_distance_mm)?;
-        optional_positive("bench.floor_mm", station.bench.floor_mm)?;
-        bound("bench.stray_max_rel", station.bench.stray_max_rel)?;
-        bound("bench.ambient_max_lx", station.bench.ambient_max_lx)?;
-        bound("bench.dark_max_lx", station.bench.dark_max_lx)?;
-        for (name, axis) in [("axis.c", &station.axis.c), ("axis.gamma", &station.axis.gamma)] {
-            validate_axis(name, axis)?;
-        }
-        let meter = &station.luxmeter;
-        driver_and_target("luxmeter.open", &meter.open)?;
-        positive("luxmeter.calibration_factor", meter.calibration_factor)?;
-        if !(meter.u_rel.is_finite() && (0.0..1.0).contains(&meter.u_rel)) {
-            return Err(Fault::new(
-                "luxmeter.u_rel",
-                "is a fraction in [0, 1), for instance 0.015 for 1.5 %",
-            ));
-        }
-        if let Some(due) = &meter.due
-            && !is_day(due)
-        {
-            return Err(Fault::new(
-                "luxmeter.due",
-                format!("`{due}` is no day, write YYYY-MM-DD"),
-            ));
-        }
-        if let Some(spectro) = &station.spectroradiometer {
-            driver_and_target("spectroradiometer.open", &spectro.open)?;
-            positive("spectroradiometer.distance_mm", spectro.distance_mm)?;
-            optional_positive("spectroradiometer.u_distance_mm", spectro.u_distance_mm)?;
-            optional_positive("spectroradiometer.u_rel", spectro.u_rel)?;
-            bound("spectroradiometer.u_shape_rel", spectro.u_shape_rel)?;
-            bound("spectroradiometer.u_wavelength_nm", spectro.u_wavelength_nm)?;
-            bound("spectroradiometer.stray_max_rel", spectro.stray_max_rel)?;
-        }
-        if let Some(lamp) = &station.lamp {
-            one_of("lamp", lamp.open.as_deref(), lamp.prompt.as_deref())?;
-            optional_positive("lamp.diameter_mm", lamp.diameter_mm)?;
-            if let Some(stable) = &lamp.stable {
-                positive("lamp.stable.least_s", stable.least_s)?;
-                positive("lamp.stable.window_s", stable.window_s)?;
-                positive("lamp.stable.spread_rel", stable.spread_rel)?;
-            }
-        }
-        for (name, access) in [
-            ("shutter", &station.shutter),
-            ("baffle", &station.baffle),
-            ("ambient", &station.ambient),
-        ] {
-            if let Some(access) = access {
-                one_of(name, access.open.as_deref(), access.prompt.as_deref())?;
-            }
-        }
-        if let Some(rail) = &station.rail {
-            validate_rail(rail)?;
-        }
+        valid::check(&station)?;
         Ok(Self(station))
     }
 }
@@ -435,109 +382,6 @@ impl From<Station> for StationDocument {
     fn from(station: Station) -> Self {
         station.0
     }
-}
-
-fn validate_axis(name: &str, axis: &Axis) -> Result<(), Fault> {
-    driver_and_target(&format!("{name}.open"), &axis.open)?;
-    if !matches!(axis.sense, 1 | -1) {
-        return Err(Fault::new(format!("{name}.sense"), "is 1 or -1"));
-    }
-    if !axis.zero_deg.is_finite() {
-        return Err(Fault::new(format!("{name}.zero_deg"), "is not a finite angle"));
-    }
-    let [low, high] = axis.limit_deg;
-    if !(low.is_finite() && high.is_finite() && low < high) {
-        return Err(Fault::new(
-            format!("{name}.limit_deg"),
-            "is [smallest, largest] in degrees, the first below the second",
-        ));
-    }
-    positive(&format!("{name}.speed_deg_s"), axis.speed_deg_s)?;
-    positive(&format!("{name}.accel_deg_s2"), axis.accel_deg_s2)?;
-    optional_positive(&format!("{name}.tolerance_deg"), axis.tolerance_deg)
-}
-
-fn validate_rail(rail: &Rail) -> Result<(), Fault> {
-    one_of("rail", rail.open.as_deref(), rail.prompt.as_deref())?;
-    if rail.open.is_none() {
-        return Ok(());
-    }
-    let Some(driven) = rail.driven() else {
-        return Err(Fault::new(
-            "rail",
-            "a driven rail needs counts_per_mm, zero_mm, limit_mm, speed_mm_s and accel_mm_s2",
-        ));
-    };
-    if !matches!(driven.sense, 1 | -1) {
-        return Err(Fault::new("rail.sense", "is 1 or -1"));
-    }
-    if !driven.zero_mm.is_finite() {
-        return Err(Fault::new("rail.zero_mm", "is not a finite distance"));
-    }
-    let [low, high] = driven.limit_mm;
-    if !(low.is_finite() && high.is_finite() && 0.0 < low && low < high) {
-        return Err(Fault::new(
-            "rail.limit_mm",
-            "is [smallest, largest] in mm, above 0, the first below the second",
-        ));
-    }
-    positive("rail.speed_mm_s", driven.speed_mm_s)?;
-    positive("rail.accel_mm_s2", driven.accel_mm_s2)
-}
-
-fn one_of(name: &str, open: Option<&str>, prompt: Option<&str>) -> Result<(), Fault> {
-    match (open, prompt) {
-        (Some(open), None) => driver_and_target(&format!("{name}.open"), open),
-        (None, Some(prompt)) if !prompt.trim().is_empty() => Ok(()),
-        (None, Some(_)) => Err(Fault::new(
-            format!("{name}.prompt"),
-            "is empty; write what the person is to do",
-        )),
-        _ => Err(Fault::new(
-            name,
-            "needs either `open = \"driver:target\"` or `prompt = \"…\"`, one of the two",
-        )),
-    }
-}
-
-fn driver_and_target(path: &str, open: &str) -> Result<(), Fault> {
-    match open.split_once(':') {
-        Some((driver, target)) if !driver.is_empty() && !target.is_empty() => Ok(()),
-        _ => Err(Fault::new(
-            path,
-            format!("`{open}` is not `driver:target`, for instance zaber:/dev/ttyUSB0?axis=1"),
-        )),
-    }
-}
-
-fn positive(path: &str, value: f64) -> Result<(), Fault> {
-    if value.is_finite() && value > 0.0 {
-        Ok(())
-    } else {
-        Err(Fault::new(path, format!("is {value}, expected above 0")))
-    }
-}
-
-/// A bound may be zero: where it is known that there is nothing.
-fn bound(path: &str, value: Option<f64>) -> Result<(), Fault> {
-    match value {
-        Some(value) if !(value.is_finite() && value >= 0.0) => {
-            Err(Fault::new(path, format!("is {value}, expected 0 or more")))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn optional_positive(path: &str, value: Option<f64>) -> Result<(), Fault> {
-    value.map_or(Ok(()), |value| positive(path, value))
-}
-
-fn is_day(text: &str) -> bool {
-    let parts: Vec<&str> = text.split('-').collect();
-    let number = |part: &str, digits: usize, range: std::ops::RangeInclusive<u32>| {
-        part.len() == digits && part.parse().is_ok_and(|value: u32| range.contains(&value))
-    };
-    parts.len() == 3 && number(parts[0], 4, 1..=9999) && number(parts[1], 2, 1..=12) && number(parts[2], 2, 1..=31)
 }
 
 /// A ratio of two whole numbers, `"n/d"` in files, both above zero.
@@ -669,5 +513,80 @@ prompt = "switch the lamp"
         assert!(complaint("\"6400/9\"", "\"6400/0\"").contains("not a ratio"));
         assert!(complaint("t10a:/dev/ttyUSB1", "t10a").contains("driver:target"));
         assert!(complaint("prompt = \"switch the lamp\"", "").starts_with("s.toml:27:2: lamp: needs either"));
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_refused_with_its_line_and_what_would_be() {
+        let lamp = "prompt = \"switch the lamp\"";
+        for (from, to, expected) in [
+            (
+                "calibration_factor = 1.0",
+                "calibration_factor = 1e308",
+                "s.toml:25:1: luxmeter.calibration_factor: is 1e308, expected 0.001 to 1000",
+            ),
+            ("u_rel = 0.01", "u_rel = 1.5", "s.toml:26:1: luxmeter.u_rel"),
+            ("u_rel = 0.01", "u_rel = nan", "luxmeter.u_rel: is NaN"),
+            (
+                "distance_mm = 10000.0",
+                "distance_mm = 1e308",
+                "expected 1 to 1000000 mm",
+            ),
+            ("u_distance_mm = 2.0", "u_distance_mm = 20000.0", "bench.u_distance_mm"),
+            ("floor_mm = 1500.0", "floor_mm = 1e308", "bench.floor_mm"),
+            (
+                "sense = 1\n",
+                "sense = 1\ntolerance_deg = 90.0\n",
+                "axis.c.tolerance_deg: is 90, expected",
+            ),
+            ("[-5.0, 365.0]", "[-1e308, 365.0]", "axis.c.limit_deg"),
+            (
+                "[-185, 185]\nspeed_deg_s = 20.0",
+                "[-185, 185]\nspeed_deg_s = 1e-300",
+                "axis.gamma.speed_deg_s",
+            ),
+            (
+                "accel_deg_s2 = 40.0\n[axis",
+                "accel_deg_s2 = 1e308\n[axis",
+                "axis.c.accel_deg_s2",
+            ),
+            (
+                "zero_deg = 0.0\nsense = -1",
+                "zero_deg = 1e308\nsense = -1",
+                "axis.gamma.zero_deg",
+            ),
+            (
+                "\"6400/9\"\nzero_deg = 0.0\nsense = 1",
+                "\"9000000000/9\"\nzero_deg = 0.0\nsense = 1",
+                "axis.c.counts_per_deg",
+            ),
+            (lamp, "prompt = \"switch it\"\ndiameter_mm = 1e308", "lamp.diameter_mm"),
+            (
+                lamp,
+                "prompt = \"switch it\"\n[lamp.stable]\nleast_s = 1e308\nwindow_s = 900.0\nspread_rel = 0.005",
+                "s.toml:30:1: lamp.stable.least_s: is 1e308, expected 0.1 to 86400 s",
+            ),
+            (
+                lamp,
+                "prompt = \"switch it\"\n[lamp.stable]\nleast_s = 10.0\nwindow_s = 1e308\nspread_rel = 0.005",
+                "lamp.stable.window_s",
+            ),
+            (
+                lamp,
+                "prompt = \"switch it\"\n[lamp.stable]\nleast_s = 10.0\nwindow_s = 9.0\nspread_rel = 5.0",
+                "lamp.stable.spread_rel",
+            ),
+            (
+                lamp,
+                "prompt = \"switch it\"\n[rail]\nopen = \"zaber:x\"\ncounts_per_mm = \"2000/1\"\nzero_mm = 0.0\n\
+                 limit_mm = [100.0, 1e308]\nspeed_mm_s = 10.0\naccel_mm_s2 = 10.0",
+                "rail.limit_mm",
+            ),
+        ] {
+            let message = complaint(from, to);
+            assert!(
+                message.starts_with("s.toml:") && message.contains(expected),
+                "{to}: {message}"
+            );
+        }
     }
 }

@@ -1,0 +1,233 @@
+//! What a station may say: every number in the range that a bench can have, before anything is opened.
+//!
+//! The ranges are wide. They are no advice but a net: what lies outside was typed wrong, and would move, wait or multiply
+//! by what nobody meant.
+
+use super::{Axis, Rail, StationDocument};
+use crate::document::Fault;
+
+/// Distances between the axes' crossing and a detector, in mm.
+const DISTANCE_MM: (f64, f64) = (1.0, 1e6);
+
+/// What a bound of stray light is a fraction of.
+const STRAY: &str = " (a fraction of the direct light)";
+
+/// Largest relative standard uncertainty of a calibration.
+const MOST_U_REL: f64 = 0.5;
+
+/// Checks a whole station.
+pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
+    let bench = &station.bench;
+    distance("bench", bench.distance_mm, bench.u_distance_mm)?;
+    optional(within, "bench.floor_mm", bench.floor_mm, (1.0, 1e5), " mm")?;
+    // A bound may be zero: where it is known that there is nothing.
+    optional(within, "bench.stray_max_rel", bench.stray_max_rel, (0.0, 1.0), STRAY)?;
+    optional(within, "bench.ambient_max_lx", bench.ambient_max_lx, (0.0, 1e5), " lx")?;
+    optional(within, "bench.dark_max_lx", bench.dark_max_lx, (0.0, 1e5), " lx")?;
+    for (name, axis) in [("axis.c", &station.axis.c), ("axis.gamma", &station.axis.gamma)] {
+        check_axis(name, axis)?;
+    }
+    let meter = &station.luxmeter;
+    driver_and_target("luxmeter.open", &meter.open)?;
+    within("luxmeter.calibration_factor", meter.calibration_factor, (1e-3, 1e3), "")?;
+    within(
+        "luxmeter.u_rel",
+        meter.u_rel,
+        (0.0, MOST_U_REL),
+        " (a fraction: 0.015 is 1.5 %)",
+    )?;
+    if let Some(due) = &meter.due
+        && !is_day(due)
+    {
+        return Err(Fault::new(
+            "luxmeter.due",
+            format!("`{due}` is no day, write YYYY-MM-DD"),
+        ));
+    }
+    if let Some(spectro) = &station.spectroradiometer {
+        driver_and_target("spectroradiometer.open", &spectro.open)?;
+        distance("spectroradiometer", spectro.distance_mm, spectro.u_distance_mm)?;
+        optional(
+            above,
+            "spectroradiometer.u_rel",
+            spectro.u_rel,
+            (0.0, MOST_U_REL),
+            " (a fraction: 0.015 is 1.5 %)",
+        )?;
+    }
+    if let Some(spectro) = &station.spectroradiometer {
+        let key = "spectroradiometer.u_shape_rel";
+        optional(
+            within,
+            key,
+            spectro.u_shape_rel,
+            (0.0, MOST_U_REL),
+            " (a fraction: 0.015 is 1.5 %)",
+        )?;
+        let key = "spectroradiometer.u_wavelength_nm";
+        optional(within, key, spectro.u_wavelength_nm, (0.0, 50.0), " nm")?;
+        let key = "spectroradiometer.stray_max_rel";
+        optional(within, key, spectro.stray_max_rel, (0.0, 1.0), STRAY)?;
+    }
+    if let Some(lamp) = &station.lamp {
+        one_of("lamp", lamp.open.as_deref(), lamp.prompt.as_deref())?;
+        optional(within, "lamp.diameter_mm", lamp.diameter_mm, (0.01, 1e5), " mm")?;
+        if let Some(stable) = &lamp.stable {
+            within("lamp.stable.least_s", stable.least_s, (0.1, 86_400.0), " s")?;
+            within("lamp.stable.window_s", stable.window_s, (0.1, 86_400.0), " s")?;
+            above(
+                "lamp.stable.spread_rel",
+                stable.spread_rel,
+                (0.0, 0.5),
+                " (a fraction: 0.005 is 0.5 %)",
+            )?;
+        }
+    }
+    for (name, access) in [
+        ("shutter", &station.shutter),
+        ("baffle", &station.baffle),
+        ("ambient", &station.ambient),
+    ] {
+        if let Some(access) = access {
+            one_of(name, access.open.as_deref(), access.prompt.as_deref())?;
+        }
+    }
+    if let Some(rail) = &station.rail {
+        check_rail(rail)?;
+    }
+    Ok(())
+}
+
+/// A value in `low`…`high`, both ends included.
+pub(crate) fn within(path: &str, value: f64, (low, high): (f64, f64), unit: &str) -> Result<(), Fault> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(Fault::new(
+        path,
+        format!("is {}, expected {low} to {high}{unit}", shown(value)),
+    ))
+}
+
+/// A value above `low` and up to `high`.
+fn above(path: &str, value: f64, (low, high): (f64, f64), unit: &str) -> Result<(), Fault> {
+    if value > low && value <= high {
+        return Ok(());
+    }
+    let message = format!("is {}, expected above {low} and up to {high}{unit}", shown(value));
+    Err(Fault::new(path, message))
+}
+
+type Rule = fn(&str, f64, (f64, f64), &str) -> Result<(), Fault>;
+
+fn optional(rule: Rule, path: &str, value: Option<f64>, range: (f64, f64), unit: &str) -> Result<(), Fault> {
+    value.map_or(Ok(()), |value| rule(path, value, range, unit))
+}
+
+/// A number without three hundred zeros.
+fn shown(value: f64) -> String {
+    if value != 0.0 && value.is_finite() && !(1e-6..1e9).contains(&value.abs()) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+/// A distance, and an uncertainty that is smaller than it.
+fn distance(table: &str, distance_mm: f64, u_distance_mm: Option<f64>) -> Result<(), Fault> {
+    within(&format!("{table}.distance_mm"), distance_mm, DISTANCE_MM, " mm")?;
+    let path = format!("{table}.u_distance_mm");
+    optional(above, &path, u_distance_mm, (0.0, distance_mm * MOST_U_REL), " mm")
+}
+
+/// The distance of a plan's block.
+pub(crate) fn block_distance(path: &str, distance_mm: f64) -> Result<(), Fault> {
+    within(path, distance_mm, DISTANCE_MM, " mm")
+}
+
+fn check_axis(name: &str, axis: &Axis) -> Result<(), Fault> {
+    let key = |name_of_key: &str| format!("{name}.{name_of_key}");
+    driver_and_target(&key("open"), &axis.open)?;
+    within(&key("counts_per_deg"), axis.counts_per_deg.as_f64(), (0.1, 1e8), "")?;
+    if !matches!(axis.sense, 1 | -1) {
+        return Err(Fault::new(key("sense"), "is 1 or -1"));
+    }
+    within(&key("zero_deg"), axis.zero_deg, (-3600.0, 3600.0), "°")?;
+    let [low, high] = axis.limit_deg;
+    for end in [low, high] {
+        within(&key("limit_deg"), end, (-3600.0, 3600.0), "°")?;
+    }
+    if low >= high {
+        return Err(Fault::new(
+            key("limit_deg"),
+            "is [smallest, largest] in degrees, the first below the second",
+        ));
+    }
+    within(&key("speed_deg_s"), axis.speed_deg_s, (1e-3, 1e4), "°/s")?;
+    within(&key("accel_deg_s2"), axis.accel_deg_s2, (1e-3, 1e6), "°/s²")?;
+    // Wider, and a pose that is verified says nothing.
+    optional(within, &key("tolerance_deg"), axis.tolerance_deg, (1e-4, 1.0), "°")
+}
+
+fn check_rail(rail: &Rail) -> Result<(), Fault> {
+    one_of("rail", rail.open.as_deref(), rail.prompt.as_deref())?;
+    if rail.open.is_none() {
+        return Ok(());
+    }
+    let Some(driven) = rail.driven() else {
+        return Err(Fault::new(
+            "rail",
+            "a driven rail needs counts_per_mm, zero_mm, limit_mm, speed_mm_s and accel_mm_s2",
+        ));
+    };
+    within("rail.counts_per_mm", driven.counts_per_mm.as_f64(), (1e-3, 1e8), "")?;
+    if !matches!(driven.sense, 1 | -1) {
+        return Err(Fault::new("rail.sense", "is 1 or -1"));
+    }
+    within("rail.zero_mm", driven.zero_mm, (-1e6, 1e6), " mm")?;
+    let [low, high] = driven.limit_mm;
+    for end in [low, high] {
+        within("rail.limit_mm", end, DISTANCE_MM, " mm")?;
+    }
+    if low >= high {
+        return Err(Fault::new(
+            "rail.limit_mm",
+            "is [smallest, largest] in mm, above 0, the first below the second",
+        ));
+    }
+    within("rail.speed_mm_s", driven.speed_mm_s, (1e-3, 1e5), " mm/s")?;
+    within("rail.accel_mm_s2", driven.accel_mm_s2, (1e-3, 1e7), " mm/s²")
+}
+
+fn one_of(name: &str, open: Option<&str>, prompt: Option<&str>) -> Result<(), Fault> {
+    match (open, prompt) {
+        (Some(open), None) => driver_and_target(&format!("{name}.open"), open),
+        (None, Some(prompt)) if !prompt.trim().is_empty() => Ok(()),
+        (None, Some(_)) => Err(Fault::new(
+            format!("{name}.prompt"),
+            "is empty; write what the person is to do",
+        )),
+        _ => Err(Fault::new(
+            name,
+            "needs either `open = \"driver:target\"` or `prompt = \"…\"`, one of the two",
+        )),
+    }
+}
+
+fn driver_and_target(path: &str, open: &str) -> Result<(), Fault> {
+    match open.split_once(':') {
+        Some((driver, target)) if !driver.is_empty() && !target.is_empty() => Ok(()),
+        _ => Err(Fault::new(
+            path,
+            format!("`{open}` is not `driver:target`, for instance zaber:/dev/ttyUSB0?axis=1"),
+        )),
+    }
+}
+
+fn is_day(text: &str) -> bool {
+    let parts: Vec<&str> = text.split('-').collect();
+    let number = |part: &str, digits: usize, range: std::ops::RangeInclusive<u32>| {
+        part.len() == digits && part.parse().is_ok_and(|value: u32| range.contains(&value))
+    };
+    parts.len() == 3 && number(parts[0], 4, 1..=9999) && number(parts[1], 2, 1..=12) && number(parts[2], 2, 1..=31)
+}
