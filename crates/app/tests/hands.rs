@@ -191,6 +191,5 @@ fn a_second_hand_is_in_no_row_and_in_no_result() {
         };
         assert_eq!(keys(&run), keys(&truth), "{what}");
     }
-    println!("{again} visits made again, {resumed} scans resumed");
     assert!(again > 10, "{again} visits made again, {resumed} scans resumed");
 }

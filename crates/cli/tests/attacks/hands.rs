@@ -59,8 +59,7 @@ fn what_a_second_hand_does_is_in_no_row_and_in_no_result() {
             hands.push(hand);
         }
         let what = format!("round {round}: {hands:?}");
-        let ended = finished(scan);
-        println!("{what}: {}", ended.lines().last().unwrap_or_default());
+        let what = format!("{what}: {}", finished(scan));
         bench.assert_at_rest();
         assert_sound(&bench, &what);
         if !bench.read("run/run.toml").contains("how = \"completed\"") {
