@@ -9,7 +9,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::bench::Source;
 use isolux_app::catalogue::Catalogue;
 use isolux_app::progress::Silent;
-use isolux_app::scan::{self, ScanSummary, Target};
+use isolux_app::scan::{self, Place, ScanSummary, Target};
 use isolux_app::stage::{self, Stage};
 use isolux_app::{Failure, FailureKind};
 use isolux_darkroom::{Darkroom, Room};
@@ -111,7 +111,9 @@ fn scan_beside(target: Target<'_>, hands: Vec<(f64, &'static str)>) -> Result<Sc
         let catalogue = Catalogue::new(stage.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
-        scan::on(&source, &mut devices, &plan, target, None, &Cancel::new(), now, &Silent).await
+        let place = Place::take(target, false)?;
+        let cancel = Cancel::new();
+        scan::on(&source, &mut devices, &plan, place, None, None, &cancel, now, &Silent).await
     })
 }
 
