@@ -165,7 +165,7 @@ fn a_second_hand_is_in_no_row_and_in_no_result() {
     for round in 0..36_u64 {
         let mut random = ChaCha8Rng::seed_from_u64(round);
         let from = undisturbed.warm_up_s.unwrap();
-        let hands: Vec<_> = (0..1 + round % 3)
+        let hands: Vec<_> = (0..=round % 3)
             .map(|hand| {
                 let command = HANDS[((round + 5 * hand) % HANDS.len() as u64) as usize];
                 (random.random_range(from..undisturbed.duration_s), command)
