@@ -19,8 +19,8 @@ const NO_PROGRESS: Duration = Duration::from_secs(1);
 /// How far from its target a move may end, in microsteps: an encoder's dither.
 const TOLERANCE_STEPS: u64 = 2;
 
-/// Positions within which two in a row must fit together.
-const MOST_POSITIONS: usize = 6;
+/// Positions within which two or three in a row must fit together.
+const MOST_POSITIONS: usize = 8;
 
 /// Between the two equal positions that prove standstill.
 const STANDSTILL: Duration = Duration::from_millis(50);
@@ -33,7 +33,6 @@ pub(crate) struct ZaberAxis {
 
 /// A position and what the axis says of itself.
 struct State {
-    asked: Instant,
     /// Answers in excess when this was asked, and when it was answered.
     surplus: (u64, u64),
     position: AxisPosition,
@@ -118,7 +117,7 @@ impl ZaberAxis {
 
     /// Count, motion and all flags. The reply carries one flag; only when there is one are all of them asked for.
     async fn state(&self) -> Result<State, DeviceError> {
-        let (asked, surplus) = (Instant::now(), self.controller.surplus());
+        let surplus = self.controller.surplus();
         let said = self.ask("get pos").await?;
         let (steps, said) = self.controller.parsed::<i64>("get pos", said)?;
         let at = Instant::now();
@@ -136,7 +135,6 @@ impl ZaberAxis {
             at,
         };
         Ok(State {
-            asked,
             surplus: (surplus, self.controller.surplus()),
             position,
             flags,
@@ -144,17 +142,21 @@ impl ZaberAxis {
         })
     }
 
-    /// Whether two states in a row can be those of one axis: at rest in the same place, or no further apart than it can have
-    /// travelled; and no answer came in between that nothing had asked for.
-    fn fit_together(&self, before: &State, now: &State) -> bool {
+    /// Whether two states in a row are those of an axis at rest in one place, with no answer in between that nothing had
+    /// asked for.
+    fn rests(before: &State, now: &State) -> bool {
         let (a, b) = (&before.position, &now.position);
-        let travel = if a.moving || b.moving {
-            let steps_s = self.settings.speed_deg_s() * self.settings.scale().steps_per_deg();
-            (1.2 * steps_s * (b.at - before.asked).as_secs_f64()).ceil() as u64
-        } else {
-            0
-        };
-        before.surplus.0 == now.surplus.1 && a.homed == b.homed && a.steps.abs_diff(b.steps) <= TOLERANCE_STEPS + travel
+        let same = a.homed == b.homed && a.steps.abs_diff(b.steps) <= TOLERANCE_STEPS;
+        before.surplus.0 == now.surplus.1 && !a.moving && !b.moving && same
+    }
+
+    /// Whether three states in a row are those of an axis on its way: the one between lies between the others. If one of the
+    /// three was an old answer, the axis has still been where the middle one says.
+    fn passes(before: &State, between: &State, now: &State) -> bool {
+        let [a, b, c] = [before, between, now].map(|state| &state.position);
+        let way = a.steps.min(c.steps)..=a.steps.max(c.steps);
+        let moving = a.moving && b.moving && c.moving && a.homed == b.homed && b.homed == c.homed;
+        before.surplus.0 == now.surplus.1 && moving && way.contains(&b.steps)
     }
 
     /// Stops after a failure, and says in `error` when even that could not be verified.
@@ -230,19 +232,24 @@ impl Axis for ZaberAxis {
     }
 
     async fn position(&self) -> Result<AxisPosition, DeviceError> {
+        let mut earlier: Option<State> = None;
         let mut before = self.state().await?;
         for _ in 1..MOST_POSITIONS {
             let now = self.state().await?;
-            if !self.fit_together(&before, &now) {
-                before = now;
+            let found = if Self::rests(&before, &now) {
+                now
+            } else if earlier.is_some_and(|earlier| Self::passes(&earlier, &before, &now)) {
+                before
+            } else {
+                earlier = Some(std::mem::replace(&mut before, now));
                 continue;
-            }
-            return match now.fault() {
-                Some(flag) => Err(self.refused_by(flag, "get pos", &now.said)),
-                None => Ok(now.position),
+            };
+            return match found.fault() {
+                Some(flag) => Err(self.refused_by(flag, "get pos", &found.said)),
+                None => Ok(found.position),
             };
         }
-        let reason = "no two positions in a row fit together: another program moves the axis, or the link is bad";
+        let reason = "no positions in a row fit together: another program moves the axis, or the link is bad";
         Err(self.controller.malformed("get pos", reason, before.said.frame))
     }
 
@@ -322,10 +329,9 @@ impl Axis for ZaberAxis {
             sleep(pause).await;
             let looked = match self.state().await {
                 // An axis that has come to rest is asked again: one old reply must not end the move.
-                Ok(first) if !first.position.moving && first.fault().is_none() => self
-                    .state()
-                    .await
-                    .map(|now| self.fit_together(&first, &now).then_some(now)),
+                Ok(first) if !first.position.moving && first.fault().is_none() => {
+                    self.state().await.map(|now| Self::rests(&first, &now).then_some(now))
+                }
                 look => look.map(Some),
             };
             let state = match looked {
