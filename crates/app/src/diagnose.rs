@@ -147,6 +147,16 @@ pub fn words(answer: &Answer) -> Vec<String> {
          autocorrelation {:.2}; {k} of {} simulated scans disagree as much",
         gap.as_given, gap.before, gap.floor, noise.scale, noise.autocorrelation, noise.n_null
     )];
+    if let Some(test) = noise.test.as_ref().filter(|test| !test.findings.is_empty()) {
+        let period = test.spectrum.first().map_or_else(String::new, |peak| {
+            let unit = if peak.coordinate == "index" { "readings" } else { "s" };
+            format!("; strongest period {} {unit}", digits(peak.period, 3))
+        });
+        lines.push(format!(
+            "noise         what is left is no noise (p = {:.2e}): it scatters {:.2} × stated, and up to {:.2} would count as noise{period}",
+            test.p_value, test.scatter, test.scatter_limit
+        ));
+    }
     for place in document.places.iter().take(3) {
         lines.push(format!(
             "where         {} {} … {}: {} ({:.1} σ)",

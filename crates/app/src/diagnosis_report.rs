@@ -60,6 +60,13 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
         format!("{:.3} × stated", noise.scale),
         format!("autocorrelation {:.2}", noise.autocorrelation),
     ));
+    if let Some(test) = &noise.test {
+        tiles.push(tile(
+            "what is left is noise",
+            format!("p = {:.3}", test.p_value),
+            format!("scatter {:.2} × stated", test.scatter),
+        ));
+    }
     page.tiles(&tiles);
 
     page.heading("Where");
@@ -146,6 +153,30 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
             unexplained.significance_sigma,
             100.0 * unexplained.share_of_gap
         ));
+    }
+    if let Some(test) = noise.test.as_ref().filter(|test| !test.findings.is_empty()) {
+        let rows: Vec<Vec<String>> = test
+            .findings
+            .iter()
+            .map(|finding| {
+                let period = match (finding.period, finding.coordinate) {
+                    (Some(period), "time_s") => format!("{} s", digits(period, 3)),
+                    (Some(period), _) => format!("{} readings", digits(period, 3)),
+                    (None, _) => String::new(),
+                };
+                vec![
+                    finding.note.clone(),
+                    finding.coordinate.to_owned(),
+                    format!("{} … {}", digits(finding.range[0], 4), digits(finding.range[1], 4)),
+                    period,
+                    format!("{:.1e}", finding.p_value),
+                ]
+            })
+            .collect();
+        page.table(
+            &["what is no noise", "along", "range", "period", "p of this test"],
+            &rows,
+        );
     }
 
     page.heading("Gap");
@@ -289,7 +320,7 @@ fn panel(name: String, found: &Diagnosis, indices: &[usize], x: fn(&Row) -> f64,
 
 /// Residuals against the coordinate of the strongest pattern.
 fn along(found: &Diagnosis) -> Option<(Coordinate, String)> {
-    const ALL: [Coordinate; 14] = [
+    const ALL: [Coordinate; 16] = [
         Coordinate::TimeS,
         Coordinate::GammaDeg,
         Coordinate::CDeg,
@@ -304,6 +335,8 @@ fn along(found: &Diagnosis) -> Option<(Coordinate, String)> {
         Coordinate::IncidenceDeg,
         Coordinate::Exposure,
         Coordinate::WavelengthNm,
+        Coordinate::Index,
+        Coordinate::Noise,
     ];
     let document = &found.document;
     let wanted = document

@@ -291,6 +291,14 @@ impl Forward for Believed {
         self.nuisance.iter().map(weight).collect()
     }
 
+    fn shape_terms(&self) -> Vec<Option<usize>> {
+        let order = |kind: &Nuisance| match kind {
+            Nuisance::LnShape(k) => Some(*k),
+            _ => None,
+        };
+        self.nuisance.iter().map(order).collect()
+    }
+
     fn common_errors(&self) -> Errors {
         let model = self.model.with_refined(self.refined.clone());
         let mut all = BTreeMap::new();

@@ -18,7 +18,7 @@ use crate::table::Row;
 
 pub use sentence::digits;
 
-use entries::{blind_spots, effect_entries, places, ranked};
+use entries::{blind_spots, effect_entries, noise_test, places, ranked};
 use gap::gap;
 use sentence::{sentence, verdict};
 
@@ -176,6 +176,7 @@ pub fn diagnose(
             autocorrelation: outcome.noise.rho,
             n_null: outcome.nulls,
             p_global: outcome.p_global,
+            test: outcome.noise_test.as_ref().map(noise_test),
         },
         gap,
         independence: independence(model, sha256),

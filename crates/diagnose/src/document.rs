@@ -152,6 +152,53 @@ pub struct NoiseEntry {
     pub n_null: usize,
     /// Of the whole scan of the baseline.
     pub p_global: f64,
+    /// Whether what is left is noise; null where too few readings are left to tell.
+    pub test: Option<NoiseTestEntry>,
+}
+
+/// Whether what is left is noise.
+#[derive(Debug, Clone, Serialize)]
+pub struct NoiseTestEntry {
+    /// Of the strongest of all tests under noise alone.
+    pub p_value: f64,
+    /// Standard deviation of what is left, outliers held, in stated uncertainties.
+    pub scatter: f64,
+    /// The largest scatter that counts as noise: 1.25, or what repeats of a pose show.
+    pub scatter_limit: f64,
+    /// The same of repeats of one pose, where there are enough.
+    pub repeats_scatter: Option<f64>,
+    /// What is no noise, strongest first.
+    pub findings: Vec<NoiseFindingEntry>,
+    /// The strongest periods, significant or not.
+    pub spectrum: Vec<PeakEntry>,
+}
+
+/// One way in which what is left is no noise.
+#[derive(Debug, Clone, Serialize)]
+pub struct NoiseFindingEntry {
+    /// Along what; `noise` for the scatter itself.
+    pub coordinate: &'static str,
+    /// Where; numbers of readings for `noise`.
+    pub range: [f64; 2],
+    /// In seconds (`time_s`) or readings (`index`).
+    pub period: Option<f64>,
+    /// Its significance.
+    pub significance_sigma: f64,
+    /// Of this test alone.
+    pub p_value: f64,
+    /// In words.
+    pub note: String,
+}
+
+/// A peak of the periodogram of what is left.
+#[derive(Debug, Clone, Serialize)]
+pub struct PeakEntry {
+    /// `time_s` or `index`.
+    pub coordinate: &'static str,
+    /// In seconds or readings.
+    pub period: f64,
+    /// Of this period alone.
+    pub significance_sigma: f64,
 }
 
 /// The gap, rms((measured − predicted)/(s·u)).

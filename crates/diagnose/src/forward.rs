@@ -150,6 +150,10 @@ pub trait Forward: Sync {
     fn nuisance_weights(&self) -> Vec<f64> {
         vec![0.0; self.nuisances()]
     }
+    /// The order of each nuisance parameter among the terms of the distribution's shape, the level being 0; none where it is no such term.
+    fn shape_terms(&self) -> Vec<Option<usize>> {
+        vec![None; self.nuisances()]
+    }
     /// Errors that rows share because the model was made from a measurement itself, one list of rows and standard deviations each.
     fn common_errors(&self) -> Errors {
         Errors::new()

@@ -1,6 +1,7 @@
 //! What to measure next: the block of readings or maps in which two rivals of one set differ most (T-optimality).
 
 mod maps;
+mod noise;
 mod readings;
 mod separation;
 
@@ -34,9 +35,13 @@ struct Block {
     plan: String,
 }
 
-/// For the first effect whose set holds more than one name: the measurements that would tell its two most probable apart.
+/// Where what is left is no noise, the measurement that would show its cause; and for the first effect whose set holds more than one name those
+/// that would tell its two most probable apart.
 pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
     let mut next = Next::default();
+    if let Some(test) = outcome.noise_test.as_ref().filter(|test| test.disagrees()) {
+        noise::suggest(&mut next, test, rows);
+    }
     let Some((number, pair)) = rivals_of(outcome) else {
         return next;
     };

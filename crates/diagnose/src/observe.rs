@@ -71,6 +71,7 @@ fn readings(set: &Readings, file: usize) -> Observed {
             group,
             digit,
             light: light(at.kind),
+            index: reading.index.map_or(f64::NAN, |index| index as f64),
             time_s: at.time_s.unwrap_or(f64::NAN),
             c_deg: at.c_deg,
             gamma_deg: at.gamma_deg,

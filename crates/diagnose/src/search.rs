@@ -1,8 +1,13 @@
 //! From residuals to a set of effects: baseline, scan, forward steps, pairs, swaps, and the rivals of each.
 
+use nalgebra::DVector;
+
 use crate::evidence::ln_sum_exp;
 use crate::forward::{Forward, Hypothesis};
+use crate::noise::{NoiseTest, noisy_rho};
+use crate::rivals::Rival;
 use crate::scan::{Found, p_value};
+use crate::shrinkage::weights;
 use crate::table::Row;
 use crate::whitening::Sequence;
 
@@ -121,6 +126,38 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         members = strength.into_iter().map(|(_, member)| member).collect();
         current = bench.fit(&members)?;
     }
+    let mut noise_test = bench.noise_test(&current);
+    let (fewer, without) = bench.no_places(members.clone(), &current)?;
+    if fewer.len() < members.len() {
+        let tested = bench.noise_test(&without);
+        if tested.as_ref().is_some_and(NoiseTest::disagrees) {
+            (members, current, noise_test) = (fewer, without, tested);
+        }
+    }
+    if let Some(left) = noise_test
+        .as_ref()
+        .filter(|test| test.disagrees())
+        .map(NoiseTest::explained)
+        && !members.is_empty()
+    {
+        let explained: Vec<f64> = (0..members.len())
+            .map(|i| bench.explained_by(&members, &current, i))
+            .collect();
+        let strongest = explained.iter().copied().fold(0.0, f64::max);
+        if left <= settings.second_share.powi(2) * strongest {
+            // As small as what the formula of a name may leave.
+            noise_test = noise_test.map(NoiseTest::without_findings);
+        } else if explained.iter().any(|own| *own <= BESIDE_SHARE * left) {
+            // What is no noise and has no name may be all there is, too.
+            let mut explained = explained.into_iter();
+            members.retain(|_| explained.next().is_none_or(|own| own > BESIDE_SHARE * left));
+            current = bench.fit(&members)?;
+            noise_test = bench.noise_test(&current);
+            if unexplained.is_some() {
+                unexplained = bench.strongest_rival(&current, &members);
+            }
+        }
+    }
     let all = |members: &[Hypothesis]| {
         let of = |i: usize| bench.rivalry(members, i, unexplained);
         (0..members.len()).map(of).collect::<Option<Vec<_>>>()
@@ -142,8 +179,18 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         members.clone_from(&current.hypotheses);
         rivalries = all(&members)?;
     }
-    let unexplained = unexplained.map(|(candidate, explained)| bench.unexplained(&current, candidate, explained));
-    let noise = bench.noise.clone();
+    let unexplained = unexplained
+        .map(|(candidate, explained)| bench.unexplained(&current, candidate, explained))
+        .or_else(|| noise_test.as_ref().and_then(|test| no_noise(test, rows.len())));
+    let mut noise = bench.noise.clone();
+    if let Some(test) = noise_test.as_ref().filter(|test| test.disagrees()) {
+        // What is no noise makes none larger.
+        noise.scale = noise.scale.min(test.limit);
+        noise.rho = noisy_rho(noise.rho);
+    }
+    let held = weights(forward, &current, noise.scale);
+    let baseline = bench.fit_held(&[], &held)?;
+    let current = bench.fit_held(&members, &held)?;
     Some(Outcome {
         baseline,
         after: current,
@@ -155,8 +202,26 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         unexplained,
         places,
         visibility,
+        noise_test,
+        held,
         nulls: settings.nulls,
         sequence: sequence.clone(),
+    })
+}
+
+/// What a test of the noise found, as structure without a name.
+fn no_noise(test: &NoiseTest, rows: usize) -> Option<Unexplained> {
+    let first = test.findings.first()?;
+    Some(Unexplained {
+        rival: Rival {
+            coordinate: first.coordinate,
+            family: "noise",
+            range: first.range,
+            note: test.note(),
+            columns: Vec::new(),
+        },
+        sigma: test.explained().sqrt(),
+        pattern: DVector::zeros(rows),
     })
 }
 

@@ -47,6 +47,10 @@ pub enum Coordinate {
     Exposure,
     /// Wavelength of a spectrum's sample.
     WavelengthNm,
+    /// The number of a reading in its record.
+    Index,
+    /// The scatter of the readings themselves.
+    Noise,
 }
 
 impl Coordinate {
@@ -67,6 +71,8 @@ impl Coordinate {
             Self::IncidenceDeg => "incidence_deg",
             Self::Exposure => "exposure",
             Self::WavelengthNm => "wavelength_nm",
+            Self::Index => "index",
+            Self::Noise => "noise",
         }
     }
 }
@@ -99,6 +105,8 @@ pub struct Row {
     pub digit: f64,
     /// What reached the detector.
     pub light: Light,
+    /// The reading's own number.
+    pub index: f64,
     /// Seconds since the lamp was switched on.
     pub time_s: f64,
     /// Axis C.
@@ -137,6 +145,7 @@ impl Row {
             u,
             digit: 0.0,
             light: Light::Lit,
+            index: NONE,
             time_s: NONE,
             c_deg: NONE,
             gamma_deg: NONE,
@@ -169,6 +178,8 @@ impl Row {
             Coordinate::IncidenceDeg => self.incidence_deg,
             Coordinate::Exposure => self.exposure,
             Coordinate::WavelengthNm => self.wavelength_nm,
+            // Scatter has no value at a reading; it is drawn over the numbers of the readings.
+            Coordinate::Index | Coordinate::Noise => self.index,
         }
     }
 }

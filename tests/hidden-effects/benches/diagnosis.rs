@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 /// Maps or readings, what is hidden, how many cases: every effect and every strange one at least once, false alarms, the rarer,
 /// oftener where they are cheap. What the goals name comes first.
-const SUITE: [(bool, Class, u64); 15] = [
+const SUITE: [(bool, Class, u64); 19] = [
     (false, Class::CleanWhite, 150),
     (false, Class::Single(10), 44),
     (false, Class::Single(5), 44),
@@ -37,6 +37,10 @@ const SUITE: [(bool, Class, u64); 15] = [
     (false, Class::Single(3), 22),
     (false, Class::Outside(20), 12),
     (true, Class::Single(30), 15),
+    (false, Class::Developed(10), 12),
+    (false, Class::Developed(30), 12),
+    (false, Class::Fresh(10), 24),
+    (false, Class::Fresh(30), 24),
 ];
 
 fn main() {
@@ -117,17 +121,24 @@ fn score(class: Class, answers: &[(Order, Answer)]) -> Vec<String> {
         .iter()
         .map(|(goal, (hits, n))| format!("{label:<16} {goal:<32} {}", suite::share(*hits, *n)))
         .collect();
-    let mut removed: Vec<f64> = answers
-        .iter()
-        .filter(|_| matches!(class, Class::Single(_) | Class::Pair))
-        .filter_map(|(_, answer)| answer.removed)
-        .collect();
-    removed.sort_by(f64::total_cmp);
-    if let (Some(median), Some(low)) = (removed.get(removed.len() / 2), removed.get(removed.len() / 10)) {
-        lines.push(format!(
-            "{label:<16} {:<32} median {median:.4}, tenth {low:.4}",
-            "held-out gap removed"
-        ));
+    for (what, share) in [
+        (
+            "held-out gap removed",
+            (|answer| answer.removed) as fn(&Answer) -> Option<f64>,
+        ),
+        ("held-out gap removed, floor 0", |answer| answer.removed_of_all),
+        ("held-out deviation before, σ", |answer| answer.deviation.map(|d| d.0)),
+        ("held-out deviation after, σ", |answer| answer.deviation.map(|d| d.1)),
+    ] {
+        let mut removed: Vec<f64> = answers
+            .iter()
+            .filter(|_| matches!(class, Class::Single(_) | Class::Pair))
+            .filter_map(|(_, answer)| share(answer))
+            .collect();
+        removed.sort_by(f64::total_cmp);
+        if let (Some(median), Some(low)) = (removed.get(removed.len() / 2), removed.get(removed.len() / 10)) {
+            lines.push(format!("{label:<16} {what:<32} median {median:.4}, tenth {low:.4}"));
+        }
     }
     let seconds: f64 = answers.iter().map(|(_, answer)| answer.seconds).sum();
     lines.push(format!(
@@ -154,7 +165,7 @@ fn tell(class: Class, order: &Order, answer: &Answer, case: &Case) {
         "·"
     };
     say(&format!(
-        "{mark} {class:?} seed {} ρ {} {:?} → {} {:?} {:?} {:?} {:.1} s strength {:.2?} next {:?} ranked {:.3?}",
+        "{mark} {class:?} seed {} ρ {} {:?} → {} {:?} {:?} {:?} {:.1} s strength {:.2?} next {:?} noise {:.4?} ranked {:.3?}",
         order.seed,
         order.rho,
         order.hidden,
@@ -165,6 +176,7 @@ fn tell(class: Class, order: &Order, answer: &Answer, case: &Case) {
         answer.seconds,
         case.strength,
         answer.next,
+        answer.noise,
         answer.ranked
     ));
 }
@@ -214,8 +226,10 @@ fn answer(case: &Case) -> Answer {
             .map(|place| format!("{}: {}", place.coordinate, place.note)),
         removed: gap.map(|gap| gap.0),
         removed_of_all: gap.map(|gap| gap.1),
+        deviation: gap.map(|gap| gap.2),
         next: next(case, &path, &found),
         seconds,
+        noise: document.noise.test.as_ref().map(|test| test.p_value),
         ranked: document
             .ranked
             .iter()
@@ -236,7 +250,7 @@ fn answer(case: &Case) -> Answer {
 
 /// Held-out gap removed, against noise-free truth: (before² − after²)/(before² − floor²), all in true σ, where `floor` is what
 /// a refitted baseline leaves in the same noise with nothing hidden; and the same with a floor of nought.
-fn gap(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<(f64, f64)> {
+fn gap(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<(f64, f64, (f64, f64))> {
     let residual = |model: &Model, name: &str, truth: &dyn Fn(usize) -> f64| -> f64 {
         let file = path.join(name);
         std::fs::write(&file, model.beside_its_files().to_toml()).expect("a model on disk");
@@ -270,7 +284,11 @@ fn gap(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<(f64, f64)> {
     let healthy = diagnose(&model, &[observations], None, "", &settings).ok()?;
     let floor = residual(&healthy.baseline, "healthy.toml", &|i| case.without.truth[i]);
     // Only where the held-out rows show the effect at all.
-    (before > floor + 16.0).then(|| ((before - after) / (before - floor), 1.0 - after / before))
+    let rms = |square: f64| (square / case.truth.len().max(1) as f64).sqrt();
+    (before > floor + 16.0).then(|| {
+        let share = (before - after) / (before - floor);
+        (share, 1.0 - after / before, (rms(before), rms(after)))
+    })
 }
 
 /// Suggestions below this separation (σ) are not worth a measurement.

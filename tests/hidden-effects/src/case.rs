@@ -5,11 +5,11 @@ use std::path::Path;
 
 use isolux_darkroom::{Darkroom, Kind, Room};
 
-use crate::outside;
 use crate::plan::{self, Frame, Plan, Step};
 use crate::random::Draws;
 use crate::recipe::{self, Recipe};
 use crate::truth::{self, Setting};
+use crate::{no_noise, outside};
 
 /// What is wanted of a case.
 #[derive(Debug, Clone)]
@@ -218,7 +218,13 @@ pub(crate) fn day(order: &Order, draws: &mut Draws) -> Option<Day> {
             let changed = truth::readings(truth::with_effects(room.clone(), setting), setting, &steps);
             changed.iter().zip(&plain).map(|(a, b)| a - b).collect()
         },
-        |name, draws| outside::gonio(name, &steps, &plain, draws),
+        |name, draws| {
+            if no_noise::DEVELOPED.contains(&name) || no_noise::FRESH.contains(&name) {
+                no_noise::gonio(name, &steps, &plain, draws)
+            } else {
+                outside::gonio(name, &steps, &plain, draws)
+            }
+        },
     )?;
     let flawed = truth::with_effects(room.clone(), &hidden.settings);
     let mut clean = truth::readings(flawed, &hidden.settings, &steps);

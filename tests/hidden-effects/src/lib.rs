@@ -3,6 +3,7 @@
 
 pub mod case;
 pub mod follow_up;
+pub mod no_noise;
 pub mod outside;
 pub mod plan;
 pub mod random;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::case::Order;
 use crate::plan::Plan;
 use crate::random::Draws;
-use crate::{outside, recipe};
+use crate::{no_noise, outside, recipe};
 
 /// A class of cases with a goal of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,6 +22,10 @@ pub enum Class {
     Pair,
     /// An effect that no catalogue has, at this significance.
     Outside(u32),
+    /// An error that looks like noise, at this significance: the kinds with which the test was developed.
+    Developed(u32),
+    /// The same: kinds that were drawn after the test was finished.
+    Fresh(u32),
     /// One effect at 20 σ on a common plan: the right answer is a set that holds it.
     Common,
 }
@@ -40,8 +44,12 @@ pub struct Answer {
     pub removed: Option<f64>,
     /// The same share, 1 being no deviation at all.
     pub removed_of_all: Option<f64>,
+    /// Deviation on held-out truth, rms in true σ: of the baseline, and with the effects.
+    pub deviation: Option<(f64, f64)>,
     /// What came of the measurement that was suggested, where the answer was ambiguous and one effect hidden.
     pub next: Option<Next>,
+    /// Probability of what is left under noise alone.
+    pub noise: Option<f64>,
     /// Seconds.
     pub seconds: f64,
     /// The first rows of each effect's ranked table: name, posterior, σ, ln evidence.
@@ -88,6 +96,14 @@ pub fn orders(class: Class, sensor: bool, count: u64, seed: u64) -> Vec<Order> {
                     order.hidden = vec![(name, 20.0), (other, 20.0)];
                 }
                 Class::Outside(sigma) => order.hidden = vec![(strange[(k as usize) % strange.len()], f64::from(sigma))],
+                Class::Developed(sigma) => {
+                    let kinds = no_noise::DEVELOPED;
+                    order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
+                }
+                Class::Fresh(sigma) => {
+                    let kinds = no_noise::FRESH;
+                    order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
+                }
                 Class::Common => {
                     order.plan = Plan::Common;
                     order.hidden = vec![(name, 20.0)];
@@ -135,7 +151,7 @@ pub fn judge(class: Class, order: &Order, answer: &Answer) -> Vec<(&'static str,
             ));
             scores.push(("both in the sets", truth.iter().all(|name| in_set(name))));
         }
-        Class::Outside(_) => scores.push(("called unexplained", answer.verdict == "unexplained")),
+        Class::Outside(_) | Class::Developed(_) | Class::Fresh(_) => scores.push(("called unexplained", answer.verdict == "unexplained")),
         Class::Common => scores.push((
             "set holds it, or silence",
             in_set(truth[0]) || answer.verdict == "consistent",

@@ -93,6 +93,16 @@ fn what_no_catalogue_has_gets_no_name() {
     }
 }
 
+/// Periods, patches and loud blocks were taken into a larger, correlated noise with outliers, and the data called consistent.
+#[test]
+fn what_only_looks_like_noise_is_unexplained() {
+    for (order, document) in answers(Class::Developed(30), 4) {
+        let name = order.hidden[0].0;
+        assert_eq!(document.verdict, Verdict::Unexplained, "{name}: {}", document.sentence);
+        assert!(!surely_wrong(&order, &document), "{name}: {}", document.sentence);
+    }
+}
+
 #[test]
 fn two_effects_are_both_found() {
     for (order, document) in answers(Class::Pair, 2) {

@@ -6,8 +6,12 @@ use isolux_model::Role;
 use nalgebra::{DMatrix, DVector};
 
 use crate::believed::Believed;
-use crate::document::{BlindSpot, EffectEntry, EvidenceEntry, ParameterEntry, PlaceEntry, RankedEntry};
+use crate::document::{
+    BlindSpot, EffectEntry, EvidenceEntry, NoiseFindingEntry, NoiseTestEntry, ParameterEntry, PeakEntry, PlaceEntry,
+    RankedEntry,
+};
 use crate::forward::{Forward, Hypothesis};
+use crate::noise::NoiseTest;
 use crate::search::{Label, Outcome};
 
 /// Members of the 95 % set of each effect: its own name left out.
@@ -159,7 +163,45 @@ pub(super) fn ranked(believed: &Believed, outcome: &Outcome) -> Vec<Vec<RankedEn
         .collect()
 }
 
+/// The test of the noise.
+pub(super) fn noise_test(test: &NoiseTest) -> NoiseTestEntry {
+    NoiseTestEntry {
+        p_value: test.p_value,
+        scatter: test.scatter,
+        scatter_limit: test.limit,
+        repeats_scatter: test.repeats.map(|(scatter, _)| scatter),
+        findings: test
+            .findings
+            .iter()
+            .map(|finding| NoiseFindingEntry {
+                coordinate: finding.coordinate.name(),
+                range: finding.range,
+                period: finding.period,
+                significance_sigma: finding.sigma,
+                p_value: finding.p_value,
+                note: finding.note.clone(),
+            })
+            .collect(),
+        spectrum: test
+            .spectrum
+            .iter()
+            .map(|peak| PeakEntry {
+                coordinate: peak.coordinate.name(),
+                period: peak.period,
+                significance_sigma: peak.sigma,
+            })
+            .collect(),
+    }
+}
+
 pub(super) fn places(outcome: &Outcome) -> Vec<PlaceEntry> {
+    let found = outcome.noise_test.iter().flat_map(|test| &test.findings);
+    let of_noise = found.map(|finding| PlaceEntry {
+        coordinate: finding.coordinate.name(),
+        significance_sigma: finding.explained.sqrt(),
+        range: finding.range,
+        note: finding.note.clone(),
+    });
     let mut entries: Vec<PlaceEntry> = outcome
         .places
         .iter()
@@ -174,6 +216,10 @@ pub(super) fn places(outcome: &Outcome) -> Vec<PlaceEntry> {
     if outcome.p_global > 0.01 && outcome.after.hypotheses.is_empty() && outcome.unexplained.is_none() {
         entries.clear();
     }
+    // The scan sees little of what is no noise where it is the disagreement.
+    let only_noise = outcome.p_global > 0.01;
+    let at = if only_noise { 0 } else { entries.len() };
+    entries.splice(at..at, of_noise);
     entries
 }
 

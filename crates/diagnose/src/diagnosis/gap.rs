@@ -12,6 +12,7 @@ use crate::observe::Observed;
 use crate::reference::{self, Errors};
 use crate::rounding::Rounding;
 use crate::search::Outcome;
+use crate::shrinkage::{self, Held};
 use crate::table::Row;
 
 pub(super) fn gap(
@@ -24,7 +25,7 @@ pub(super) fn gap(
     kept_back: &[Observed],
 ) -> GapEntry {
     let n = rows.len() as f64;
-    let parameters = outcome.after.jacobian.ncols() as f64;
+    let parameters = shrinkage::parameters(&outcome.after, &outcome.held);
     let all = |values: &DVector<f64>| rms(values.iter().copied());
     let variance = reference::variance(&outcome.errors, rows.len());
     let sigma = rows.iter().map(|row| outcome.noise.scale * row.u);
@@ -193,7 +194,11 @@ fn without(
     let measured = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.measured));
     let start = &outcome.baseline.nuisance;
     let fits = nuisance_tangents(believed, start).and_then(|tangents| {
-        let refit = |members: &[Hypothesis]| fit(believed, &measured, &whitener, start, &tangents, members);
+        let held = Held {
+            forward: believed,
+            weights: &outcome.held,
+        };
+        let refit = |members: &[Hypothesis]| fit(&held, &measured, &whitener, start, &tangents, members);
         Some((refit(&[])?, refit(&outcome.after.hypotheses)?))
     });
     let Some((baseline, after)) = fits else {

@@ -7,13 +7,15 @@ use nalgebra::{DMatrix, DVector};
 use crate::basis::{Basis, inverse_of_normal};
 use crate::dictionary::Dictionary;
 use crate::evidence::ln_sum_exp;
-use crate::fit::{Fit, Whitener, fit, nuisance_tangents};
+use crate::fit::{Fit, Whitener, derivatives, fit, nuisance_tangents};
 use crate::forward::{Forward, Hypothesis};
+use crate::noise::{self, Left, NoiseTest};
 use crate::reference::{Errors, Reference};
 use crate::rivals::{Rival, rivals};
 use crate::rounding::Rounding;
 use crate::scan::{Candidate, Found, Scan, Who, p_value};
 use crate::search::{Noise, Settings};
+use crate::shrinkage::Held;
 use crate::table::Row;
 use crate::whitening::{Sequence, heavy_tail_weights};
 
@@ -55,6 +57,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let u = DVector::from_iterator(n, rows.iter().map(|row| row.u));
         let noise = Noise {
             scale: 1.0,
+            observed: 1.0,
             rho: 0.0,
             weights: vec![1.0; n],
         };
@@ -181,8 +184,9 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         let mut residual = whitener.vector(&raw);
         basis.project_out_vector(&mut residual);
         self.freedom = (n as f64 - basis.rank() as f64).max(1.0);
+        self.noise.observed = (residual.norm_squared() / self.freedom).sqrt().max(self.least_scale);
         self.noise.scale = if self.settings.fit_scale {
-            (residual.norm_squared() / self.freedom).sqrt().max(self.least_scale)
+            self.noise.observed
         } else {
             1.0
         };
@@ -190,6 +194,68 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             let all: Vec<usize> = (0..self.dictionary.width()).collect();
             self.kept = Some(self.whitened(&all));
         }
+    }
+
+    /// A fit whose refitted terms are held.
+    pub(super) fn fit_held(&self, members: &[Hypothesis], weights: &[f64]) -> Option<Fit> {
+        let forward = Held {
+            forward: self.forward,
+            weights,
+        };
+        fit(
+            &forward,
+            &self.measured,
+            &self.whitener(),
+            &self.baseline.nuisance,
+            &self.tangents,
+            members,
+        )
+    }
+
+    /// Whether what a fit leaves is noise; none where there is too little of it.
+    pub(super) fn noise_test(&self, fitted: &Fit) -> Option<NoiseTest> {
+        noise::test(&self.left(fitted)?, self.settings.nulls, self.settings.seed)
+    }
+
+    /// The members that no single place without a name (a period, a patch, …) explains better. What such a place is, the test of the noise says of
+    /// what is left without them.
+    pub(super) fn no_places(&self, mut members: Vec<Hypothesis>, fitted: &Fit) -> Option<(Vec<Hypothesis>, Fit)> {
+        let mut current = fitted.clone();
+        let mut i = 0;
+        while i < members.len() {
+            let without = self.fit(&all_but(&members, i))?;
+            let own = (without.chi2 - current.chi2) / self.noise.scale.powi(2);
+            let place = noise::strongest_place(&self.left(&without)?);
+            let more = own + self.alias_margin(own) + noise::limits::PLACES;
+            if place.is_some_and(|place| place.explained > more) {
+                members.remove(i);
+                current = without;
+            } else {
+                i += 1;
+            }
+        }
+        Some((members, current))
+    }
+
+    fn left(&self, fitted: &Fit) -> Option<Left<'_>> {
+        let rho = noise::noisy_rho(self.noise.rho);
+        let row_scale = self.u.map(|u| 1.0 / u);
+        let whitener = Whitener::new(self.sequence, &self.rounding, row_scale.clone(), rho, &self.errors);
+        let raw = &self.measured - &fitted.prediction;
+        let refitted = Basis::spanning(&derivatives(self.forward, &whitener, fitted)?, 1e-9);
+        let mut whitened = whitener.vector(&raw);
+        refitted.project_out_vector(&mut whitened);
+        Some(Left {
+            rows: self.rows,
+            level: fitted.prediction.as_slice().to_vec(),
+            plain: raw.component_mul(&row_scale),
+            whitened,
+            refitted,
+            sequence: self.sequence,
+            rho,
+            scale: self.noise.observed,
+            freedom: self.freedom,
+        })
     }
 
     /// Columns of the dictionary, whitened with the present noise.

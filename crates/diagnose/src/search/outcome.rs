@@ -4,6 +4,7 @@ use nalgebra::DVector;
 
 use crate::fit::Fit;
 use crate::forward::Hypothesis;
+use crate::noise::NoiseTest;
 use crate::reference::Errors;
 use crate::rivals::Rival;
 use crate::rounding::Rounding;
@@ -15,6 +16,8 @@ use crate::whitening::Sequence;
 pub struct Noise {
     /// Common factor on the stated uncertainties.
     pub scale: f64,
+    /// The factor that the residuals show, fitted or not.
+    pub observed: f64,
     /// Serial correlation of neighbours in time.
     pub rho: f64,
     /// Outlier weights, one a row.
@@ -105,6 +108,10 @@ pub struct Outcome {
     pub places: Vec<Place>,
     /// Significance (σ) of every effect at its plausible maximum: what the data could show (effect, component, σ).
     pub visibility: Vec<(usize, usize, f64)>,
+    /// Whether what is left is noise; none where there is too little of it.
+    pub noise_test: Option<NoiseTest>,
+    /// 1/σ² of every refitted term in the two fits.
+    pub held: Vec<f64>,
     /// Number of simulated scans.
     pub nulls: usize,
 }

@@ -1,0 +1,151 @@
+//! Simulated records: the residuals in another order, correlated and refitted as the observed ones were.
+
+use nalgebra::DMatrix;
+use rand::seq::SliceRandom as _;
+use rand::{RngExt as _, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use rayon::prelude::*;
+
+use super::limits::{FEWEST_NULLS, NULL_VALUES, NULLS};
+use super::series::Series;
+use super::{Left, Strongest, Test};
+
+/// The simulated records are others than those of the scan.
+const APART: u64 = 0x6e6f_6973;
+/// Records that are drawn and refitted together.
+const BATCH: usize = 40;
+
+/// What every test makes of the simulated records.
+pub(super) struct Nulls {
+    /// Of each test alone.
+    tails: Vec<Tail>,
+    /// Of the strongest of all.
+    strongest: Tail,
+}
+
+impl Nulls {
+    /// Up to `most` simulated records; record `k` depends on `seed` and `k` alone.
+    pub(super) fn new(left: &Left<'_>, series: &Series<'_>, tests: &[Box<dyn Test>], most: usize, seed: u64) -> Self {
+        let count = (NULL_VALUES / series.len().max(1))
+            .clamp(FEWEST_NULLS, NULLS)
+            .min(most.max(FEWEST_NULLS));
+        let batches: Vec<usize> = (0..count).step_by(BATCH).collect();
+        let of = |&first: &usize| -> Vec<Vec<f64>> {
+            let numbers = first..(first + BATCH).min(count);
+            simulated(left, series, numbers, seed)
+                .iter()
+                .map(|values| tests.iter().map(|test| test.strongest(values).half_square).collect())
+                .collect()
+        };
+        let all: Vec<Vec<f64>> = batches.par_iter().flat_map_iter(of).collect();
+        let tails: Vec<Tail> = (0..tests.len())
+            .map(|test| Tail::new(all.iter().map(|record| record[test]).collect()))
+            .collect();
+        let strongest = |record: &Vec<f64>| {
+            let scores = record.iter().zip(&tails).map(|(value, tail)| tail.score(*value));
+            scores.fold(0.0, f64::max)
+        };
+        let strongest = Tail::new(all.iter().map(strongest).collect());
+        Self { tails, strongest }
+    }
+
+    /// The probability of one test alone.
+    pub(super) fn alone(&self, test: usize, half_square: f64) -> f64 {
+        (-self.tails[test].score(half_square)).exp()
+    }
+
+    /// The probability of the strongest of all tests.
+    pub(super) fn combined(&self, observed: &[Strongest]) -> f64 {
+        let scores = observed
+            .iter()
+            .zip(&self.tails)
+            .map(|(strongest, tail)| tail.score(strongest.half_square));
+        (-self.strongest.score(scores.fold(0.0, f64::max))).exp()
+    }
+}
+
+/// The upper tail of simulated statistics: what was simulated, and an exponential law beyond the highest twentieth.
+struct Tail {
+    rising: Vec<f64>,
+    from: f64,
+    mean: f64,
+}
+
+impl Tail {
+    fn new(mut values: Vec<f64>) -> Self {
+        /// Simulations that the tail of a maximum of half squares, e⁻ˣ, is worth.
+        const EXPECTED: f64 = 10.0;
+        values.sort_by(f64::total_cmp);
+        let start = values.len() * 19 / 20;
+        let from = values.get(start).copied().unwrap_or(0.0);
+        let beyond = values.get(start..).unwrap_or(&[]);
+        let sum: f64 = beyond.iter().map(|value| value - from).sum();
+        Self {
+            mean: (sum + EXPECTED) / (beyond.len() as f64 + EXPECTED),
+            rising: values,
+            from,
+        }
+    }
+
+    /// −ln of the probability of so much or more.
+    fn score(&self, value: f64) -> f64 {
+        let n = self.rising.len();
+        if value > self.from {
+            return -(0.05_f64.ln()) + (value - self.from) / self.mean;
+        }
+        let above = n - self.rising.partition_point(|known| *known < value);
+        -((above + 1) as f64 / (n + 1) as f64).min(1.0).ln()
+    }
+}
+
+/// Simulated records of unit variance, one vector each.
+fn simulated(left: &Left<'_>, series: &Series<'_>, numbers: std::ops::Range<usize>, seed: u64) -> Vec<Vec<f64>> {
+    let rows = left.rows.len();
+    // A correlation of white noise's own size is none, and then nothing is known wrongly.
+    let u_rho = if left.sequence.has_neighbours() && left.rho > 0.1 {
+        (2.0 * (1.0 - left.rho * left.rho) / left.freedom.max(1.0)).sqrt()
+    } else {
+        0.0
+    };
+    let whiten = left.sequence.whitening(left.rho);
+    let mut drawn = DMatrix::zeros(rows, numbers.len());
+    for (k, mut column) in numbers.zip(drawn.column_iter_mut()) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ APART);
+        rng.set_stream(k as u64 + 1);
+        let mut values = series.held.clone();
+        values.shuffle(&mut rng);
+        let values: Vec<f64> = values
+            .iter()
+            .zip(&series.share)
+            .map(|(value, share)| value * share)
+            .collect();
+        let mut all = series.spread(&values, rows);
+        if u_rho > 0.0 {
+            let off: f64 = rng.sample(StandardNormal);
+            left.sequence
+                .colour((left.rho + u_rho * off).clamp(0.0, 0.95), all.as_mut_slice());
+            whiten(all.as_mut_slice());
+        }
+        column.copy_from(&all);
+    }
+    left.refitted.project_out(&mut drawn);
+    drawn
+        .column_iter()
+        .map(|column| {
+            let mut values: Vec<f64> = series
+                .place
+                .iter()
+                .zip(&series.share)
+                .map(|(&i, share)| column[i] / share)
+                .collect();
+            let size = (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt();
+            if size > 0.0 {
+                for value in &mut values {
+                    *value /= size;
+                }
+            }
+            values
+        })
+        .collect()
+}

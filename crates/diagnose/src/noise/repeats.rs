@@ -1,0 +1,182 @@
+//! The scatter against what is stated and against repeats of one pose, which know the noise whatever was stated (lack of fit: Draper and Smith,
+//! Applied Regression Analysis).
+
+use std::collections::HashMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::limits::{REPEATS, SCALE};
+use super::series::{Series, hold};
+use super::{Finding, Kind, Left, Strongest, digits};
+use crate::basis::Basis;
+use crate::table::{Coordinate, Light, Source};
+use crate::whitening::Sequence;
+
+/// Variance of readings that should be alike, and its degrees of freedom.
+#[derive(Clone, Copy)]
+struct Pure {
+    variance: f64,
+    freedom: f64,
+}
+
+/// What repeats of lit poses say of the noise.
+pub(super) struct Repeats {
+    /// Readings of a pose about their mean, whenever they were taken.
+    visits: Option<Pure>,
+    /// Differences of successive readings of one pose, and of successive readings of different poses.
+    successive: Option<(Pure, Pure)>,
+}
+
+impl Repeats {
+    pub(super) fn of(left: &Left<'_>, series: &Series<'_>) -> Self {
+        if series.source != Source::Reading {
+            return Self {
+                visits: None,
+                successive: None,
+            };
+        }
+        Self {
+            visits: visits(left, series).filter(|pure| pure.freedom >= REPEATS),
+            successive: successive(left, series)
+                .filter(|(same, other)| same.freedom >= REPEATS && other.freedom >= REPEATS),
+        }
+    }
+
+    /// Scatter and degrees of freedom of the repeats.
+    pub(super) fn visits(&self) -> Option<(f64, f64)> {
+        self.visits.map(|pure| (pure.variance.sqrt(), pure.freedom))
+    }
+
+    /// What is more than noise by stated uncertainties and repeats, and the largest scatter that counts as noise.
+    pub(super) fn compare(&self, left: &Left<'_>, series: &Series<'_>) -> (Vec<Finding>, f64) {
+        let range = [series.index[0], series.index[series.len() - 1]];
+        // What is correlated knows its variance less well.
+        let correlated = (1.0 + left.rho * left.rho) / (1.0 - left.rho * left.rho);
+        let u_square = 2.0 * correlated / left.freedom.max(1.0);
+        let finding = |kind: Kind, ratio: f64, u_square: f64, note: String| {
+            let z = ratio.ln() / u_square.sqrt();
+            let mut found = Finding::new(kind, Coordinate::Noise, range, Strongest::default(), note);
+            if z > 0.0 {
+                found.sigma = z;
+                // Chernoff's bound of a normal law's tail.
+                found.p_value = 0.5 * (-0.5 * z * z).exp();
+                found.explained = (ratio - 1.0) * left.freedom;
+            }
+            found
+        };
+        let scale = left.scale;
+        let mut found = Vec::new();
+        let limit = if let Some(pure) = self.visits {
+            // Readings that scatter no more than stated are no disagreement.
+            let limit = (SCALE * pure.variance.sqrt()).max(1.0);
+            let note = format!(
+                "the readings scatter {} times as much as stated and repeats of a pose {} times",
+                digits(scale),
+                digits(pure.variance.sqrt())
+            );
+            let u_square = u_square + 2.0 * correlated / pure.freedom;
+            found.push(finding(Kind::Repeats, (scale / limit).powi(2), u_square, note));
+            limit
+        } else {
+            let note = format!("the readings scatter {} times as much as stated", digits(scale));
+            found.push(finding(Kind::Scatter, (scale / SCALE).powi(2), u_square, note));
+            SCALE
+        };
+        if let Some((same, other)) = self.successive {
+            let ratio = other.variance / (SCALE * SCALE * same.variance.max(0.01));
+            let note = format!(
+                "successive readings of different poses differ {} times as much as those of one pose",
+                digits((other.variance / same.variance.max(0.01)).sqrt())
+            );
+            let u_square = 2.0 / same.freedom + 2.0 / other.freedom;
+            if other.variance > 1.0 {
+                found.push(finding(Kind::Repeats, ratio, u_square, note));
+            }
+        }
+        (found, limit)
+    }
+}
+
+/// Rows of the series with the same pose, lit.
+fn poses(series: &Series<'_>) -> Vec<Vec<usize>> {
+    let mut poses: HashMap<_, Vec<usize>> = HashMap::new();
+    for (i, row) in series
+        .rows
+        .iter()
+        .enumerate()
+        .filter(|(_, row)| row.light == Light::Lit)
+    {
+        let at = |value: f64| (value * 20.0).round() as i64;
+        let pose = (
+            row.file,
+            at(row.c_deg),
+            at(row.gamma_deg),
+            at(row.distance_mm),
+            row.travel as i64,
+        );
+        poses.entry(pose).or_default().push(i);
+    }
+    let mut poses: Vec<Vec<usize>> = poses.into_values().filter(|pose| pose.len() > 1).collect();
+    poses.sort();
+    poses
+}
+
+/// Variance of repeated readings about the mean of their pose, their serial correlation taken out.
+fn visits(left: &Left<'_>, series: &Series<'_>) -> Option<Pure> {
+    let poses = poses(series);
+    let mut members: Vec<usize> = poses.iter().flatten().copied().collect();
+    members.sort_unstable();
+    if members.len() < poses.len() + REPEATS as usize {
+        return None;
+    }
+    let runs: Vec<usize> = members.iter().map(|&i| series.rows[i].file).collect();
+    let times: Vec<f64> = members.iter().map(|&i| series.rows[i].time_s).collect();
+    let sequence = Sequence::by_time(&runs, &times);
+    let whole: Vec<f64> = members.iter().map(|&i| left.plain[series.place[i]]).collect();
+    let mut residual = DMatrix::from_column_slice(members.len(), 1, &hold(&whole));
+    sequence.whiten(left.rho, &mut residual);
+    let mut means = DMatrix::zeros(members.len(), poses.len());
+    for (k, pose) in poses.iter().enumerate() {
+        for i in pose {
+            if let Ok(place) = members.binary_search(i) {
+                means[(place, k)] = 1.0;
+            }
+        }
+    }
+    sequence.whiten(left.rho, &mut means);
+    let means = Basis::spanning(&means, 1e-9);
+    let mut residual: DVector<f64> = residual.column(0).into_owned();
+    means.project_out_vector(&mut residual);
+    let freedom = (members.len() - means.rank()) as f64;
+    Some(Pure {
+        variance: residual.norm_squared() / freedom.max(1.0),
+        freedom,
+    })
+}
+
+/// Mean squared differences of successive readings of one pose, and of different poses.
+fn successive(left: &Left<'_>, series: &Series<'_>) -> Option<(Pure, Pure)> {
+    let whole: Vec<f64> = series.place.iter().map(|&i| left.plain[i]).collect();
+    let held = hold(&whole);
+    let (mut same, mut other) = ((0.0, 0.0), (0.0, 0.0));
+    for k in 1..series.len() {
+        let (a, b) = (series.rows[k - 1], series.rows[k]);
+        if !series.follows[k] || a.light != Light::Lit || b.light != Light::Lit {
+            continue;
+        }
+        let alike = (a.c_deg - b.c_deg).abs() < 0.05
+            && (a.gamma_deg - b.gamma_deg).abs() < 0.05
+            && (a.distance_mm - b.distance_mm).abs() < 0.05;
+        let sums = if alike { &mut same } else { &mut other };
+        sums.0 += (held[k] - held[k - 1]).powi(2);
+        sums.1 += 1.0;
+    }
+    // Neighbouring differences share a reading: two of three are independent.
+    let pure = |(sum, count): (f64, f64)| {
+        (count > 0.0).then(|| Pure {
+            variance: 0.5 * sum / count,
+            freedom: count / 1.5,
+        })
+    };
+    Some((pure(same)?, pure(other)?))
+}

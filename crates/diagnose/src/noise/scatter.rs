@@ -1,0 +1,402 @@
+//! Whether all readings scatter alike: from block to block, along a coordinate, and from one to the next.
+
+use super::limits::{MEANS, PARTS, SCALE, SQUARE_CLIP};
+use super::series::Series;
+use super::{Finding, Kind, Strongest, Test, digits};
+use crate::table::{Coordinate, Light, Source};
+
+/// Squares less their mean, over their standard deviation.
+fn squares(values: &[f64]) -> Vec<f64> {
+    let n = values.len() as f64;
+    let squares: Vec<f64> = values
+        .iter()
+        .map(|v| v.clamp(-SQUARE_CLIP, SQUARE_CLIP).powi(2))
+        .collect();
+    let mean = squares.iter().sum::<f64>() / n;
+    let spread = (squares.iter().map(|square| (square - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let spread = spread.max(f64::MIN_POSITIVE);
+    squares.iter().map(|square| (square - mean) / spread).collect()
+}
+
+/// Rows that belong together.
+struct Group {
+    members: Vec<u32>,
+    coordinate: Coordinate,
+    range: [f64; 2],
+    name: String,
+    /// Whether it scatters more than the others by more than what counts as noise, and how much more than the others.
+    apart: Option<f64>,
+}
+
+/// Blocks, half-planes, angles, ranges, stretches of time, maps (Levene 1960, with squares and permutations).
+pub(super) struct Blocks {
+    groups: Vec<Group>,
+}
+
+/// Groups of fewer rows say little.
+const FEWEST: usize = 6;
+
+impl Blocks {
+    pub(super) fn new(series: &Series<'_>) -> Option<Self> {
+        let mut groups: Vec<Group> = Vec::new();
+        let n = series.len();
+        let mut add = |coordinate: Coordinate, name: &str, members: Vec<usize>| {
+            if members.len() < FEWEST || 10 * members.len() > 7 * n {
+                return;
+            }
+            let at = |i: &usize| match coordinate {
+                Coordinate::Index => series.index[*i],
+                _ => series.rows[*i].coordinate(coordinate, series.level[*i]),
+            };
+            let (low, high) = members
+                .iter()
+                .map(at)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
+                    (low.min(at), high.max(at))
+                });
+            let mut inside = vec![false; n];
+            for &i in &members {
+                inside[i] = true;
+            }
+            let own = series.scatter(members.iter().copied());
+            let others = series.scatter((0..n).filter(|&i| !inside[i]));
+            groups.push(Group {
+                members: members.iter().map(|&i| i as u32).collect(),
+                coordinate,
+                range: [low, high],
+                name: name.to_owned(),
+                apart: (own > SCALE * others).then(|| own / others.max(f64::MIN_POSITIVE)),
+            });
+        };
+        let by = |key: &dyn Fn(usize) -> Option<u64>| -> Vec<Vec<usize>> {
+            let mut keys: Vec<(u64, Vec<usize>)> = Vec::new();
+            for i in 0..n {
+                let Some(key) = key(i) else { continue };
+                match keys.iter_mut().find(|(known, _)| *known == key) {
+                    Some((_, members)) => members.push(i),
+                    None => keys.push((key, vec![i])),
+                }
+            }
+            keys.into_iter().map(|(_, members)| members).collect()
+        };
+        let row = |i: usize| series.rows[i];
+        let lit = |i: usize| row(i).light == Light::Lit;
+        if series.source == Source::Reading {
+            for members in by(&|i| Some((row(i).file as u64) << 32 | row(i).group as u64)) {
+                add(Coordinate::Index, "one block", members);
+            }
+            let mut visits: Vec<Vec<usize>> = Vec::new();
+            for i in 0..n {
+                let same = i > 0
+                    && (row(i).file, row(i).group) == (row(i - 1).file, row(i - 1).group)
+                    && row(i).c_deg == row(i - 1).c_deg
+                    && row(i).light == row(i - 1).light;
+                match visits.last_mut() {
+                    Some(visit) if same => visit.push(i),
+                    _ => visits.push(vec![i]),
+                }
+            }
+            for members in visits {
+                add(Coordinate::Index, "one visit of a half-plane", members);
+            }
+            for members in by(&|i| lit(i).then(|| row(i).c_deg.to_bits())) {
+                add(Coordinate::CDeg, "one C plane", members);
+            }
+            for members in by(&|i| Some(row(i).distance_mm.to_bits())) {
+                add(Coordinate::DistanceMm, "one distance", members);
+            }
+            for members in by(&|i| Some(row(i).range.to_bits())) {
+                add(Coordinate::Range, "one range", members);
+            }
+            for light in [Light::Baffled, Light::LampOff, Light::Capped] {
+                let members = (0..n).filter(|&i| row(i).light == light).collect();
+                add(Coordinate::Index, "the dark readings", members);
+            }
+            for side in [false, true] {
+                let angle = |i: &usize| {
+                    if side {
+                        row(*i).gamma_deg
+                    } else {
+                        row(*i).gamma_deg.abs()
+                    }
+                };
+                let mut order: Vec<usize> = (0..n).filter(|&i| lit(i) && row(i).gamma_deg.is_finite()).collect();
+                order.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+                for k in 0..8 {
+                    let members = order[k * order.len() / 8..(k + 1) * order.len() / 8].to_vec();
+                    add(Coordinate::GammaDeg, "some γ", members);
+                }
+            }
+            for length in PARTS.into_iter().filter(|length| 3 * length < n) {
+                for from in (0..=n - length).step_by(length / 2) {
+                    add(
+                        Coordinate::Index,
+                        "one part of the record",
+                        (from..from + length).collect(),
+                    );
+                }
+            }
+        } else {
+            for members in by(&|i| Some((row(i).file as u64) << 32 | row(i).group as u64)) {
+                add(Coordinate::Exposure, "one map", members);
+            }
+            for (coordinate, name) in [
+                (Coordinate::RadiusMm, "one ring"),
+                (Coordinate::XMm, "some columns"),
+                (Coordinate::YMm, "some rows"),
+            ] {
+                let at = |i: &usize| row(*i).coordinate(coordinate, 0.0);
+                let mut order: Vec<usize> = (0..n).filter(|&i| lit(i)).collect();
+                order.sort_by(|a, b| at(a).total_cmp(&at(b)));
+                for k in 0..8 {
+                    let members = order[k * order.len() / 8..(k + 1) * order.len() / 8].to_vec();
+                    add(coordinate, name, members);
+                }
+            }
+        }
+        (groups.len() > 1).then_some(Self { groups })
+    }
+
+    fn look(&self, values: &[f64], wanted: impl Fn(&Group) -> bool) -> Strongest {
+        let squares = squares(values);
+        let n = values.len() as f64;
+        let mut best = Strongest::default();
+        for (place, group) in self.groups.iter().enumerate().filter(|(_, group)| wanted(group)) {
+            let k = group.members.len() as f64;
+            let sum: f64 = group.members.iter().map(|&i| squares[i as usize]).sum();
+            let z = sum / (k * (1.0 - k / n)).sqrt();
+            best.raise(0.5 * z.max(0.0).powi(2), place);
+        }
+        best
+    }
+}
+
+impl Test for Blocks {
+    fn strongest(&self, values: &[f64]) -> Strongest {
+        self.look(values, |_| true)
+    }
+
+    fn observed(&self, values: &[f64]) -> Strongest {
+        self.look(values, |group| group.apart.is_some())
+    }
+
+    fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
+        let group = &self.groups[strongest.place];
+        let note = format!(
+            "the readings of {} ({} {} … {}) scatter {} times as much as the others",
+            group.name,
+            group.coordinate.name(),
+            digits(group.range[0]),
+            digits(group.range[1]),
+            digits(group.apart.unwrap_or(1.0))
+        );
+        let numbers = group.members.iter().map(|&i| series.index[i as usize]);
+        let range = numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+            [low.min(at), high.max(at)]
+        });
+        let more: f64 = group
+            .members
+            .iter()
+            .map(|&i| series.plain[i as usize].powi(2) - 1.0)
+            .sum();
+        Finding::new(Kind::Blocks, Coordinate::Noise, range, strongest, note).explaining(more.max(0.0))
+    }
+}
+
+/// Scatter that grows along a coordinate (Breusch and Pagan 1979, with permutations).
+pub(super) struct Trends {
+    along: Vec<(Coordinate, Vec<f64>, [f64; 2])>,
+    /// Ratio of scatter of the upper third to the rest, by coordinate and sign.
+    apart: Vec<[f64; 2]>,
+}
+
+impl Trends {
+    pub(super) fn new(series: &Series<'_>) -> Option<Self> {
+        let n = series.len();
+        let coordinates: &[Coordinate] = match series.source {
+            Source::Reading => &[
+                Coordinate::GammaDeg,
+                Coordinate::Level,
+                Coordinate::TimeS,
+                Coordinate::CDeg,
+            ],
+            _ => &[
+                Coordinate::RadiusMm,
+                Coordinate::Level,
+                Coordinate::XMm,
+                Coordinate::YMm,
+            ],
+        };
+        let mut trends = Self {
+            along: Vec::new(),
+            apart: Vec::new(),
+        };
+        for &coordinate in coordinates {
+            let at = |i: usize| {
+                let value = series.rows[i].coordinate(coordinate, series.level[i]);
+                if coordinate == Coordinate::GammaDeg {
+                    value.abs()
+                } else {
+                    value
+                }
+            };
+            let mut order: Vec<usize> = (0..n).filter(|&i| at(i).is_finite()).collect();
+            order.sort_by(|&a, &b| at(a).total_cmp(&at(b)));
+            let (Some(&low), Some(&high)) = (order.first(), order.last()) else {
+                continue;
+            };
+            let range = [at(low), at(high)];
+            if order.len() < n / 2 || range[0] >= range[1] {
+                continue;
+            }
+            // Equal values have equal ranks.
+            let mut rank = vec![0.0; n];
+            let mut start = 0;
+            while start < order.len() {
+                let end = order[start..].partition_point(|&i| at(i) <= at(order[start])) + start;
+                for &i in &order[start..end] {
+                    rank[i] = 0.5 * (start + end) as f64 / order.len() as f64 - 0.5;
+                }
+                start = end;
+            }
+            let mean = order.iter().map(|&i| rank[i]).sum::<f64>() / order.len() as f64;
+            for &i in &order {
+                rank[i] -= mean;
+            }
+            let length = rank.iter().map(|r| r * r).sum::<f64>().sqrt();
+            if length <= 0.0 {
+                continue;
+            }
+            for r in &mut rank {
+                *r /= length;
+            }
+            let third = order.len() / 3;
+            let (few, many) = (&order[..third], &order[third..]);
+            let (most, least) = (&order[order.len() - third..], &order[..order.len() - third]);
+            let ratio = |own: &[usize], others: &[usize]| {
+                series.scatter(own.iter().copied()) / series.scatter(others.iter().copied()).max(f64::MIN_POSITIVE)
+            };
+            trends.apart.push([ratio(most, least), ratio(few, many)]);
+            trends.along.push((coordinate, rank, range));
+        }
+        (!trends.along.is_empty()).then_some(trends)
+    }
+
+    fn look(&self, values: &[f64], wanted: impl Fn(usize, usize) -> bool) -> Strongest {
+        let squares = squares(values);
+        let mut best = Strongest::default();
+        for (k, (_, rank, _)) in self.along.iter().enumerate() {
+            let z: f64 = rank.iter().zip(&squares).map(|(r, s)| r * s).sum();
+            let falls = usize::from(z < 0.0);
+            if wanted(k, falls) {
+                best.raise(0.5 * z * z, 2 * k + falls);
+            }
+        }
+        best
+    }
+}
+
+impl Test for Trends {
+    fn strongest(&self, values: &[f64]) -> Strongest {
+        self.look(values, |_, _| true)
+    }
+
+    fn observed(&self, values: &[f64]) -> Strongest {
+        self.look(values, |k, falls| self.apart[k][falls] > SCALE)
+    }
+
+    fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
+        let (k, falls) = (strongest.place / 2, strongest.place % 2);
+        let (coordinate, _, range) = &self.along[k];
+        let note = format!(
+            "the scatter {} with {} ({} … {}): {} times as much in its {} third as in the rest",
+            if falls == 0 { "grows" } else { "falls" },
+            coordinate.name(),
+            digits(range[0]),
+            digits(range[1]),
+            digits(self.apart[k][falls]),
+            if falls == 0 { "upper" } else { "lower" }
+        );
+        let numbers = [series.index[0], series.index[series.len() - 1]];
+        Finding::new(Kind::Trend, Coordinate::Noise, numbers, strongest, note)
+    }
+}
+
+/// Means of successive readings that wander more than independent readings let them.
+pub(super) struct Means {
+    rows: usize,
+}
+
+impl Means {
+    pub(super) fn new(series: &Series<'_>) -> Self {
+        Self { rows: series.len() }
+    }
+}
+
+impl Test for Means {
+    fn strongest(&self, values: &[f64]) -> Strongest {
+        let mut best = Strongest::default();
+        for (place, &length) in MEANS.iter().enumerate().filter(|(_, length)| 8 * **length <= self.rows) {
+            let blocks = values.chunks_exact(length);
+            let count = blocks.len() as f64;
+            let sum: f64 = blocks
+                .map(|block| block.iter().sum::<f64>().powi(2) / length as f64)
+                .sum();
+            let z = (sum - count) / (2.0 * count).sqrt();
+            best.raise(0.5 * z.max(0.0).powi(2), place);
+        }
+        best
+    }
+
+    fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
+        let length = MEANS[strongest.place];
+        let range = [series.index[0], series.index[series.len() - 1]];
+        let note = format!("the means of {length} successive readings wander");
+        Finding::new(Kind::Means, Coordinate::Index, range, strongest, note)
+    }
+}
+
+/// Neighbours in time that agree more than the correlation that counts as noise lets them.
+pub(super) struct Neighbours {
+    follows: Vec<bool>,
+    rho: f64,
+}
+
+impl Neighbours {
+    /// `rho` is the correlation that was taken for noise already.
+    pub(super) fn new(series: &Series<'_>, rho: f64) -> Option<Self> {
+        let follows = series.follows.clone();
+        (follows.iter().filter(|follows| **follows).count() >= 20).then_some(Self { follows, rho })
+    }
+
+    fn correlation(&self, values: &[f64]) -> (f64, f64) {
+        let (mut sum, mut pairs) = (0.0, 0.0);
+        for k in 1..values.len() {
+            if self.follows[k] {
+                sum += values[k] * values[k - 1];
+                pairs += 1.0;
+            }
+        }
+        (sum / f64::max(pairs, 1.0), pairs)
+    }
+}
+
+impl Test for Neighbours {
+    fn strongest(&self, values: &[f64]) -> Strongest {
+        let (correlation, pairs) = self.correlation(values);
+        let mut best = Strongest::default();
+        best.raise(0.5 * correlation.max(0.0).powi(2) * pairs, 0);
+        best
+    }
+
+    fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
+        let (more, _) = self.correlation(&series.held);
+        let note = format!(
+            "neighbouring readings are correlated by {} beyond the {} that counts as noise",
+            digits(more),
+            digits(self.rho)
+        );
+        let range = [series.index[0], series.index[series.len() - 1]];
+        Finding::new(Kind::Correlation, Coordinate::Noise, range, strongest, note)
+    }
+}

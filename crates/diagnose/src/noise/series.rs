@@ -1,0 +1,131 @@
+//! The residuals in the order in which they were taken, as the tests of the noise see them.
+
+use nalgebra::DVector;
+
+use super::Left;
+use super::limits::{CLIP, ROUNDED};
+use crate::table::{Row, Source};
+
+/// Residuals of one kind of rows, in the order in which they were taken.
+pub(super) struct Series<'a> {
+    pub(super) source: Source,
+    pub(super) rows: Vec<&'a Row>,
+    /// Their numbers among all rows.
+    pub(super) place: Vec<usize>,
+    /// What the model expects.
+    pub(super) level: Vec<f64>,
+    /// Seconds along the record, one run after the other; not finite where a row has no time.
+    pub(super) time: Vec<f64>,
+    /// The readings' own numbers, one run after the other.
+    pub(super) index: Vec<f64>,
+    /// Whether a row was taken directly after the one before it.
+    pub(super) follows: Vec<bool>,
+    /// √(1 − leverage).
+    pub(super) share: Vec<f64>,
+    /// Residual in units of the fitted noise.
+    pub(super) plain: Vec<f64>,
+    /// The same with outliers held, of unit variance.
+    pub(super) held: Vec<f64>,
+}
+
+impl<'a> Series<'a> {
+    /// The rows of `source`; rows that are mostly rounding are left out.
+    pub(super) fn new(left: &Left<'a>, source: Source) -> Self {
+        let all = left.rows;
+        let usable = |i: &usize| {
+            let row = &all[*i];
+            row.source == source && row.digit / 12_f64.sqrt() <= ROUNDED * row.u
+        };
+        let place: Vec<usize> = left.sequence.order().iter().copied().filter(usable).collect();
+        let rows: Vec<&Row> = place.iter().map(|&i| &all[i]).collect();
+        let share: Vec<f64> = place
+            .iter()
+            .map(|&i| {
+                (1.0 - left.refitted.directions().row(i).norm_squared())
+                    .max(1e-3)
+                    .sqrt()
+            })
+            .collect();
+        let residual = |place: &[usize], share: &[f64]| -> Vec<f64> {
+            let own = |(&i, share): (&usize, &f64)| left.whitened[i] / share;
+            place.iter().zip(share).map(own).collect()
+        };
+        let whole = residual(&place, &share);
+        let (time, index, follows) = along(&rows, &place);
+        let mut held = hold(&whole);
+        let size = (held.iter().map(|value| value * value).sum::<f64>() / held.len().max(1) as f64).sqrt();
+        if size > 0.0 {
+            for value in &mut held {
+                *value /= size;
+            }
+        }
+        Self {
+            source,
+            level: place.iter().map(|&i| left.level[i]).collect(),
+            time,
+            index,
+            follows,
+            plain: whole.iter().map(|value| value / left.scale).collect(),
+            held,
+            share,
+            rows,
+            place,
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The values of these rows in a vector of all rows; 0 elsewhere.
+    pub(super) fn spread(&self, values: &[f64], rows: usize) -> DVector<f64> {
+        let mut all = DVector::zeros(rows);
+        for (&i, value) in self.place.iter().zip(values) {
+            all[i] = *value;
+        }
+        all
+    }
+
+    /// Standard deviation of the residuals of some rows, in units of the fitted noise.
+    pub(super) fn scatter(&self, members: impl Iterator<Item = usize>) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for i in members {
+            sum += self.plain[i].powi(2);
+            count += 1.0;
+        }
+        if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
+    }
+}
+
+/// Values held within [`CLIP`] robust standard deviations.
+pub(super) fn hold(values: &[f64]) -> Vec<f64> {
+    let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let rms = (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt();
+    // Half of the sizes of a normal law lie below 0.6745; more than half may be equal to rounding.
+    let middle = sizes.get(sizes.len() / 2).map_or(0.0, |size| size / 0.6745);
+    let limit = CLIP * middle.max(rms / 3.0);
+    values.iter().map(|value| value.clamp(-limit, limit)).collect()
+}
+
+/// Time and number along the record, and who follows whom at once.
+fn along(rows: &[&Row], place: &[usize]) -> (Vec<f64>, Vec<f64>, Vec<bool>) {
+    let numbered = rows.iter().all(|row| row.index.is_finite());
+    let number = |k: usize| if numbered { rows[k].index } else { place[k] as f64 };
+    let (mut time, mut index) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
+    let mut follows = vec![false; rows.len()];
+    let mut starts = (0.0, 0.0);
+    for k in 0..rows.len() {
+        if k == 0 {
+            follows[0] = false;
+        } else if rows[k].file != rows[k - 1].file {
+            // The next run begins one step after the one before.
+            starts = (rows[k].time_s - time[k - 1] - 1.0, number(k) - index[k - 1] - 1.0);
+        } else {
+            follows[k] = (number(k) - number(k - 1) - 1.0).abs() < 0.5;
+        }
+        time.push(rows[k].time_s - starts.0);
+        index.push(number(k) - starts.1);
+    }
+    (time, index, follows)
+}

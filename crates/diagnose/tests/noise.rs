@@ -1,0 +1,221 @@
+//! What is noise and what only looks like it: residuals of a known law on a plan of half-planes, references and repeats.
+
+use isolux_diagnose::basis::Basis;
+use isolux_diagnose::noise::{Finding, Kind, Left, NoiseTest, test};
+use isolux_diagnose::table::{Coordinate, Row, Source};
+use isolux_diagnose::whitening::Sequence;
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt as _, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+/// Twelve half-planes of 29 readings, 4 s apart; with `visits`, four readings of one pose after each.
+fn plan(visits: bool) -> Vec<Row> {
+    let mut rows: Vec<Row> = Vec::new();
+    let mut time_s = 100.0;
+    for plane in 0..12_u32 {
+        time_s += 20.0;
+        let mut read = |group: usize, c_deg: f64, gamma_deg: f64| {
+            time_s += 4.0;
+            rows.push(Row {
+                group,
+                time_s,
+                c_deg,
+                gamma_deg,
+                distance_mm: 2000.0,
+                travel: 1.0,
+                range: 1.0,
+                index: rows.len() as f64,
+                ..Row::bare(Source::Reading, 0.0, 0.01)
+            });
+        };
+        for k in 0..29 {
+            read(0, 15.0 * f64::from(plane), 5.0 * f64::from(k) - 70.0);
+        }
+        for _ in 0..if visits { 4 } else { 0 } {
+            read(1, 0.0, 0.0);
+        }
+    }
+    rows
+}
+
+/// Independent noise of unit variance.
+fn white(n: usize, seed: u64) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..n).map(|_| rng.sample(StandardNormal)).collect()
+}
+
+/// The test of residuals in stated uncertainties. The scatter is that of all residuals, as a fit finds it.
+fn tested(rows: &[Row], residual: &[f64], rho: f64) -> NoiseTest {
+    let runs = vec![0; rows.len()];
+    let times: Vec<f64> = rows.iter().map(|row| row.time_s).collect();
+    let sequence = Sequence::by_time(&runs, &times);
+    let mut whitened = DMatrix::from_column_slice(rows.len(), 1, residual);
+    sequence.whiten(rho, &mut whitened);
+    let n = rows.len() as f64;
+    let left = Left {
+        rows,
+        level: rows.iter().map(|row| row.gamma_deg.to_radians().cos()).collect(),
+        plain: DVector::from_column_slice(residual),
+        whitened: whitened.column(0).into_owned(),
+        refitted: Basis::empty(rows.len()),
+        sequence: &sequence,
+        rho,
+        scale: (whitened.norm_squared() / n).sqrt(),
+        freedom: n,
+    };
+    test(&left, 600, 1).expect("enough readings")
+}
+
+fn with(change: impl Fn(usize, &Row) -> f64, rows: &[Row], seed: u64) -> Vec<f64> {
+    let noise = white(rows.len(), seed);
+    rows.iter()
+        .enumerate()
+        .map(|(i, row)| noise[i] + change(i, row))
+        .collect()
+}
+
+fn found(test: &NoiseTest, kind: Kind) -> &Finding {
+    let of_kind = test.findings.iter().find(|finding| finding.kind == kind);
+    of_kind.unwrap_or_else(|| panic!("no {kind:?} among {:#?}", test.findings))
+}
+
+#[test]
+fn white_noise_and_a_scale_within_a_quarter_are_noise() {
+    let rows = plan(true);
+    let alarms = (0..40)
+        .filter(|&seed| {
+            let scale = 0.8 + 0.01 * seed as f64;
+            let residual: Vec<f64> = white(rows.len(), seed).iter().map(|z| scale * z).collect();
+            tested(&rows, &residual, 0.0).disagrees()
+        })
+        .count();
+    assert!(alarms <= 1, "{alarms} of 40");
+}
+
+#[test]
+fn a_period_in_time_is_found_with_its_length() {
+    let rows = plan(true);
+    // 10 σ in all: a fifth of a σ² a reading.
+    let beat = |_: usize, row: &Row| 0.71 * (std::f64::consts::TAU * row.time_s / 37.0).sin();
+    let test = tested(&rows, &with(beat, &rows, 3), 0.0);
+    let finding = found(&test, Kind::Periodic);
+    assert_eq!(test.findings[0].kind, Kind::Periodic);
+    let of_time = test
+        .findings
+        .iter()
+        .find(|finding| finding.coordinate == Coordinate::TimeS);
+    let period = of_time.and_then(|finding| finding.period).expect("a period in seconds");
+    assert!((period - 37.0).abs() < 0.5, "{period}: {finding:?}");
+}
+
+#[test]
+fn every_seventh_reading_is_found_by_its_number() {
+    let rows = plan(false);
+    let seventh = |i: usize, _: &Row| if i % 7 == 3 { 1.5 } else { 0.0 };
+    let test = tested(&rows, &with(seventh, &rows, 4), 0.0);
+    let finding = found(&test, Kind::Every);
+    assert_eq!((finding.coordinate, finding.period), (Coordinate::Index, Some(7.0)));
+    assert!(finding.note.contains("from number 3"), "{}", finding.note);
+}
+
+/// What a weight for outliers would swallow: eight readings that are off by 4 σ and lie side by side. As many in scattered places are outliers.
+#[test]
+fn outliers_in_one_place_are_a_patch_and_scattered_ones_are_not() {
+    let rows = plan(false);
+    let patch = |_: usize, row: &Row| {
+        let near = (row.c_deg - 60.0).abs() < 16.0 && (row.gamma_deg - 30.0).abs() < 6.0;
+        if near { 4.0 } else { 0.0 }
+    };
+    let test = tested(&rows, &with(patch, &rows, 5), 0.0);
+    let [c_deg, gamma_deg, _] = found(&test, Kind::Patch).direction.expect("a direction");
+    assert!((c_deg - 60.0).abs() <= 15.0 && (gamma_deg - 30.0).abs() <= 5.0);
+    let members = rows.iter().enumerate().filter(|(i, row)| patch(*i, row) > 0.0).count();
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let mut scattered = white(rows.len(), 5);
+    for _ in 0..members {
+        let i = rng.random_range(0..rows.len());
+        scattered[i] += 4.0;
+    }
+    let test = tested(&rows, &scattered, 0.0);
+    assert!(!test.disagrees(), "{:#?}", test.findings);
+}
+
+#[test]
+fn a_block_that_scatters_more_is_no_noise() {
+    let rows = plan(false);
+    let noise = white(rows.len(), 8);
+    let loud: Vec<f64> = (0..rows.len())
+        .map(|i| noise[i] * if (116..145).contains(&i) { 2.2 } else { 1.0 })
+        .collect();
+    let test = tested(&rows, &loud, 0.0);
+    let finding = found(&test, Kind::Blocks);
+    assert_eq!(finding.coordinate, Coordinate::Noise);
+    assert!(finding.range[0] >= 90.0 && finding.range[1] <= 170.0, "{finding:?}");
+}
+
+fn correlated(rows: usize, rho: f64, seed: u64) -> Vec<f64> {
+    let fresh = white(rows, seed);
+    let mut last = fresh[0];
+    let mut next = |z: &f64| {
+        last = rho * last + (1.0 - rho * rho).sqrt() * z;
+        last
+    };
+    fresh.iter().map(&mut next).collect()
+}
+
+#[test]
+fn a_correlation_of_a_half_is_noise_and_one_of_0_8_is_not() {
+    let rows = plan(false);
+    let alarms = (0..20)
+        .filter(|&seed| tested(&rows, &correlated(rows.len(), 0.5, 100 + seed), 0.5).disagrees())
+        .count();
+    assert!(alarms <= 1, "{alarms} of 20");
+    let missed = (0..5)
+        .filter(|&seed| !tested(&rows, &correlated(rows.len(), 0.8, 200 + seed), 0.5).disagrees())
+        .count();
+    assert_eq!(missed, 0);
+}
+
+/// Twice the stated scatter is a disagreement, unless repeats of a pose scatter twice as well: then the statement was wrong.
+#[test]
+fn repeats_of_a_pose_decide() {
+    let twice = |rows: &[Row]| -> Vec<f64> { white(rows.len(), 9).iter().map(|z| 2.0 * z).collect() };
+    let alone = plan(false);
+    let test = tested(&alone, &twice(&alone), 0.0);
+    assert_eq!(found(&test, Kind::Scatter).coordinate, Coordinate::Noise);
+    assert!(test.note().starts_with("the readings scatter 2."), "{}", test.note());
+    let repeated = plan(true);
+    let test = tested(&repeated, &twice(&repeated), 0.0);
+    assert!(!test.disagrees(), "{:#?}", test.findings);
+    let poses: Vec<f64> = twice(&repeated)
+        .iter()
+        .zip(&repeated)
+        .map(|(z, row)| if row.group == 1 { 0.5 * z } else { *z })
+        .collect();
+    found(&tested(&repeated, &poses, 0.0), Kind::Repeats);
+}
+
+/// Rounding follows the light: readings that are mostly rounded are no test of the noise.
+#[test]
+fn rounded_readings_are_left_out() {
+    let mut rows = plan(false);
+    for row in rows.iter_mut().skip(100) {
+        row.digit = 0.03;
+    }
+    let saw = |i: usize, _: &Row| if i >= 100 { (i % 9) as f64 - 4.0 } else { 0.0 };
+    let test = tested(&rows, &with(saw, &rows, 11), 0.0);
+    let periodic = test
+        .findings
+        .iter()
+        .any(|finding| matches!(finding.kind, Kind::Periodic | Kind::Every));
+    assert!(!periodic, "{:#?}", test.findings);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_answer() {
+    let rows = plan(true);
+    let residual = white(rows.len(), 12);
+    let (one, two) = (tested(&rows, &residual, 0.0), tested(&rows, &residual, 0.0));
+    assert_eq!(one.p_value.to_bits(), two.p_value.to_bits());
+}
