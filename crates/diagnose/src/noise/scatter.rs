@@ -5,17 +5,14 @@ use super::series::Series;
 use super::{Finding, Kind, Strongest, Test, digits};
 use crate::table::{Coordinate, Light, Source};
 
-/// Squares less their mean, over their standard deviation.
-fn squares(values: &[f64]) -> Vec<f64> {
-    let n = values.len() as f64;
-    let squares: Vec<f64> = values
-        .iter()
-        .map(|v| v.clamp(-SQUARE_CLIP, SQUARE_CLIP).powi(2))
-        .collect();
+/// Squares, outliers held, with their mean and variance.
+fn squares(values: &[f64]) -> (Vec<f64>, f64, f64) {
+    let n = values.len().max(1) as f64;
+    let held = |v: &f64| v.clamp(-SQUARE_CLIP, SQUARE_CLIP).powi(2);
+    let squares: Vec<f64> = values.iter().map(held).collect();
     let mean = squares.iter().sum::<f64>() / n;
-    let spread = (squares.iter().map(|square| (square - mean).powi(2)).sum::<f64>() / n).sqrt();
-    let spread = spread.max(f64::MIN_POSITIVE);
-    squares.iter().map(|square| (square - mean) / spread).collect()
+    let variance = squares.iter().map(|square| (square - mean).powi(2)).sum::<f64>() / n;
+    (squares, mean.max(f64::MIN_POSITIVE), variance.max(f64::MIN_POSITIVE))
 }
 
 /// Rows that belong together.
@@ -158,14 +155,18 @@ impl Blocks {
     }
 
     fn look(&self, values: &[f64], wanted: impl Fn(&Group) -> bool) -> Strongest {
-        let squares = squares(values);
+        let (squares, mean, _) = squares(values);
         let n = values.len() as f64;
         let mut best = Strongest::default();
         for (place, group) in self.groups.iter().enumerate().filter(|(_, group)| wanted(group)) {
             let k = group.members.len() as f64;
             let sum: f64 = group.members.iter().map(|&i| squares[i as usize]).sum();
-            let z = sum / (k * (1.0 - k / n)).sqrt();
-            best.raise(0.5 * z.max(0.0).powi(2), place);
+            // Likelihood ratio of two variances: it treats few and many readings alike, which squared deviations do not.
+            let (own, others) = (sum / k, (n * mean - sum) / (n - k));
+            if own > others && others > 0.0 {
+                let ratio = 0.5 * (n * mean.ln() - k * own.ln() - (n - k) * others.ln());
+                best.raise(ratio, place);
+            }
         }
         best
     }
@@ -283,10 +284,11 @@ impl Trends {
     }
 
     fn look(&self, values: &[f64], wanted: impl Fn(usize, usize) -> bool) -> Strongest {
-        let squares = squares(values);
+        let (squares, mean, variance) = squares(values);
         let mut best = Strongest::default();
         for (k, (_, rank, _)) in self.along.iter().enumerate() {
-            let z: f64 = rank.iter().zip(&squares).map(|(r, s)| r * s).sum();
+            let sum: f64 = rank.iter().zip(&squares).map(|(r, square)| r * (square - mean)).sum();
+            let z = sum / variance.sqrt();
             let falls = usize::from(z < 0.0);
             if wanted(k, falls) {
                 best.raise(0.5 * z * z, 2 * k + falls);
