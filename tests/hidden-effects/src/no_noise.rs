@@ -88,7 +88,11 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
             "bright_patch" => on * 0.01 * lx * f64::from(apart((at.c_deg, at.gamma_deg), spot) < width),
             "loud_block" => rough(lx) * each[i] * f64::from(i >= from && i < from + length),
             // Pick-up of the mains, rectified: every reading, dark or not, more on one half of the beat.
-            "mains_on_amplifier" => 0.01 * (std::f64::consts::TAU * at.time_s / (0.7 * period_s) + phase).sin().max(0.0),
+            "mains_on_amplifier" => {
+                0.01 * (std::f64::consts::TAU * at.time_s / (0.7 * period_s) + phase)
+                    .sin()
+                    .max(0.0)
+            }
             "every_nth_off" => lx * f64::from(i % nth == remainder),
             "dark_patch" => {
                 let off = apart(direction(i), spot) / wide;
@@ -113,7 +117,11 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
                 let inside = i >= from && i < from + length;
                 -lx * f64::from(inside && each[i] > 0.3)
             }
-            "square_wave" => 0.01 * (std::f64::consts::TAU * at.time_s / (1.5 * period_s) + phase).sin().signum(),
+            "square_wave" => {
+                0.01 * (std::f64::consts::TAU * at.time_s / (1.5 * period_s) + phase)
+                    .sin()
+                    .signum()
+            }
             _ => 0.0,
         }
     };

@@ -151,7 +151,9 @@ pub fn judge(class: Class, order: &Order, answer: &Answer) -> Vec<(&'static str,
             ));
             scores.push(("both in the sets", truth.iter().all(|name| in_set(name))));
         }
-        Class::Outside(_) | Class::Developed(_) | Class::Fresh(_) => scores.push(("called unexplained", answer.verdict == "unexplained")),
+        Class::Outside(_) | Class::Developed(_) | Class::Fresh(_) => {
+            scores.push(("called unexplained", answer.verdict == "unexplained"))
+        }
         Class::Common => scores.push((
             "set holds it, or silence",
             in_set(truth[0]) || answer.verdict == "consistent",
