@@ -152,7 +152,7 @@ pub fn judge(class: Class, order: &Order, answer: &Answer) -> Vec<(&'static str,
             scores.push(("both in the sets", truth.iter().all(|name| in_set(name))));
         }
         Class::Outside(_) | Class::Developed(_) | Class::Fresh(_) => {
-            scores.push(("called unexplained", answer.verdict == "unexplained"))
+            scores.push(("called unexplained", answer.verdict == "unexplained"));
         }
         Class::Common => scores.push((
             "set holds it, or silence",
