@@ -268,7 +268,10 @@ fn read(room: &Room, plan: &Plan, distance_mm: f64) -> (Vec<Reading>, f64) {
             at.range = range;
             let indicated = room.indicated_for_lx(light, 25.0, range);
             let noise = room.reading_noise_lx(indicated);
-            let shown = meter::displayed_lx(indicated + noise * room.meter_noise(rows.len() as u64), range).unwrap();
+            let noisy = indicated + noise * room.meter_noise(rows.len() as u64);
+            // At the end of a range the offset may lift a reading into the next.
+            range += u8::from(meter::displayed_lx(noisy, range).is_none());
+            let shown = meter::displayed_lx(noisy, range).unwrap();
             let digit = meter::digit_lx(range);
             rows.push(Reading {
                 index: rows.len() as u64,
