@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use camino::Utf8Path;
 use isolux_darkroom::camera::Unit;
 use isolux_darkroom::{Darkroom, MapPose, Room, SensorFrame};
-use isolux_record::document::{Fault, Source};
+use isolux_record::document::{Fault, Source, read_text};
 use isolux_record::observation::{MapSet, Need, OneOrTwo};
 use serde::Deserialize;
 
@@ -134,7 +134,7 @@ pub fn capture(
         ))
         .help("give --out maps.toml"));
     }
-    let room = Room::new(document(darkroom)?);
+    let room = Room::new(document(darkroom, progress)?);
     let (frame, shots, unit) = shots(scene, wishes, progress)?;
     if frame.bins.iter().any(|bins| *bins > MOST_BINS) {
         let message = format!(
@@ -198,20 +198,28 @@ pub fn capture(
     })
 }
 
-/// Reads a `darkroom.toml`.
+/// Reads a `darkroom.toml`, and says which keys the built-in room completed.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line.
-pub fn document(path: &Utf8Path) -> Result<Darkroom, Failure> {
-    let text = text(path)?;
-    Darkroom::parse(&text).map_err(|error| match error.line {
+pub fn document(path: &Utf8Path, progress: &dyn Progress) -> Result<Darkroom, Failure> {
+    let text = read_text(path).map_err(Failure::bad_input)?;
+    // A value of a wrong type is told in words first.
+    if let Err(error) = toml::from_str::<Darkroom>(&text) {
+        let source = Source {
+            file: path,
+            text: &text,
+        };
+        return Err(Failure::bad_input(source.toml_error(&error)));
+    }
+    let (room, completed) = Darkroom::complete(&text).map_err(|error| match error.line {
         Some(line) => Failure::bad_input(format!("{path}:{line}: {}", error.message)),
         None => Failure::bad_input(format!("{path}: {}", error.message)),
-    })
-}
-
-fn text(path: &Utf8Path) -> Result<String, Failure> {
-    String::from_utf8(files::read(path)?).map_err(|error| Failure::bad_input(format!("{path}: not UTF-8: {error}")))
+    })?;
+    if !completed.is_empty() {
+        progress.event(Event::Note(&format!("{path}: {completed}")));
+    }
+    Ok(room)
 }
 
 fn shots(
@@ -219,7 +227,7 @@ fn shots(
     wishes: &Wishes,
     progress: &dyn Progress,
 ) -> Result<(SensorFrame, Vec<Shot>, CaptureUnit), Failure> {
-    let text = text(scene)?;
+    let text = read_text(scene).map_err(Failure::bad_input)?;
     let is_scene = toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("format"));
     if is_scene || !text.contains("[[map]]") {
         let (frame, shots) = of_scene(
@@ -268,41 +276,34 @@ fn of_scene(source: Source<'_>, wishes: &Wishes, progress: &dyn Progress) -> Res
     let document: SceneDocument = source.parse("isolux-scene/1").map_err(Failure::bad_input)?;
     let sensor = &document.sensor;
     let (size_mm, pixels) = (sensor.size_mm.both(), sensor.pixels.both());
-    let rule = |key: &str, holds: bool, rule: &str| {
-        let fault = Fault {
-            path: format!("sensor.{key}"),
-            message: format!("{key} {rule}"),
-        };
-        if holds {
-            Ok(())
-        } else {
-            Err(Failure::bad_input(source.locate(&fault)))
+    let within = |key: &str, value: f64, low: f64, high: f64| {
+        if (low..=high).contains(&value) {
+            return Ok(());
         }
+        Err(Failure::bad_input(source.locate(&Fault {
+            path: format!("sensor.{key}"),
+            message: format!("{value} is not within {low} to {high}"),
+        })))
     };
-    let positive = |value: f64| value.is_finite() && value > 0.0;
-    rule(
-        "size_mm",
-        size_mm.iter().all(|size| positive(*size)),
-        "must be finite and above zero",
-    )?;
-    rule("pixels", pixels.iter().all(|count| *count > 0), "must be above zero")?;
-    rule(
-        "distance_mm",
-        positive(sensor.distance_mm),
-        "must be above zero: the sensor stands before the lamp",
-    )?;
-    for (key, value) in [
-        ("tilt_x_deg", sensor.tilt_x_deg),
-        ("tilt_y_deg", sensor.tilt_y_deg),
-        ("rot_z_deg", sensor.rot_z_deg),
-        ("offset_mm", sensor.offset_mm[0] + sensor.offset_mm[1]),
-        ("time_s", sensor.time_s.unwrap_or(0.0)),
-    ] {
-        rule(key, value.is_finite(), "must be finite")?;
+    for (size_mm, pixels) in size_mm.into_iter().zip(pixels) {
+        within("size_mm", size_mm, 1e-4, 1e5)?;
+        within("pixels", pixels as f64, 1.0, 1e6)?;
     }
-    if !positive(wishes.exposure) {
+    let [x, y] = sensor.offset_mm;
+    for (key, value, low, high) in [
+        ("distance_mm", sensor.distance_mm, 1e-3, 1e6),
+        ("tilt_x_deg", sensor.tilt_x_deg, -360.0, 360.0),
+        ("tilt_y_deg", sensor.tilt_y_deg, -360.0, 360.0),
+        ("rot_z_deg", sensor.rot_z_deg, -360.0, 360.0),
+        ("offset_mm", x, -1e6, 1e6),
+        ("offset_mm", y, -1e6, 1e6),
+        ("time_s", sensor.time_s.unwrap_or(0.0), 0.0, 1e9),
+    ] {
+        within(key, value, low, high)?;
+    }
+    if !(1e-9..=1e9).contains(&wishes.exposure) {
         return Err(Failure::bad_input(format!(
-            "exposure {} must be finite and above zero",
+            "exposure {} is not within 1e-9 to 1e9",
             wishes.exposure
         )));
     }
@@ -487,7 +488,7 @@ mod tests {
 
     #[test]
     fn a_scene_becomes_maps_that_read_back() {
-        let (_keep, path) = folder(SCENE, "seed = 3\n");
+        let (_keep, path) = folder(SCENE, "seed = 3\n[flaws]\nonly = true\n");
         let captured = run(&path, "scene.toml", "maps.toml", &wishes()).unwrap();
         assert_eq!(captured.maps.len(), 9);
         assert!((captured.mean[0] - 1330.0).abs() < 20.0, "{:?}", captured.mean);

@@ -10,6 +10,7 @@ use crate::bench::{self, Source};
 use crate::catalogue::Catalogue;
 use crate::files::Overwrite;
 use crate::hand::{self, Lux};
+use crate::progress::Silent;
 use crate::stage::{self, Stage};
 
 /// What was found at one place of the station.
@@ -66,7 +67,7 @@ pub fn run(
     }
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
-        let stage = Stage::recording(&source.station, &source.file, record)?;
+        let stage = Stage::recording(&source.station, &source.file, record, &Silent)?;
         stage.claim(&source.station, force).await?;
         let catalogue = Catalogue::new(stage.links.clone());
         let mut report = Report {

@@ -4,12 +4,13 @@
 //! follows from it is in its `results/`, with no wall clock in it, so that the same run gives the same bytes.
 
 mod asked;
+mod before;
 mod compare;
 mod page;
 mod stored;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_model::Scene;
+use isolux_model::{Model, Scene};
 use isolux_record::run::StopHow;
 use isolux_record::{Job, Plan, Run, RunError};
 use isolux_sim::simulation::{Method, Simulation};
@@ -62,9 +63,17 @@ pub(crate) struct Evening {
     pub simulation: Simulation,
     pub colour: Option<Quantities>,
     pub comparison: Option<Comparison>,
-    pub diagnosis: Option<Vec<String>>,
+    pub diagnosis: Option<Diagnosed>,
     /// Files of `results/` that are of another reduction.
     pub stale: Vec<&'static str>,
+}
+
+/// What the diagnosis of the day says.
+pub(crate) struct Diagnosed {
+    /// Its lines.
+    pub words: Vec<String>,
+    /// Whether the model was made from the readings that it was compared with: then it is a check of the record, not a test.
+    pub same_record: bool,
 }
 
 /// Runs the day.
@@ -82,10 +91,6 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
         None if wishes.resume => asked::kept(&folder)?,
         None => None,
     };
-    // A scene that cannot be read is refused before the scan, not after it.
-    if let Some(job) = &job {
-        scene::table(job.scene(), &Changes::default())?;
-    }
     let target = match (wishes.resume, wishes.reread) {
         (true, true) => Target::Reread(&folder),
         (true, false) => Target::Resume(&folder),
@@ -96,6 +101,10 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
     let place =
         Place::take(target, force.is_some()).map_err(|failure| go_on(failure, wishes.job.as_deref(), &folder))?;
     let scanned = wishes.resume && completed(&folder, wishes.reread)?;
+    // What cannot be is refused before anything moves, not after the scan.
+    if let Some(job) = &job {
+        before::check(job, scanned.then_some(folder.as_path()), operator.is_some())?;
+    }
     match &job {
         Some(job) if scanned => asked::keep(&folder, job)?,
         None if scanned => {}
@@ -204,25 +213,15 @@ fn finish(
     }
 
     let model = results.join("luminaire.model.toml");
-    let (model, observations) = match job.and_then(Job::diagnose) {
-        Some((model, observations)) => (model.to_owned(), observations.to_vec()),
-        None => (model, vec![folder.to_owned()]),
-    };
-    let answer = diagnose::run(
-        &diagnose::Request {
-            model,
-            observations,
-            out: results.join("diagnosis"),
-            held_out: None,
-            seed: 1,
-            accept: false,
-            overwrite,
-        },
-        progress,
-    )?;
+    let asked = job.and_then(|job| wanted(job, &results, overwrite));
+    let request = asked.unwrap_or_else(|| diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
+    let answer = diagnose::run(&request, progress)?;
     let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
     files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
-    evening.diagnosis = Some(diagnose::words(&answer));
+    evening.diagnosis = Some(Diagnosed {
+        words: diagnose::words(&answer),
+        same_record: answer.document.independence == diagnose::Independence::SameRun,
+    });
 
     let report = results.join("report.html");
     files::write(&report, page::page(&evening)?.as_bytes(), overwrite)?;
@@ -231,6 +230,34 @@ fn finish(
         folder: folder.to_owned(),
         report,
     })
+}
+
+/// The diagnosis that a job asks for.
+fn wanted(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> Option<diagnose::Request> {
+    let (model, observations) = job.diagnose()?;
+    Some(diagnosis_of(
+        model.to_owned(),
+        observations.to_vec(),
+        results,
+        overwrite,
+    ))
+}
+
+fn diagnosis_of(
+    model: Utf8PathBuf,
+    observations: Vec<Utf8PathBuf>,
+    results: &Utf8Path,
+    overwrite: Overwrite,
+) -> diagnose::Request {
+    diagnose::Request {
+        model,
+        observations,
+        out: results.join("diagnosis"),
+        held_out: None,
+        seed: 1,
+        accept: false,
+        overwrite,
+    }
 }
 
 /// Simulates the sensor and compares the axis.
@@ -278,13 +305,8 @@ fn light(
 
 /// The job's sensor, lit with the luminaire that the day measured, whatever model the scene names.
 fn scene_of_the_day(file: &Utf8Path, folder: &Utf8Path) -> Result<Scene, Failure> {
-    let (at, mut table) = scene::table(file, &Changes::default())?;
-    let model = std::path::absolute(folder.join("results/luminaire.model.toml")).map_err(Failure::instrument)?;
-    let model = Utf8PathBuf::try_from(model).map_err(Failure::bad_input)?;
-    table.remove("luminaire");
-    table.insert("model".to_owned(), model.as_str().into());
-    let text = toml::to_string(&table).map_err(Failure::bad_input)?;
-    Scene::parse(&at, &text).map_err(Failure::bad_input)
+    let model = Model::load(&folder.join("results/luminaire.model.toml")).map_err(Failure::bad_input)?;
+    scene::lit_by(file, &model)
 }
 
 /// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`. `job` is that of a
@@ -335,8 +357,13 @@ fn sentences(evening: &Evening) -> Vec<String> {
         |u| format!("± {u:.4} {} (k = 1)", facts.unit),
     );
     lines.push(format!("mean on the sensor    {:.4} {u}", facts.mean));
-    if let Some(comparison) = &evening.comparison {
-        lines.extend(comparison.sentences());
+    match &evening.comparison {
+        Some(comparison) => lines.extend(comparison.sentences()),
+        None if evening.diagnosis.as_ref().is_some_and(|found| found.same_record) => lines.push(
+            "test                  none: no spectrum was taken at a short distance, and the diagnosis checks the record against itself"
+                .to_owned(),
+        ),
+        None => {}
     }
     lines
 }

@@ -2,8 +2,9 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::diagnosis::{self, Diagnosis, digits};
+pub use isolux_diagnose::document::Independence;
 pub use isolux_diagnose::document::Verdict;
-use isolux_diagnose::document::{Document, ParameterEntry};
+use isolux_diagnose::document::{Document, NoiseEntry, ParameterEntry};
 use isolux_diagnose::search::Settings;
 use isolux_model::Model;
 use isolux_record::observation::{Need, Observations, open};
@@ -59,8 +60,9 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
         files::refuse_existing(path, request.overwrite)?;
     }
     files::refuse_occupied(&request.out, request.overwrite)?;
+    let same_record = diagnosis::independence(&model, &sha256) == Independence::SameRun;
     progress.event(Event::Began {
-        step: "diagnose",
+        step: if same_record { "self-check" } else { "diagnose" },
         total: None,
     });
     let settings = Settings {
@@ -89,6 +91,15 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
         accepted,
         reduce_with,
     })
+}
+
+/// Refuses a model or observations that no diagnosis could use, without diagnosing.
+///
+/// # Errors
+/// Bad input (exit 2) with file and line.
+pub(crate) fn check(request: &Request) -> Result<(), Failure> {
+    Model::load(&request.model).map_err(Failure::bad_input)?;
+    observed(request).map(|_| ())
 }
 
 /// Sets that are fitted, the fingerprint of their data, the set that is predicted, and notes.
@@ -125,6 +136,17 @@ fn observed(request: &Request) -> Result<Observed, Failure> {
     Ok((sets, fitted, held_out.map(|given| given.set), notes))
 }
 
+/// What a diagnosis of a model against its own readings is worth.
+pub(crate) const SAME_RECORD: &str = "the model was made from these readings, so this checks the record against itself: \
+    what disagrees is a fault of the record or of its reduction, what agrees is no evidence for the model; \
+    a test needs readings that the model was not made from";
+
+/// How many of the simulated noise-only scans disagree as much as these readings; none where that would be no evidence.
+pub(crate) fn reached_by_chance(noise: &NoiseEntry) -> Option<usize> {
+    let scans = (noise.p_global? * (noise.n_null + 1) as f64).round() as usize;
+    Some(scans.saturating_sub(1))
+}
+
 /// `value ± u unit`, the uncertainty with two digits and the value to its last one.
 pub(crate) fn with_uncertainty(parameter: &ParameterEntry) -> String {
     let unit = if parameter.unit == "1" { "" } else { parameter.unit };
@@ -141,12 +163,18 @@ pub(crate) fn with_uncertainty(parameter: &ParameterEntry) -> String {
 pub fn words(answer: &Answer) -> Vec<String> {
     let document = &answer.document;
     let (noise, gap) = (&document.noise, &document.gap);
-    let k = (noise.p_global * (noise.n_null + 1) as f64).round() as usize - 1;
-    let mut lines = vec![format!(
+    let mut lines = Vec::new();
+    if document.independence == Independence::SameRun {
+        lines.push(format!("consistency   {SAME_RECORD}"));
+    }
+    let chance = reached_by_chance(noise).map_or_else(String::new, |k| {
+        format!("; {k} of {} simulated scans disagree as much", noise.n_null)
+    });
+    lines.push(format!(
         "disagreement  gap {:.3} σ rms as given, {:.3} with nuisance refitted, {:.3} expected; noise {:.3} × stated, \
-         autocorrelation {:.2}; {k} of {} simulated scans disagree as much",
-        gap.as_given, gap.before, gap.floor, noise.scale, noise.autocorrelation, noise.n_null
-    )];
+         autocorrelation {:.2}{chance}",
+        gap.as_given, gap.before, gap.floor, noise.scale, noise.autocorrelation
+    ));
     if let Some(test) = noise.test.as_ref().filter(|test| !test.findings.is_empty()) {
         let period = test.spectrum.first().map_or_else(String::new, |peak| {
             let unit = if peak.coordinate == "index" { "readings" } else { "s" };

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnose::with_uncertainty;
+use crate::diagnose::{SAME_RECORD, reached_by_chance, with_uncertainty};
 use isolux_diagnose::diagnosis::{Diagnosis, digits};
-use isolux_diagnose::document::Verdict;
+use isolux_diagnose::document::{Independence, Verdict};
 use isolux_diagnose::table::{Coordinate, Light, Row, Source};
 use isolux_report::axes::number;
 use isolux_report::diagnosis::{Panel, gap_bars, residual_maps, residuals_along};
@@ -19,9 +19,17 @@ pub(crate) struct Report {
 pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
     let document = &found.document;
     let mut pictures = Vec::new();
-    let mut page = Page::new("Diagnosis");
+    let same_record = document.independence == Independence::SameRun;
+    let mut page = Page::new(if same_record {
+        "Consistency check of the record"
+    } else {
+        "Diagnosis"
+    });
     let good = matches!(document.verdict, Verdict::Consistent | Verdict::Named);
     page.verdict(&document.sentence, good);
+    if same_record {
+        page.paragraph(&capitalised(SAME_RECORD));
+    }
     let gap = &document.gap;
     let noise = &document.noise;
     let tile = |name: &str, value: String, note: String| Tile {
@@ -49,12 +57,13 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
             note,
         ));
     }
-    let k = (noise.p_global * (noise.n_null + 1) as f64).round() as usize - 1;
-    tiles.push(tile(
-        "disagreement",
-        format!("{k} of {}", noise.n_null),
-        "simulated noise-only scans reach it".to_owned(),
-    ));
+    if let Some(k) = reached_by_chance(noise) {
+        tiles.push(tile(
+            "disagreement",
+            format!("{k} of {}", noise.n_null),
+            "simulated noise-only scans reach it".to_owned(),
+        ));
+    }
     tiles.push(tile(
         "noise",
         format!("{:.3} × stated", noise.scale),
@@ -238,6 +247,15 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
         pictures,
         page: page.finish(),
     }
+}
+
+/// A sentence with its first letter large and its full stop.
+pub(crate) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters
+        .next()
+        .map_or_else(String::new, |first| first.to_uppercase().collect());
+    format!("{first}{}.", letters.as_str())
 }
 
 /// Panels of half-planes (one a distance, rows in order of measurement) or of maps.

@@ -13,6 +13,9 @@ pub enum FailureKind {
     Instrument,
     /// A signal: SIGINT, SIGTERM, SIGHUP or SIGQUIT; the axes were stopped first. Exit 130.
     Interrupted,
+    /// The reader of standard output closed it before everything was written; nothing is said. Exit 141, as a shell shows for
+    /// programs that SIGPIPE ends.
+    Closed,
 }
 
 impl FailureKind {
@@ -23,6 +26,7 @@ impl FailureKind {
             Self::BadInput => 2,
             Self::Instrument => 3,
             Self::Interrupted => 130,
+            Self::Closed => 141,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::disk::{self, DiskError};
+use isolux_record::file;
 
 use crate::Failure;
 
@@ -22,12 +23,12 @@ impl Overwrite {
     }
 }
 
-/// The whole file at `path`.
+/// The whole regular file at `path`.
 ///
 /// # Errors
-/// Bad input (exit 2) when it is not there or cannot be read.
+/// Bad input (exit 2) when it is not there, is no regular file, has more than [`file::LARGEST_TABLE`] bytes or cannot be read.
 pub fn read(path: &Utf8Path) -> Result<Vec<u8>, Failure> {
-    std::fs::read(path).map_err(|error| Failure::bad_input(format!("{path}: {error}")))
+    file::read(path, file::LARGEST_TABLE).map_err(|error| Failure::bad_input(format!("{path}: {error}")))
 }
 
 /// Writes `bytes` to `path` through a temporary file beside it and a rename, so that no reader ever sees a part.

@@ -12,7 +12,7 @@ use tokio::time::Instant;
 
 use crate::bench::Source;
 use crate::catalogue::Catalogue;
-use crate::progress::{Event, Progress};
+use crate::progress::{Event, Progress, Silent};
 use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
 use crate::{Failure, FailureKind};
@@ -197,7 +197,7 @@ fn by_hand<T>(
     let source = Source::load(station)?;
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
-        let stage = Stage::of(&source.station, &source.file)?;
+        let stage = Stage::of(&source.station, &source.file, &Silent)?;
         let cancel = OnSignals::listen()?;
         stage.claim(&source.station, force).await?;
         let catalogue = Catalogue::new(stage.links.clone());

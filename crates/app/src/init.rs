@@ -1,8 +1,7 @@
 //! `init`: a station, plan, scene and job file to start from.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_darkroom::{Darkroom, Room};
-use isolux_virtual::BUILT_IN;
+use isolux_darkroom::{BUILT_IN, Darkroom, Room};
 use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station};
 
 use crate::Failure;
@@ -20,7 +19,7 @@ pub const JOB: &str = include_str!("init/job.toml");
 /// # Errors
 /// Never for the darkroom as it is shipped.
 pub fn virtual_station() -> Result<(String, String), Failure> {
-    let document = Darkroom::parse(BUILT_IN).map_err(Failure::bad_input)?;
+    let document = Darkroom::built_in().map_err(Failure::bad_input)?;
     let text = station(&document, &in_memory());
     Ok((text, calibration(&Room::new(document))))
 }
@@ -53,6 +52,17 @@ pub fn run(folder: &Utf8Path, overwrite: Overwrite) -> Result<Vec<Utf8PathBuf>, 
     }
     Ok(written)
 }
+
+/// Writes the whole built-in virtual darkroom to `file`: every key, commented.
+///
+/// # Errors
+/// Bad input (exit 2) when the file exists and may not be replaced.
+pub fn room(file: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
+    files::write(file, ROOM.as_bytes(), overwrite)
+}
+
+/// The text of the whole built-in virtual darkroom.
+pub const ROOM: &str = BUILT_IN;
 
 const STATION_HEAD: &str = "\
 # The bench: geometry, axes, instruments. Links that begin with `memory:` are the built-in virtual darkroom, so this file

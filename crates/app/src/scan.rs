@@ -109,7 +109,7 @@ pub fn run_in(
     let (source, plan, _) = checked(station, plan_file, operator.is_some())?;
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
-        let stage = Stage::of(&source.station, &source.file)?;
+        let stage = Stage::of(&source.station, &source.file, progress)?;
         let cancel = OnSignals::listen()?;
         let taken = stage.claim(&source.station, force).await?;
         let catalogue = Catalogue::new(stage.links.clone());
@@ -141,7 +141,15 @@ pub fn feasible(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Res
     Ok(checked(station, plan_file, attended)?.2)
 }
 
-fn checked(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Result<(Source, Plan, DryRun), Failure> {
+/// The station and the plan, and that the one can carry out the other.
+///
+/// # Errors
+/// As [`feasible`].
+pub(crate) fn checked(
+    station: &Utf8Path,
+    plan_file: &Utf8Path,
+    attended: bool,
+) -> Result<(Source, Plan, DryRun), Failure> {
     let source = Source::load(station)?;
     let (plan, text) = plan::load(plan_file)?;
     let day = dry_run(&source.station, &plan).map_err(|fault| plan::located(plan_file, &text, &fault))?;

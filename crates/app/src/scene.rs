@@ -4,6 +4,7 @@
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_formats::ReadOptions;
 use isolux_model::{Model, Precision, Scene};
+use isolux_record::document::read_text;
 use toml::{Table, Value};
 
 use crate::{Failure, files};
@@ -64,6 +65,22 @@ pub fn table(input: &Utf8Path, changes: &Changes) -> Result<(Utf8PathBuf, Table)
     Ok((at, table))
 }
 
+/// The scene at `input` lit by `model`, whatever model it names itself.
+///
+/// # Errors
+/// Exit 2 with the file, the line where there is one, and what to do.
+pub(crate) fn lit_by(input: &Utf8Path, model: &Model) -> Result<Scene, Failure> {
+    let (at, mut table) = base(input)?;
+    if is_scene(input) {
+        let text = read_text(input).map_err(Failure::bad_input)?;
+        return Scene::parse_with(input, &text, model).map_err(Failure::bad_input);
+    }
+    table.remove("model");
+    table.remove("luminaire");
+    let text = toml::to_string(&table).map_err(Failure::bad_input)?;
+    Scene::parse_with(&at, &text, model).map_err(Failure::bad_input)
+}
+
 /// Sets a dotted key; a number in brackets picks an entry of a list.
 ///
 /// # Errors
@@ -118,7 +135,7 @@ fn is_scene(input: &Utf8Path) -> bool {
 }
 
 fn format_of(path: &Utf8Path) -> Option<String> {
-    let text = std::fs::read_to_string(path).ok()?;
+    let text = read_text(path).ok()?;
     let table: Table = text.parse().ok()?;
     Some(table.get("format")?.as_str()?.to_owned())
 }

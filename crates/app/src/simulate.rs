@@ -10,7 +10,7 @@ use isolux_sim::simulation::{self, Simulation, SimulationError};
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
-use crate::{Failure, against, array_files, rays};
+use crate::{Failure, against, array_files, memory, rays};
 
 pub use isolux_model::Precision;
 pub use isolux_sim::direct::Sampling;
@@ -134,13 +134,40 @@ pub fn can_be_lit(scene: &isolux_model::Scene) -> Result<(), Failure> {
     }
 }
 
+/// Refuses a scene that could not be simulated to the end, by simulating it with a few pixels in place of its own.
+///
+/// # Errors
+/// As [`solve`], and exit 2 when the map of the whole scene would not fit into the memory that is free.
+pub(crate) fn rehearse(scene: &isolux_model::Scene) -> Result<(), Failure> {
+    const SIDE: usize = 3;
+    memory::refuse_too_many(scene.sensor.pixels)?;
+    let mut few = scene.clone();
+    few.sensor.pixels = few.sensor.pixels.map(|pixels| pixels.min(SIDE));
+    solve(&few, Method::Inverse).map(|_| ())
+}
+
 /// Solves a scene; the clock of `elapsed_s` is the machine's.
 ///
 /// # Errors
 /// Exit 2 with what is impossible and what to do.
 pub fn solve(scene: &isolux_model::Scene, method: Method) -> Result<Simulation, Failure> {
+    memory::refuse_too_many(scene.sensor.pixels)?;
     let start = Instant::now();
-    simulation::simulate(scene, method, &|| start.elapsed().as_secs_f64()).map_err(|error| refused(&error))
+    let simulation =
+        simulation::simulate(scene, method, &|| start.elapsed().as_secs_f64()).map_err(|error| refused(&error))?;
+    match simulation.map.iter().position(|value| !value.is_finite()) {
+        None => Ok(simulation),
+        Some(pixel) => {
+            let [nx, _] = simulation.facts.pixels;
+            Err(Failure::bad_input(format!(
+                "pixel ({}, {}) comes out as {}: no light is that",
+                pixel % nx,
+                pixel / nx,
+                simulation.map[pixel]
+            ))
+            .help("one of the numbers of the scene or of its model is far beyond what a lamp or a sensor has"))
+        }
+    }
 }
 
 fn refused(error: &SimulationError) -> Failure {

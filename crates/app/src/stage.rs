@@ -7,9 +7,10 @@ use camino::Utf8Path;
 use isolux_darkroom::Darkroom;
 use isolux_record::Station;
 use isolux_transport::{Links, Recorder, SystemLinks};
-use isolux_virtual::{BUILT_IN, Serving, VirtualRoom};
+use isolux_virtual::{Serving, VirtualRoom};
 
 use crate::owner::{self, TakeOver};
+use crate::progress::Progress;
 use crate::{Failure, FailureKind, capture};
 
 /// Whether a station lives in the virtual darkroom of this process: all its links are `memory:`.
@@ -34,7 +35,7 @@ impl Stage {
     /// Never for the built-in darkroom as it is shipped.
     pub fn open(in_memory: bool) -> Result<Self, Failure> {
         if in_memory {
-            return Self::in_room(Darkroom::parse(BUILT_IN).map_err(Failure::bad_input)?);
+            return Self::in_room(Darkroom::built_in().map_err(Failure::bad_input)?);
         }
         let system = SystemLinks::default();
         Ok(Self {
@@ -50,7 +51,7 @@ impl Stage {
     ///
     /// # Errors
     /// Bad input (exit 2) with file and line of the darkroom.
-    pub fn of(station: &Station, file: &Utf8Path) -> Result<Self, Failure> {
+    pub fn of(station: &Station, file: &Utf8Path, progress: &dyn Progress) -> Result<Self, Failure> {
         match station.darkroom() {
             None => Self::open(is_virtual(station)),
             Some(_) if !is_virtual(station) => Err(Failure::bad_input(format!(
@@ -59,7 +60,7 @@ impl Stage {
             .help("remove the key, or write a station by `isolux virtual darkroom --in-memory --station-out FILE`")),
             Some(darkroom) => {
                 let darkroom = file.parent().unwrap_or(Utf8Path::new("")).join(darkroom);
-                Self::in_room(capture::document(&darkroom)?)
+                Self::in_room(capture::document(&darkroom, progress)?)
             }
         }
     }
@@ -68,8 +69,13 @@ impl Stage {
     ///
     /// # Errors
     /// Exit 3 when the trace cannot be written.
-    pub fn recording(station: &Station, file: &Utf8Path, trace: Option<&Utf8Path>) -> Result<Self, Failure> {
-        let mut stage = Self::of(station, file)?;
+    pub fn recording(
+        station: &Station,
+        file: &Utf8Path,
+        trace: Option<&Utf8Path>,
+        progress: &dyn Progress,
+    ) -> Result<Self, Failure> {
+        let mut stage = Self::of(station, file, progress)?;
         if let Some(path) = trace {
             let failed = |error: std::io::Error| Failure::instrument(format!("{path}: cannot write: {error}"));
             let file = std::fs::File::create(path).map_err(failed)?;

@@ -20,6 +20,7 @@ use tokio::time::{Instant, sleep};
 
 use crate::catalogue::Catalogue;
 use crate::hand::Position;
+use crate::progress::Silent;
 use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
 use crate::{Failure, bench};
@@ -50,7 +51,7 @@ pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
         let _signals = OnSignals::listen()?;
         let (_locks, owner, may_drive) = hand_over(&axis_links(&station)).await;
         let room = if in_memory {
-            Some(Stage::of(&station, file)?)
+            Some(Stage::of(&station, file, &Silent)?)
         } else {
             None
         };

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Scene;
+use isolux_record::document::{Fault, Source, read_text};
 use isolux_report::axes::{Frame, Scale};
 use isolux_report::svg::{Anchor, Stroke, Svg};
 use serde::{Deserialize, Serialize};
@@ -19,11 +20,18 @@ use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
 use crate::simulate::{self, Facts, Method, Sampling};
 
-/// `isolux-sweep/1`.
+/// Value of `format` in a sweep file.
+const FORMAT: &str = "isolux-sweep/1";
+
+/// Most points of a sweep: each holds its scene until it is solved.
+const MOST_POINTS: usize = 100_000;
+
+/// A sweep file as written.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Document {
-    format: String,
+    #[serde(rename = "format")]
+    _format: String,
     scene: Utf8PathBuf,
     #[serde(default = "inverse")]
     method: String,
@@ -79,26 +87,30 @@ pub fn run(
     overwrite: Overwrite,
     progress: &dyn Progress,
 ) -> Result<usize, Failure> {
-    let text = String::from_utf8(files::read(file)?).map_err(|_| Failure::bad_input(format!("{file}: not UTF-8")))?;
-    let document: Document = toml::from_str(&text).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
-    if document.format != "isolux-sweep/1" {
-        return Err(Failure::bad_input(format!(
-            "{file}: format is `{}`, not isolux-sweep/1",
-            document.format
-        )));
-    }
-    let method = method(file, &document)?;
+    let text = read_text(file).map_err(Failure::bad_input)?;
+    let source = Source { file, text: &text };
+    let document: Document = source.parse(FORMAT).map_err(Failure::bad_input)?;
+    let method = method(source, &document)?;
     let mut keys = Vec::new();
     let mut values: Vec<Vec<Value>> = Vec::new();
     flatten("", &document.vary, &mut keys, &mut values).map_err(|key| {
-        Failure::bad_input(format!("{file}: vary.{key}: expected a list of values"))
+        fault(source, &format!("vary.{key}"), "a list of values is needed")
             .help("such as \"sensor.distance_mm\" = [250.0, 500.0]")
     })?;
-    let points: usize = values.iter().map(Vec::len).product();
+    let points = values
+        .iter()
+        .fold(1, |points: usize, list| points.saturating_mul(list.len()));
     if keys.is_empty() || points == 0 {
-        return Err(Failure::bad_input(format!("{file}: [vary] names no values")));
+        return Err(fault(source, "vary", "it names no values"));
+    }
+    if points > MOST_POINTS {
+        let message = format!("{points} combinations; at most {MOST_POINTS} are computed in one sweep");
+        return Err(fault(source, "vary", &message));
     }
     let scene_file = file.parent().unwrap_or(Utf8Path::new("")).join(&document.scene);
+    if !scene_file.exists() {
+        return Err(fault(source, "scene", &format!("{scene_file} is not there")));
+    }
     let chosen: Vec<usize> = (0..points)
         .filter(|index| shard.is_none_or(|shard| index % shard.of + 1 == shard.number))
         .collect();
@@ -262,9 +274,15 @@ fn named(folder: &Utf8Path, mut value: Value, read: &mut BTreeMap<String, Vec<u8
     Ok(())
 }
 
-fn method(file: &Utf8Path, document: &Document) -> Result<Method, Failure> {
-    let wrong =
-        |key: &str, word: &str, known: &str| Failure::bad_input(format!("{file}: {key} = `{word}`: known are {known}"));
+fn fault(source: Source<'_>, key: &str, message: &str) -> Failure {
+    Failure::bad_input(source.locate(&Fault {
+        path: key.to_owned(),
+        message: message.to_owned(),
+    }))
+}
+
+fn method(source: Source<'_>, document: &Document) -> Result<Method, Failure> {
+    let wrong = |key: &str, word: &str, known: &str| fault(source, key, &format!("`{word}` is none of {known}"));
     match document.method.as_str() {
         "inverse" => {
             let of_rays = [
@@ -273,10 +291,10 @@ fn method(file: &Utf8Path, document: &Document) -> Result<Method, Failure> {
                 ("seed", document.seed.is_some()),
             ];
             match of_rays.into_iter().find(|(_, given)| *given) {
-                Some((key, _)) => Err(Failure::bad_input(format!(
-                    "{file}: {key} is of the rays, and the inverse method draws none"
-                ))
-                .help(format!("write method = \"direct\" with it, or leave {key} out"))),
+                Some((key, _)) => Err(
+                    fault(source, key, "it is of the rays, and the inverse method draws none")
+                        .help(format!("write method = \"direct\" with it, or leave {key} out")),
+                ),
                 None => Ok(Method::Inverse),
             }
         }
@@ -289,9 +307,7 @@ fn method(file: &Utf8Path, document: &Document) -> Result<Method, Failure> {
             };
             let rays = document.rays.unwrap_or(2e9);
             if !(1.0..9e15).contains(&rays) {
-                return Err(Failure::bad_input(format!(
-                    "{file}: rays = {rays}: at least 1 is needed"
-                )));
+                return Err(fault(source, "rays", &format!("{rays} is not within 1 to 9e15")));
             }
             Ok(Method::Direct {
                 sampling,
@@ -540,7 +556,20 @@ mod tests {
             "\"sensor.tilt_x_deg\" = [0.0, 100.0]",
         );
         let rays = text.replace("method = \"direct\"\n", "");
-        for (text, words) in [(late, "looks away"), (rays, "rays")] {
+        let all = (0..400).map(|k| k.to_string()).collect::<Vec<_>>().join(", ");
+        let many = text.replace(
+            "[vary]\n",
+            &format!("[vary]\n\"sensor.rot_z_deg\" = [{all}]\n\"sensor.tilt_y_deg\" = [{all}]\n"),
+        );
+        let absurd = text.replace("250.0", "1e308");
+        let no_list = text.replace("[250.0, 500.0, 1000.0]", "250.0");
+        for (text, words) in [
+            (late, "looks away"),
+            (rays, "rays"),
+            (many, "sweep.toml:5:2: vary: 960000 combinations"),
+            (absurd, "sensor.distance_mm"),
+            (no_list, "sweep.toml:5:2: vary.sensor.distance_mm: a list"),
+        ] {
             std::fs::write(&file, &text).unwrap();
             let begun = Cell::new(false);
             let refused = run(&file, &folder.join("out"), None, Overwrite::Never, &Begun(&begun)).unwrap_err();

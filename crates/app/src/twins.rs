@@ -6,9 +6,10 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_virtual::outlet::{self, Offer, Outlet};
 use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station, station_in};
-use isolux_virtual::{BUILT_IN, Instrument, Switches, VirtualRoom};
+use isolux_virtual::{Instrument, Switches, VirtualRoom};
 
 use crate::files::{self, Overwrite};
+use crate::progress::Progress;
 use crate::signals::OnSignals;
 use crate::{Failure, FailureKind, capture};
 
@@ -57,10 +58,14 @@ pub struct Reachable {
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line; exit 3 when the system refuses ports or ptys; exit 130 when interrupted.
-pub fn serve(wishes: &Wishes, ready: impl FnOnce(&[Reachable])) -> Result<(), Failure> {
+pub fn serve(
+    wishes: &Wishes,
+    progress: &dyn Progress,
+    ready: impl FnOnce(&[Reachable]) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let document = match &wishes.darkroom {
-        Some(path) => capture::document(path)?,
-        None => Darkroom::parse(BUILT_IN).map_err(Failure::bad_input)?,
+        Some(path) => capture::document(path, progress)?,
+        None => Darkroom::built_in().map_err(Failure::bad_input)?,
     };
     if let Some(path) = &wishes.station_out {
         files::refuse_existing(path, wishes.overwrite)?;
@@ -101,7 +106,7 @@ pub fn serve(wishes: &Wishes, ready: impl FnOnce(&[Reachable])) -> Result<(), Fa
             )?;
             files::write(path, station(&document, &outlets).as_bytes(), wishes.overwrite)?;
         }
-        ready(&outlets.iter().map(reachable).collect::<Vec<_>>());
+        ready(&outlets.iter().map(reachable).collect::<Vec<_>>())?;
         let over = async {
             match wishes.lasts {
                 Some(lasts) => tokio::time::sleep(lasts).await,
@@ -123,10 +128,15 @@ pub fn serve(wishes: &Wishes, ready: impl FnOnce(&[Reachable])) -> Result<(), Fa
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line, or where the station could not name the room; exit 3 when the disk refuses.
-pub fn write_in_memory(darkroom: Option<&Utf8Path>, out: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
+pub fn write_in_memory(
+    darkroom: Option<&Utf8Path>,
+    out: &Utf8Path,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<(), Failure> {
     let document = match darkroom {
-        Some(path) => capture::document(path)?,
-        None => Darkroom::parse(BUILT_IN).map_err(Failure::bad_input)?,
+        Some(path) => capture::document(path, progress)?,
+        None => Darkroom::built_in().map_err(Failure::bad_input)?,
     };
     files::refuse_existing(out, overwrite)?;
     files::refuse_existing(&beside(out), overwrite)?;
@@ -172,6 +182,7 @@ fn reachable(outlet: &Outlet) -> Reachable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Silent;
     use isolux_record::Station;
 
     #[test]
@@ -180,13 +191,13 @@ mod tests {
         let path = Utf8PathBuf::try_from(folder.path().to_owned()).unwrap();
         let (darkroom, out) = (path.join("darkroom.toml"), path.join("station.toml"));
         std::fs::write(&darkroom, "[flaws]\ngamma_zero = { offset_deg = 0.2 }\n").unwrap();
-        write_in_memory(Some(&darkroom), &out, Overwrite::Never).unwrap();
+        write_in_memory(Some(&darkroom), &out, Overwrite::Never, &Silent).unwrap();
         let station = Station::load(&out).unwrap();
         assert_eq!(station.darkroom(), Some(Utf8Path::new("darkroom.toml")));
         assert!(crate::stage::is_virtual(&station));
         let calibration = isolux_record::document::read_text(&path.join(CALIBRATION_FILE)).unwrap();
         isolux_record::spectra::parse_calibration(&path, &calibration).unwrap();
-        assert!(write_in_memory(Some(&darkroom), &out, Overwrite::Never).is_err());
+        assert!(write_in_memory(Some(&darkroom), &out, Overwrite::Never, &Silent).is_err());
         let text = station_in(None, &Darkroom::default(), &in_memory());
         assert_eq!(Station::parse(&out, &text).unwrap().darkroom(), None);
     }

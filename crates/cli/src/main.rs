@@ -14,7 +14,7 @@ use crate::commands::Command;
 #[command(name = "isolux", version, propagate_version = true)]
 #[command(
     after_help = "Exit codes: 0 done, 1 the answer is no, 2 bad usage or input (nothing written), \
-3 an instrument or the system failed, 130 interrupted (axes stopped first)."
+3 an instrument or the system failed, 130 interrupted (axes stopped first), 141 the reader of standard output closed it."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -22,11 +22,29 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match commands::run(Arguments::parse().command) {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(told) => return explained(&told),
+    };
+    match commands::run(arguments.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             screen::complain(&failure);
             ExitCode::from(failure.kind.exit_code())
         }
+    }
+}
+
+/// Help, version, or what is wrong with the command line.
+fn explained(told: &clap::Error) -> ExitCode {
+    // The codes of clap are 0 and 2.
+    let code = u8::try_from(told.exit_code()).unwrap_or(2);
+    match told.print() {
+        Err(error) if !told.use_stderr() => {
+            let failure = screen::unwritten(&error);
+            screen::complain(&failure);
+            ExitCode::from(failure.kind.exit_code())
+        }
+        _ => ExitCode::from(code),
     }
 }

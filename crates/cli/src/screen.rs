@@ -4,16 +4,40 @@ use std::cell::RefCell;
 use std::io::Write;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use isolux_app::Failure;
 use isolux_app::progress::{Event, Progress};
+use isolux_app::{Failure, FailureKind};
 
-/// Prints a line of results to standard output. A closed pipe (`isolux … | head`) is no error.
-pub fn say(line: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stdout().lock(), "{line}");
+/// Prints a line of results to standard output.
+///
+/// # Errors
+/// Exit 3 when it takes no more (a full disk); the quiet [`FailureKind::Closed`] when its reader went (`isolux … | head`).
+pub fn say(line: impl std::fmt::Display) -> Result<(), Failure> {
+    // In one piece: a line of which a part was written passes for a whole one.
+    let line = format!("{line}\n");
+    let mut stdout = std::io::stdout().lock();
+    stdout
+        .write_all(line.as_bytes())
+        .and_then(|()| stdout.flush())
+        .map_err(|error| unwritten(&error))
+}
+
+/// The failure that stands for what standard output refuses.
+pub fn unwritten(error: &std::io::Error) -> Failure {
+    let failure = Failure::instrument(format!("cannot write to standard output: {error}"));
+    if error.kind() == std::io::ErrorKind::BrokenPipe {
+        return Failure {
+            kind: FailureKind::Closed,
+            ..failure
+        };
+    }
+    failure
 }
 
 /// Prints why a command failed and what to do about it.
 pub fn complain(failure: &Failure) {
+    if failure.kind == FailureKind::Closed {
+        return;
+    }
     let mut stderr = std::io::stderr().lock();
     let _ = writeln!(stderr, "isolux: {}", failure.message);
     if let Some(help) = &failure.help {

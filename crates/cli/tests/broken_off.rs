@@ -26,6 +26,8 @@ c_deg = 0
 gamma_deg = 0
 repeats = 10
 "#;
+/// A room in which nothing is wrong but what a test adds.
+const ROOM: &str = "format = \"isolux-darkroom/1\"\n[flaws]\nonly = true\n";
 /// Rows of the plan without the visits to the reference point.
 const POINTS: usize = 12 * 37 + 10;
 
@@ -59,7 +61,7 @@ impl Bench {
             "bench/station.toml",
             &station.replace(named, &format!("{named}darkroom = \"room.toml\"\n")),
         );
-        bench.write("bench/room.toml", &format!("format = \"isolux-darkroom/1\"\n{fault}"));
+        bench.write("bench/room.toml", &format!("{ROOM}{fault}"));
         bench
     }
 
@@ -170,7 +172,7 @@ fn an_instrument_that_fails_leaves_a_run_that_goes_on() {
         let read = bench.rows("run");
         assert!((20..POINTS).contains(&read), "{instrument} {kind}: {read} rows");
         // The cable is mended.
-        bench.write("bench/room.toml", "format = \"isolux-darkroom/1\"\n");
+        bench.write("bench/room.toml", ROOM);
         bench.isolux(&[&scan[..], &["--resume", "run"]].concat(), 0);
         bench.assert_whole("run");
         bench.isolux(&["reduce", "run"], 0);

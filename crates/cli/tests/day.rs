@@ -65,9 +65,62 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     let day = folder.path("day");
     let run = ["run", "bench/job.toml", "--out", "day"];
     let last = folder.isolux(&run, 0);
-    for word in ["luminous flux", "CCT", "mean on the sensor", "gap", "σ", "report.html"] {
+    for word in [
+        "luminous flux",
+        "CCT",
+        "mean on the sensor",
+        "test, axis at 500 mm",
+        "gap",
+        "σ",
+        "report.html",
+    ] {
         assert!(last.contains(word), "{word} is not in\n{last}");
     }
+    // The day's own readings made the model: that they agree is no evidence, and no p-value makes it look like some.
+    assert!(
+        last.contains("self-check  consistency check of the record") && last.contains("no test of the model"),
+        "{last}"
+    );
+    assert!(!last.contains("p = ") && !last.contains("p=1"), "{last}");
+    let answer = folder.json("day/results/diagnosis.json");
+    assert_eq!(answer["independence"], "same_run");
+    assert!(answer["noise"]["p_global"].is_null(), "{answer}");
+    let page = folder.read("day/results/report.html");
+    for words in [
+        "The test: simulated against measured, on the axis at 500 mm",
+        "Consistency check of the record",
+        "The test of this day is the comparison on the axis, above.",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert!(!page.contains("p = 1.000") && !page.contains("simulated scans disagree"));
+    // By hand it is the same; against readings of another day it is a test.
+    let by_hand = [
+        "diagnose",
+        "day/results/luminaire.model.toml",
+        "day",
+        "--out",
+        "by-hand",
+    ];
+    let said = folder.isolux(&by_hand, 0);
+    assert!(
+        said.contains("consistency   the model was made from these readings") && !said.contains("p = "),
+        "{said}"
+    );
+    assert!(
+        folder
+            .read("by-hand/report.html")
+            .contains("Consistency check of the record")
+    );
+    let plan = folder.read("bench/plan.toml");
+    folder.write("bench/other.toml", &plan.replace("[0, 180, 5]", "[0, 180, 10]"));
+    folder.isolux(&["scan", "bench/station.toml", "bench/other.toml", "--out", "other"], 0);
+    let said = folder.isolux(
+        &["diagnose", "day/results/luminaire.model.toml", "other", "--out", "test"],
+        0,
+    );
+    assert!(!said.contains("consistency") && said.contains("p = "), "{said}");
+    assert!(folder.json("test/diagnosis.json")["noise"]["p_global"].is_number());
     for file in RESULTS {
         let length = std::fs::metadata(day.join("results").join(file)).map_or(0, |about| about.len());
         assert!(length > 0, "{file} is missing or empty");
@@ -175,7 +228,7 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
     assert_eq!(folder.read("day/results/result.json"), result);
     folder.isolux(&["report", "day", "--out", "a.html"], 0);
     let page = folder.read("a.html");
-    assert!(page.contains("Diagnosis of the run") && !page.contains("not shown:"));
+    assert!(page.contains("Consistency check of the record") && !page.contains("not shown:"));
     let mean = folder.json("day/results/result.json")["mean"].as_f64().unwrap();
     assert!(page.contains(&format!("{mean:.5} W/m²")));
 
@@ -196,7 +249,7 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
         folder.isolux(&["report", "day", "--out", &out], 0);
         let page = folder.read(&out);
         assert!(page.contains(&reduced) && !page.contains(&first), "{reduced}");
-        assert!(!page.contains("Diagnosis of the run"));
+        assert!(!page.contains("Consistency check of the record"));
         assert!(page.contains("result.json, comparison.json, diagnosis.json"));
     }
 

@@ -15,6 +15,8 @@ format = \"isolux-darkroom/1\"
 seed = SEED
 [bench]
 distance_mm = 3600.0
+[flaws]
+only = true
 [flaws.lamp_warmup]
 amplitude_rel = 0.045
 time_constant_s = 420.0

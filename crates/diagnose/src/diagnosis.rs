@@ -163,7 +163,8 @@ pub fn diagnose(
         .filter(|member| believed.belongs_to_bench(member.effect))
         .map(|member| believed.spec(member.effect).name)
         .collect();
-    let sentence = sentence(verdict, &effects, unexplained.as_ref(), &outcome);
+    let independence = independence(model, sha256);
+    let sentence = sentence(verdict, &effects, unexplained.as_ref(), &outcome, independence);
     let document = Document {
         verdict,
         sentence,
@@ -175,11 +176,11 @@ pub fn diagnose(
             scale: outcome.noise.scale,
             autocorrelation: outcome.noise.rho,
             n_null: outcome.nulls,
-            p_global: outcome.p_global,
+            p_global: (independence != Independence::SameRun).then_some(outcome.p_global),
             test: outcome.noise_test.as_ref().map(noise_test),
         },
         gap,
-        independence: independence(model, sha256),
+        independence,
         next_measurement,
         blind_spots: blind_spots(&believed, &outcome),
         model_baseline: "model.baseline.toml".to_owned(),
@@ -244,16 +245,22 @@ fn model_after(
     Some(model.with_effects(effects))
 }
 
-fn independence(model: &Model, sha256: &str) -> Independence {
-    let Some(provenance) = model.provenance() else {
-        return Independence::NotShown;
+/// Whether `model` was made from other data than those with the fingerprints `sha256`, joined by `+`.
+pub fn independence(model: &Model, sha256: &str) -> Independence {
+    let these = |text: &str| {
+        let mut prints = text.split('+');
+        prints.any(|print| !print.is_empty() && sha256.split('+').any(|of_these| of_these == print))
     };
-    let texts: Vec<&str> = provenance.iter().filter_map(|(_, value)| value.as_str()).collect();
-    if texts.iter().any(|text| !text.is_empty() && sha256.contains(*text)) {
-        Independence::SameRun
-    } else if provenance.keys().any(|key| key.contains("sha256")) {
-        Independence::Independent
-    } else {
-        Independence::NotShown
+    let texts = |table: &toml::Table| table.values().filter_map(|value| value.as_str()).any(these);
+    let of_effects = model
+        .effects()
+        .iter()
+        .filter_map(|effect| effect.notes.provenance.as_ref());
+    if model.provenance().into_iter().chain(of_effects).any(texts) {
+        return Independence::SameRun;
+    }
+    match model.provenance() {
+        Some(provenance) if provenance.keys().any(|key| key.contains("sha256")) => Independence::Independent,
+        _ => Independence::NotShown,
     }
 }

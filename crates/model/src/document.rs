@@ -104,19 +104,19 @@ impl Uncertainty {
         (self.direction_rel.unwrap_or(0.0) * intensity_cd).hypot(self.direction_cd.unwrap_or(0.0))
     }
 
-    /// The first key whose value no uncertainty can have.
-    pub(crate) fn impossible(&self) -> Option<&'static str> {
+    /// Every key that is stated, its value, and the most that it can mean.
+    pub(crate) fn stated(&self) -> impl Iterator<Item = (&'static str, f64, f64)> + use<> {
+        // A relative uncertainty of one direction in the dark is large.
         [
-            ("intensity_rel", self.intensity_rel),
-            ("flux_rel", self.flux_rel),
-            ("ler_rel", self.ler_rel),
-            ("direction_rel", self.direction_rel),
-            ("direction_cd", self.direction_cd),
-            ("luminous_diameter_mm", self.luminous_diameter_mm),
+            ("intensity_rel", self.intensity_rel, 10.0),
+            ("flux_rel", self.flux_rel, 10.0),
+            ("ler_rel", self.ler_rel, 10.0),
+            ("direction_rel", self.direction_rel, 1e3),
+            ("direction_cd", self.direction_cd, 1e9),
+            ("luminous_diameter_mm", self.luminous_diameter_mm, 1e5),
         ]
         .into_iter()
-        .find(|(_, value)| value.is_some_and(|value| !(value.is_finite() && value >= 0.0)))
-        .map(|(key, _)| key)
+        .filter_map(|(key, value, most)| Some((key, value?, most)))
     }
 }
 
@@ -217,6 +217,16 @@ pub(crate) struct EffectFault {
     pub message: String,
 }
 
+/// The largest size of an effect's number in a file, by its unit: beyond it predictions are infinite and mean nothing.
+fn most_of(key: &str) -> f64 {
+    match key {
+        _ if key.ends_with("_deg") && !key.ends_with("_per_deg") => 360.0,
+        _ if key.ends_with("_mm") => 1e6,
+        _ if key.ends_with("_nm") => 1e4,
+        _ => 1e9,
+    }
+}
+
 /// One `[[effect]]` as the catalogue knows it.
 pub(crate) fn effect_from_table(table: &toml::Table) -> Result<Effect, EffectFault> {
     let fault = |key: &str, message: String| EffectFault {
@@ -242,6 +252,13 @@ pub(crate) fn effect_from_table(table: &toml::Table) -> Result<Effect, EffectFau
                     toml::Value::Integer(value) => *value as f64,
                     _ => return Err(fault(key, format!("`{key}` of effect `{name}` must be a number"))),
                 };
+                let most = most_of(key);
+                if !(-most..=most).contains(&number) {
+                    return Err(fault(
+                        key,
+                        format!("`{key}` of effect `{name}` is {number}: it must lie between -{most} and {most}"),
+                    ));
+                }
                 given.push((key.as_str(), number));
                 continue;
             }

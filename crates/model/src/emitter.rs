@@ -46,17 +46,27 @@ pub enum Emitter {
     },
 }
 
+/// Largest extent of a luminaire: 100 m.
+const MOST_MM: f64 = 1e5;
+/// Most LEDs of an emitter.
+const MOST_LEDS: usize = 100_000;
+
 /// Why an emitter is impossible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EmitterError {
-    /// A length that must be finite and not negative.
-    #[error("emitter.{key} = {value} mm: it must be finite and not negative")]
+    /// A length outside what a luminaire can have.
+    #[error("{value} is not within {least} to {MOST_MM}")]
     Length {
         /// The key.
         key: &'static str,
         /// Its value.
         value: f64,
+        /// The least that is possible: a position may be negative.
+        least: f64,
     },
+    /// More LEDs than a simulation holds.
+    #[error("emitter leds: {0} LEDs; at most {MOST_LEDS} are possible")]
+    TooMany(usize),
     /// A ring turned inside out.
     #[error("emitter: inner_diameter_mm = {inner_mm} must be below outer_diameter_mm = {outer_mm}")]
     Ring {
@@ -105,6 +115,21 @@ pub struct Node {
     pub axis: DVec3,
 }
 
+impl EmitterError {
+    /// The key that is to blame, where it is one.
+    pub fn key(&self) -> Option<&'static str> {
+        match self {
+            Self::Length { key, .. } => Some(key),
+            Self::Ring { .. } => Some("inner_diameter_mm"),
+            Self::Position { .. } => Some("position_mm"),
+            Self::TooMany(_) => Some("count"),
+            Self::WeightValue => Some("weight"),
+            Self::Aim(_) => Some("aim_deg"),
+            Self::Places | Self::Weights { .. } => None,
+        }
+    }
+}
+
 impl Emitter {
     /// The emitter, if it is possible.
     ///
@@ -112,10 +137,11 @@ impl Emitter {
     /// [`EmitterError`] naming the key.
     pub fn checked(self) -> Result<Self, EmitterError> {
         let length = |key: &'static str, value: f64| {
-            if value.is_finite() && value >= 0.0 {
+            if (0.0..=MOST_MM).contains(&value) {
                 Ok(())
             } else {
-                Err(EmitterError::Length { key, value })
+                let least = 0.0;
+                Err(EmitterError::Length { key, value, least })
             }
         };
         match &self {
@@ -154,10 +180,12 @@ impl Emitter {
                         length: position_mm[index].len(),
                     });
                 }
-                if let Some(value) = position_mm.iter().flatten().find(|value| !value.is_finite()) {
+                let possible = -MOST_MM..=MOST_MM;
+                if let Some(value) = position_mm.iter().flatten().find(|value| !possible.contains(value)) {
                     return Err(EmitterError::Length {
                         key: "position_mm",
                         value: *value,
+                        least: -MOST_MM,
                     });
                 }
                 for value in radius_mm {
@@ -182,8 +210,14 @@ impl Emitter {
                         what,
                     });
                 }
+                let leds = count
+                    .iter()
+                    .fold(position_mm.len(), |leds, count| leds.saturating_add(*count));
+                if leds > MOST_LEDS {
+                    return Err(EmitterError::TooMany(leds));
+                }
                 let total: f64 = weight.iter().sum();
-                if weight.iter().any(|w| !w.is_finite() || *w < 0.0) || (!weight.is_empty() && total <= 0.0) {
+                if !(total.is_finite() && weight.iter().all(|w| *w >= 0.0)) || (!weight.is_empty() && total <= 0.0) {
                     return Err(EmitterError::WeightValue);
                 }
                 if !radius_mm.is_empty() && count.iter().sum::<usize>() == 0 {

@@ -16,9 +16,15 @@ use crate::effects::{Act, Effect, Ray};
 use crate::emitter::Emitter;
 use crate::lobe::Lobe;
 use crate::luminaire::{Luminaire, Spectral};
-use crate::photometric_file::{PhotometricFileError, read_distribution, read_spectrum};
+use crate::optics::Reader;
+use crate::photometric_file::{read_distribution, read_spectrum};
 use crate::refined::Refined;
 use crate::sector::Sectors;
+
+/// Most luminous flux of a lamp: a thousand stadiums.
+const MOST_FLUX_LM: f64 = 1e10;
+/// Most luminous efficacy of radiation: that of 555 nm, CIE S 023.
+const MOST_LER_LM_PER_W: f64 = 683.01;
 
 /// A luminaire and the effects that are believed to act.
 #[derive(Debug, Clone)]
@@ -47,14 +53,6 @@ pub enum ModelError {
     /// The file itself: where and what to do.
     #[error(transparent)]
     Document(#[from] DocumentError),
-    /// A file that it names.
-    #[error("{document}: luminaire: {source}")]
-    File {
-        /// The model or scene file.
-        document: Utf8PathBuf,
-        /// What is wrong.
-        source: PhotometricFileError,
-    },
 }
 
 impl Model {
@@ -113,23 +111,12 @@ impl Model {
             }))
         };
         let folder = source.file.parent().unwrap_or(Utf8Path::new("")).to_owned();
-        let in_file = |error| ModelError::File {
-            document: source.file.to_owned(),
-            source: error,
-        };
-
-        let mut distribution = read_distribution(&folder.join(&document.distribution)).map_err(in_file)?;
+        let reader = Reader { source };
+        let mut distribution = read_distribution(&folder.join(&document.distribution))
+            .map_err(|error| fault("luminaire.distribution", error.to_string()))?;
         if let Some(flux_lm) = document.flux_lm {
-            let impossible = || {
-                fault(
-                    "luminaire.flux_lm",
-                    format!("flux_lm = {flux_lm} must be finite and above zero"),
-                )
-            };
-            let flux = Lumen::new(flux_lm)
-                .ok()
-                .filter(|flux| flux.value() > 0.0)
-                .ok_or_else(impossible)?;
+            reader.within("luminaire.flux_lm", flux_lm, 1e-9, MOST_FLUX_LM)?;
+            let flux = Lumen::new(flux_lm).map_err(|error| fault("luminaire.flux_lm", error.to_string()))?;
             distribution = distribution
                 .scaled_to_flux(flux)
                 .map_err(|error: DistributionError| fault("luminaire.flux_lm", error.to_string()))?;
@@ -139,7 +126,10 @@ impl Model {
             .clone()
             .unwrap_or(Emitter::Point {})
             .checked()
-            .map_err(|error| fault("luminaire.emitter", error.to_string()))?;
+            .map_err(|error| {
+                let key = error.key().map_or(String::new(), |key| format!(".{key}"));
+                fault(&format!("luminaire.emitter{key}"), error.to_string())
+            })?;
         let spectral = match (&document.spectrum, document.ler_lm_per_w) {
             (Some(_), Some(_)) => {
                 return Err(fault(
@@ -147,13 +137,12 @@ impl Model {
                     "give either spectrum or ler_lm_per_w, not both".into(),
                 ));
             }
-            (Some(file), None) => Spectral::Spectrum(read_spectrum(&folder.join(file)).map_err(in_file)?),
-            (None, Some(ler)) if ler.is_finite() && ler > 0.0 => Spectral::Efficacy(ler),
+            (Some(file), None) => Spectral::Spectrum(
+                read_spectrum(&folder.join(file)).map_err(|error| fault("luminaire.spectrum", error.to_string()))?,
+            ),
             (None, Some(ler)) => {
-                return Err(fault(
-                    "luminaire.ler_lm_per_w",
-                    format!("ler_lm_per_w = {ler} must be finite and above zero"),
-                ));
+                reader.within("luminaire.ler_lm_per_w", ler, 1e-3, MOST_LER_LM_PER_W)?;
+                Spectral::Efficacy(ler)
             }
             (None, None) => Spectral::None,
         };
@@ -161,14 +150,11 @@ impl Model {
         if !refined.is_possible() {
             return Err(fault(
                 "luminaire.refined",
-                "its numbers must be finite, its angles above zero".into(),
+                "its numbers must be finite and of a size that no exponent or power makes infinite, its angles above zero".into(),
             ));
         }
-        if let Some(key) = document.u.as_ref().and_then(Uncertainty::impossible) {
-            return Err(fault(
-                &format!("luminaire.u.{key}"),
-                "must be finite and not negative".into(),
-            ));
+        for (key, value, most) in document.u.iter().flat_map(Uncertainty::stated) {
+            reader.within(&format!("luminaire.u.{key}"), value, 0.0, most)?;
         }
         let trust = document.trust.clone().unwrap_or_default();
         if trust.c_harmonics.contains(&0) {
@@ -465,7 +451,7 @@ impl Model {
         })
     }
 
-    fn refuse_two_emitters(&self) -> Result<(), (usize, String)> {
+    pub(crate) fn refuse_two_emitters(&self) -> Result<(), (usize, String)> {
         let replaces = |effect: &Effect| effect.acts().iter().any(|act| matches!(act, Act::Emitter(_)));
         let mut found = self.effects.iter().enumerate().filter(|(_, effect)| replaces(effect));
         let Some((first, effect)) = found.next() else {

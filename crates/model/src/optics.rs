@@ -132,7 +132,7 @@ fn seed() -> u64 {
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a number, or the name of a spectrum file in quotes")]
 enum NumberOrFile {
     Number(f64),
     File(String),
@@ -223,7 +223,8 @@ pub(crate) fn read(source: Source<'_>, tables: &Tables<'_>) -> Result<Optics, Mo
         reader.within("lens.f_number", lens.f_number, 0.1, 1e4)?;
         reader.within("lens.transmittance", lens.transmittance, 0.0, 1.0)?;
         reader.within("lens.barrel_mm", lens.barrel_mm, 0.0, 1e6)?;
-        if !(lens.distance_mm.is_finite() && lens.distance_mm > lens.focal_mm) {
+        reader.within("lens.distance_mm", lens.distance_mm, 1e-3, 1e9)?;
+        if lens.distance_mm <= lens.focal_mm {
             return Err(reader.fault(
                 "lens.distance_mm",
                 "the target must be farther away than the focal length, or there is no image",
@@ -236,7 +237,7 @@ pub(crate) fn read(source: Source<'_>, tables: &Tables<'_>) -> Result<Optics, Mo
         if colour.last().is_some_and(|(before, _)| *before >= entry.gamma_deg) {
             return Err(reader.fault(&format!("colour.{index}.gamma_deg"), "angles must rise"));
         }
-        let spectrum = reader.spectrum(&entry.spectrum)?;
+        let spectrum = reader.spectrum(&format!("colour.{index}.spectrum"), &entry.spectrum)?;
         if spectrum.ler_lm_per_w().is_none_or(|ler| ler.value() <= 0.0) {
             return Err(reader.fault(&format!("colour.{index}.spectrum"), "holds no visible light"));
         }
@@ -255,20 +256,21 @@ pub(crate) fn read(source: Source<'_>, tables: &Tables<'_>) -> Result<Optics, Mo
     })
 }
 
-struct Reader<'a> {
-    source: Source<'a>,
+/// The text that keys are checked against, so that every fault has its line.
+pub(crate) struct Reader<'a> {
+    pub source: Source<'a>,
 }
 
 impl Reader<'_> {
-    fn fault(&self, path: &str, message: &str) -> ModelError {
+    pub fn fault(&self, path: &str, message: &str) -> ModelError {
         ModelError::from(self.source.locate(&Fault {
             path: path.to_owned(),
             message: message.to_owned(),
         }))
     }
 
-    fn within(&self, path: &str, value: f64, low: f64, high: f64) -> Result<(), ModelError> {
-        if value.is_finite() && (low..=high).contains(&value) {
+    pub fn within(&self, path: &str, value: f64, low: f64, high: f64) -> Result<(), ModelError> {
+        if (low..=high).contains(&value) {
             Ok(())
         } else {
             Err(self.fault(path, &format!("{value} is not within {low} to {high}")))
@@ -288,15 +290,13 @@ impl Reader<'_> {
         self.within(&key("bits"), f64::from(camera.bits), 1.0, 16.0)
     }
 
-    fn path(&self, file: &str) -> Utf8PathBuf {
+    pub fn path(&self, file: &str) -> Utf8PathBuf {
         self.source.file.parent().unwrap_or(Utf8Path::new("")).join(file)
     }
 
-    fn spectrum(&self, file: &str) -> Result<Spectrum, ModelError> {
-        read_spectrum(&self.path(file)).map_err(|source| ModelError::File {
-            document: self.source.file.to_owned(),
-            source,
-        })
+    /// The spectrum in `file`, which the key at `path` names.
+    pub fn spectrum(&self, path: &str, file: &str) -> Result<Spectrum, ModelError> {
+        read_spectrum(&self.path(file)).map_err(|error| self.fault(path, &error.to_string()))
     }
 
     fn share(&self, path: &str, given: &NumberOrFile, most: f64) -> Result<Share, ModelError> {
@@ -306,7 +306,7 @@ impl Reader<'_> {
                 Ok(Share::Grey(*value))
             }
             NumberOrFile::File(file) => {
-                let spectrum = self.spectrum(file)?;
+                let spectrum = self.spectrum(path, file)?;
                 for value in spectrum.value() {
                     self.within(path, *value, 0.0, most)?;
                 }
@@ -329,7 +329,7 @@ impl Reader<'_> {
     /// `incidence_deg,viewing_deg,brdf_per_sr`, a full grid in rising order.
     fn brdf(&self, path: &Utf8Path) -> Result<Target, ModelError> {
         let wrong = |line: usize, message: &str| self.fault("target.brdf", &format!("{path}:{line}: {message}"));
-        let text = read_text(path)?;
+        let text = read_text(path).map_err(|error| self.fault("target.brdf", &error.to_string()))?;
         let (mut incidence_deg, mut viewing_deg, mut brdf_per_sr) = (Vec::new(), Vec::new(), Vec::new());
         for (index, row) in text.lines().enumerate().filter(|(_, row)| !row.trim().is_empty()) {
             if index == 0 {

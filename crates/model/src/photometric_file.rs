@@ -1,8 +1,9 @@
 //! The distribution and spectrum files that a model names.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_formats::{Content, Distribution, Finding, Severity, read_any};
+use isolux_formats::{Content, Distribution, Finding, LARGEST_FILE, Severity, read_any};
 use isolux_photometry::IntensityDistribution;
+use isolux_record::file::{self, FileError};
 use isolux_spectrum::{Spectrum, SpectrumError};
 
 /// Why a file that a model names cannot be used.
@@ -13,8 +14,8 @@ pub enum PhotometricFileError {
     Read {
         /// The file.
         path: Utf8PathBuf,
-        /// What the system says.
-        source: std::io::Error,
+        /// What the system says, or what else stands there.
+        source: FileError,
     },
     /// The reader found an error: a number from such a file is not to be trusted.
     #[error("{path}{}: {message}", line.map_or(String::new(), |line| format!(":{line}")))]
@@ -23,7 +24,7 @@ pub enum PhotometricFileError {
         path: Utf8PathBuf,
         /// One-based line.
         line: Option<usize>,
-        /// What is wrong and how to mend it.
+        /// What is wrong and how to correct it.
         message: String,
     },
     /// Numbers that make no spectrum.
@@ -84,7 +85,7 @@ pub fn read_spectrum(path: &Utf8Path) -> Result<Spectrum, PhotometricFileError> 
 }
 
 fn read(path: &Utf8Path) -> Result<Vec<u8>, PhotometricFileError> {
-    std::fs::read(path).map_err(|source| PhotometricFileError::Read {
+    file::read(path, LARGEST_FILE as u64).map_err(|source| PhotometricFileError::Read {
         path: path.to_owned(),
         source,
     })

@@ -118,9 +118,13 @@ impl Refined {
 
     pub(crate) fn is_possible(&self) -> bool {
         let angle = |deg: f64| deg > 0.0 && deg <= 180.0;
-        self.ln_shape.iter().all(|a| a.is_finite())
-            && self.c_harmonics.iter().all(|h| h.amplitude_rel.is_finite())
-            && [self.map_gain, self.tan2, self.tan4].iter().all(|v| v.is_finite())
+        // exp(100) is far beyond what any refit means, and far from infinite.
+        self.ln_shape.iter().map(|a| a.abs()).sum::<f64>() <= 100.0
+            && self
+                .c_harmonics
+                .iter()
+                .all(|h| h.m <= 1000 && h.amplitude_rel.abs() <= 1e6)
+            && [self.map_gain, self.tan2, self.tan4].iter().all(|v| v.abs() <= 1e12)
             && angle(self.gamma_max_deg)
             && self.tan_gamma_max_deg > 0.0
             && self.tan_gamma_max_deg < 90.0

@@ -2,12 +2,15 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use glam::DVec2;
-use isolux_record::document::{Fault, Source, read_text};
+use isolux_record::document::{Source, read_text};
 
 use crate::document::{Precision, SCENE_FORMAT, SceneDocument, effect_from_table};
 use crate::model::{Model, ModelError};
-use crate::optics::{self, Optics, Tables};
+use crate::optics::{self, Optics, Reader, Tables};
 use crate::pose::SensorPose;
+
+/// Most pixels of a sensor: a map of this size and what is computed beside it takes about 10 GB.
+const MOST_PIXELS: usize = 400_000_000;
 
 /// A flat sensor of equal pixels.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,62 +67,49 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`].
     pub fn parse(path: &Utf8Path, text: &str) -> Result<Self, ModelError> {
-        let source = Source { file: path, text };
+        Self::build(Source { file: path, text }, None)
+    }
+
+    /// The same scene with `model` in place of the model or luminaire that it names, which need not be there.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn parse_with(path: &Utf8Path, text: &str, model: &Model) -> Result<Self, ModelError> {
+        Self::build(Source { file: path, text }, Some(model))
+    }
+
+    fn build(source: Source<'_>, model: Option<&Model>) -> Result<Self, ModelError> {
         let document: SceneDocument = source.parse(SCENE_FORMAT)?;
-        let fault = |path: &str, message: &str| {
-            ModelError::from(source.locate(&Fault {
-                path: path.to_owned(),
-                message: message.to_owned(),
-            }))
-        };
-        let model = match (&document.model, document.luminaire.clone()) {
-            (Some(file), None) => {
-                let model = Model::load(&path.parent().unwrap_or(Utf8Path::new("")).join(file))?;
-                let mut effects = model.effects().to_vec();
-                for (index, table) in document.effect.iter().enumerate() {
-                    let effect = effect_from_table(table)
-                        .map_err(|wrong| fault(&format!("effect.{index}.{}", wrong.key), &wrong.message))?;
-                    effects.push(effect);
-                }
-                model.with_effects(effects)
-            }
-            (None, Some(luminaire)) => Model::build(source, luminaire, document.noise, &document.effect)?,
-            (Some(_), Some(_)) => return Err(fault("luminaire", "give either model or [luminaire], not both")),
-            (None, None) => {
-                return Err(fault(
-                    "model",
-                    "a scene needs model = \"…\" or a [luminaire] of its own",
-                ));
-            }
-        };
+        let reader = Reader { source };
+        let model = lit_by(&reader, &document, model)?;
         let given = &document.sensor;
         let size_mm = given.size_mm.both();
         let pixels = given.pixels.both();
-        let positive = |key: &str, value: f64| {
-            if value.is_finite() && value > 0.0 {
-                Ok(())
-            } else {
-                Err(fault(
-                    &format!("sensor.{key}"),
-                    &format!("{value} must be finite and above zero"),
-                ))
-            }
-        };
-        positive("size_mm", size_mm[0].min(size_mm[1]))?;
-        positive("pixels", pixels[0].min(pixels[1]) as f64)?;
-        positive("distance_mm", given.distance_mm)?;
+        let within =
+            |key: &str, value: f64, low: f64, high: f64| reader.within(&format!("sensor.{key}"), value, low, high);
+        for (size_mm, pixels) in size_mm.into_iter().zip(pixels) {
+            within("size_mm", size_mm, 1e-4, 1e5)?;
+            within("pixels", pixels as f64, 1.0, MOST_PIXELS as f64)?;
+        }
+        if pixels[0].saturating_mul(pixels[1]) > MOST_PIXELS {
+            let message = format!(
+                "{} × {} pixels; at most {MOST_PIXELS} fit into memory",
+                pixels[0], pixels[1]
+            );
+            return Err(reader.fault("sensor.pixels", &message));
+        }
+        within("distance_mm", given.distance_mm, 1e-3, 1e6)?;
         let [x, y] = given.offset_mm;
-        for (key, value) in [
-            ("tilt_x_deg", given.tilt_x_deg),
-            ("tilt_y_deg", given.tilt_y_deg),
-            ("rot_z_deg", given.rot_z_deg),
-            ("offset_mm", x + y),
-            ("time_s", given.time_s.unwrap_or(0.0)),
-            ("background_w_m2", given.background_w_m2),
+        for (key, value, low, high) in [
+            ("tilt_x_deg", given.tilt_x_deg, -360.0, 360.0),
+            ("tilt_y_deg", given.tilt_y_deg, -360.0, 360.0),
+            ("rot_z_deg", given.rot_z_deg, -360.0, 360.0),
+            ("offset_mm", x, -1e6, 1e6),
+            ("offset_mm", y, -1e6, 1e6),
+            ("time_s", given.time_s.unwrap_or(0.0), 0.0, 1e9),
+            ("background_w_m2", given.background_w_m2, 0.0, 1e6),
         ] {
-            if !value.is_finite() {
-                return Err(fault(&format!("sensor.{key}"), "must be finite"));
-            }
+            within(key, value, low, high)?;
         }
         let pose = SensorPose {
             tilt_x_deg: given.tilt_x_deg,
@@ -128,10 +118,14 @@ impl Scene {
             offset_mm: DVec2::new(x, y),
             ..SensorPose::facing(given.distance_mm)
         };
-        let responsivity = given
-            .responsivity
-            .as_ref()
-            .map(|file| path.parent().unwrap_or(Utf8Path::new("")).join(file));
+        let responsivity = match &given.responsivity {
+            Some(file) => {
+                // Electrons are counted at the end; a file that is not there is said at the beginning.
+                reader.spectrum("sensor.responsivity", file)?;
+                Some(reader.path(file))
+            }
+            None => None,
+        };
         let tables = Tables {
             window: &document.window,
             vapour: document.vapour.as_ref(),
@@ -142,7 +136,7 @@ impl Scene {
         };
         let optics = optics::read(source, &tables)?;
         if optics.camera.is_some() && responsivity.is_none() {
-            return Err(fault(
+            return Err(reader.fault(
                 "sensor.camera",
                 "electrons need sensor.responsivity, a file of wavelength_nm,qe",
             ));
@@ -162,4 +156,43 @@ impl Scene {
             precision: document.simulation.precision,
         })
     }
+}
+
+/// The model that a scene is lit by: `model`, or the one that its file names, or its own luminaire.
+fn lit_by(reader: &Reader<'_>, document: &SceneDocument, model: Option<&Model>) -> Result<Model, ModelError> {
+    let loaded;
+    let model = match (model, &document.model, &document.luminaire) {
+        (Some(model), ..) => model,
+        (None, Some(file), None) => {
+            let path = reader.path(file);
+            loaded = Model::load(&path).map_err(|error| {
+                // What is wrong inside a model has its own place; a model that is not there is this scene's fault.
+                if path.is_file() {
+                    error
+                } else {
+                    reader.fault("model", &error.to_string())
+                }
+            })?;
+            &loaded
+        }
+        (None, None, Some(luminaire)) => {
+            return Model::build(reader.source, luminaire.clone(), document.noise, &document.effect);
+        }
+        (None, Some(_), Some(_)) => return Err(reader.fault("luminaire", "give either model or [luminaire], not both")),
+        (None, None, None) => {
+            return Err(reader.fault("model", "a scene needs model = \"…\" or a [luminaire] of its own"));
+        }
+    };
+    let mut effects = model.effects().to_vec();
+    let of_model = effects.len();
+    for (index, table) in document.effect.iter().enumerate() {
+        let effect = effect_from_table(table)
+            .map_err(|wrong| reader.fault(&format!("effect.{index}.{}", wrong.key), &wrong.message))?;
+        effects.push(effect);
+    }
+    let model = model.with_effects(effects);
+    model
+        .refuse_two_emitters()
+        .map_err(|(index, message)| reader.fault(&format!("effect.{}", index.saturating_sub(of_model)), &message))?;
+    Ok(model)
 }

@@ -42,7 +42,7 @@ fn what_is_wrong_is_said_with_file_and_line() {
     starts(&format!("{HEAD}flux = 3\n"), "m.toml:5:1: unknown field `flux`");
     starts(
         &format!("{HEAD}flux_lm = -3\n"),
-        "m.toml:5:1: luminaire.flux_lm: flux_lm = -3 must be",
+        "m.toml:5:1: luminaire.flux_lm: -3 is not within",
     );
     starts(
         &format!("{HEAD}[[effect]]\nname = \"gamma_zreo\"\n"),
@@ -67,7 +67,7 @@ fn what_is_wrong_is_said_with_file_and_line() {
     starts(&HEAD.replace("diameter_mm", "diameter"), "m.toml:4:");
     starts(
         &HEAD.replace("d.csv", "e.csv"),
-        "m.toml: luminaire: e.csv: No such file",
+        "m.toml:3:1: luminaire.distribution: e.csv: No such file",
     );
     starts(
         &HEAD.replace(
@@ -86,7 +86,10 @@ fn what_is_wrong_is_said_with_file_and_line() {
     );
     std::fs::write(folder.path("d.csv"), "gamma_deg,intensity_cd\n0,100\n45,NaN\n").unwrap();
     let found = folder.complaint(HEAD);
-    assert!(found.starts_with("m.toml: luminaire: d.csv:3"), "{found}");
+    assert!(
+        found.starts_with("m.toml:3:1: luminaire.distribution: d.csv:3"),
+        "{found}"
+    );
 }
 
 #[test]
@@ -181,7 +184,7 @@ fn a_scene_is_a_model_and_a_sensor() {
         sensor.replace("distance_mm = 500", "distance_mm = -500")
     ));
     assert!(
-        behind.starts_with("scene.toml:8:1: sensor.distance_mm: -500 must be"),
+        behind.starts_with("scene.toml:8:1: sensor.distance_mm: -500 is not within 0.001 to"),
         "{behind}"
     );
 }

@@ -1,11 +1,15 @@
 //! TOML documents written by people: parsed with the file, line and remedy of every fault.
 
+mod wrong_type;
+
 use std::fmt;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+use crate::file::{self, LARGEST_DOCUMENT};
 
 /// A document that cannot be used: where and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -134,8 +138,9 @@ impl Source<'_> {
         }
     }
 
-    fn toml_error(&self, error: &toml::de::Error) -> DocumentError {
-        let message = error.message().trim().replace('\n', " ");
+    /// What the TOML reader refused, in words, with file and line.
+    pub fn toml_error(&self, error: &toml::de::Error) -> DocumentError {
+        let message = wrong_type::explain(self.text, error);
         match error.span() {
             Some(span) => self.at(span.start, message),
             None => self.whole(message),
@@ -166,15 +171,15 @@ impl Source<'_> {
 /// Reads a whole text file.
 ///
 /// # Errors
-/// [`DocumentError`] when it is not there, cannot be read or is not UTF-8.
-pub fn read_text(file: &Utf8Path) -> Result<String, DocumentError> {
+/// [`DocumentError`] when it is not there, is no regular file of at most [`LARGEST_DOCUMENT`] bytes, or is not UTF-8.
+pub fn read_text(path: &Utf8Path) -> Result<String, DocumentError> {
     let failed = |message: String| DocumentError {
-        file: file.to_owned(),
+        file: path.to_owned(),
         line: None,
         column: None,
         message,
     };
-    let bytes = std::fs::read(file).map_err(|error| failed(error.to_string()))?;
+    let bytes = file::read(path, LARGEST_DOCUMENT).map_err(|error| failed(error.to_string()))?;
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let line = String::from_utf8_lossy(&error.as_bytes()[..good]).matches('\n').count() + 1;
@@ -212,7 +217,10 @@ mod tests {
         let unknown = parse("format = \"toy/1\"\nspeed_deg_s = 1.0\nsped = 2");
         assert!(unknown.starts_with("toy.toml:3:1: unknown field `sped`"), "{unknown}");
         let wrong = parse("format = \"toy/1\"\nspeed_deg_s = \"fast\"\n");
-        assert!(wrong.starts_with("toy.toml:2:15:"), "{wrong}");
+        assert_eq!(
+            wrong,
+            "toy.toml:2:15: `speed_deg_s` is the text \"fast\"; a number is needed, as in speed_deg_s = 1.5"
+        );
         assert!(parse("format = \"toy/1\"\nspeed_deg_s = \n").starts_with("toy.toml:2"));
     }
 

@@ -48,11 +48,14 @@ impl Job {
         let folder = file.parent().unwrap_or(Utf8Path::new(""));
         let resolve = |key: &str, path: &Utf8Path| {
             let resolved = folder.join(path);
-            if resolved.exists() {
-                Ok(resolved)
+            let wrong = if !resolved.exists() {
+                "is not there"
+            } else if !(resolved.is_file() || resolved.is_dir()) {
+                "is a device, pipe or socket; save its content as a file and name that"
             } else {
-                Err(source.locate(&Fault::new(key, format!("{resolved} is not there"))))
-            }
+                return Ok(resolved);
+            };
+            Err(source.locate(&Fault::new(key, format!("{resolved} {wrong}"))))
         };
         Ok(Self {
             station: resolve("station", &job.station)?,
@@ -61,10 +64,15 @@ impl Job {
             diagnose: job
                 .diagnose
                 .map(|diagnose| {
+                    if diagnose.observations.is_empty() {
+                        let message = "a diagnosis needs at least one file or run";
+                        return Err(source.locate(&Fault::new("diagnose.observations", message)));
+                    }
                     let observations = diagnose
                         .observations
                         .iter()
-                        .map(|path| resolve("diagnose.observations", path))
+                        .enumerate()
+                        .map(|(place, path)| resolve(&format!("diagnose.observations.{place}"), path))
                         .collect::<Result<_, _>>()?;
                     Ok((resolve("diagnose.model", &diagnose.model)?, observations))
                 })

@@ -4,6 +4,7 @@
 
 pub mod disk;
 pub mod document;
+pub mod file;
 pub mod job;
 pub mod limits;
 pub mod observation;

@@ -2,14 +2,14 @@
 
 use isolux_record::plan::Instrument;
 use isolux_record::run::Run;
-use isolux_record::{Reading, ReadingKind, Role};
+use isolux_record::{Plan, Reading, ReadingKind, Role};
 
 use crate::error::ReduceError;
 use crate::grid::is_pole;
 use crate::samples::unsigned;
 
 /// A direction (C, γ) as the plan has it, in degrees.
-type Direction = (f64, f64);
+pub type Direction = (f64, f64);
 
 /// One lit block of the lux meter: what the plan asks for and what was read.
 #[derive(Debug)]
@@ -43,7 +43,15 @@ impl<'a> Chosen<'a> {
     /// [`ReduceError::NoLight`] without lit points, [`ReduceError::Unfinished`] when a block of the distribution has
     /// directions that nobody read.
     pub fn of(run: &'a Run) -> Result<Self, ReduceError> {
-        let blocks = lit_blocks(run);
+        let points = run.readings.rows.iter();
+        let points: Vec<&Reading> = points
+            .filter(|row| row.kind == ReadingKind::Lit && row.role == Role::Point)
+            .collect();
+        let blocks = lit_blocks(&run.header.plan, run.header.station.bench().distance_mm, points);
+        // Without any reading there is nothing to reduce, whatever the plan says.
+        if blocks.iter().all(|block| block.rows.is_empty()) {
+            return Err(ReduceError::NoLight);
+        }
         let Some(distance_mm) = main_distance(&blocks) else {
             return Err(ReduceError::NoLight);
         };
@@ -79,17 +87,23 @@ impl<'a> Chosen<'a> {
     }
 }
 
-/// The lit blocks of the plan and of the readings, in that order. A block that has no reading yet is one of them.
-fn lit_blocks(run: &Run) -> Vec<Block<'_>> {
-    let points: Vec<&Reading> = run
-        .readings
-        .rows
-        .iter()
-        .filter(|row| row.kind == ReadingKind::Lit && row.role == Role::Point)
-        .collect();
-    let station_mm = run.header.station.bench().distance_mm;
+/// The directions of the distribution that a plan asks for, chosen as in [`Chosen::of`], before anything is read.
+///
+/// # Errors
+/// [`ReduceError::NoLight`] without lit points of the lux meter.
+pub fn planned(plan: &Plan, station_mm: f64) -> Result<Vec<Direction>, ReduceError> {
+    let blocks = lit_blocks(plan, station_mm, Vec::new());
+    let distance_mm = main_distance(&blocks).ok_or(ReduceError::NoLight)?;
+    let there: Vec<&Block<'_>> = blocks.iter().filter(|block| block.distance_mm == distance_mm).collect();
+    let (chosen, _) = one_grid(&there);
+    Ok(once(chosen.iter().flat_map(|block| block.planned.iter().copied())))
+}
+
+/// The lit blocks of the plan and of the lit points that were read, in that order. A block that has no reading yet is one of
+/// them.
+fn lit_blocks<'a>(plan: &'a Plan, station_mm: f64, points: Vec<&'a Reading>) -> Vec<Block<'a>> {
     let mut blocks: Vec<Block<'_>> = Vec::new();
-    for block in run.header.plan.blocks() {
+    for block in plan.blocks() {
         if block.kind != ReadingKind::Lit || block.instrument != Instrument::Luxmeter {
             continue;
         }
@@ -130,10 +144,6 @@ fn lit_blocks(run: &Run) -> Vec<Block<'_>> {
     for block in &mut blocks {
         let read = block.rows.iter().map(|row| target(row));
         block.directions = once(block.directions.iter().copied().chain(read));
-    }
-    // Without any reading there is nothing to reduce, whatever the plan says.
-    if blocks.iter().all(|block| block.rows.is_empty()) {
-        blocks.clear();
     }
     blocks
 }

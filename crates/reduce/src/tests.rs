@@ -10,7 +10,7 @@ use isolux_record::{Plan, Quality, Reading, ReadingKind, Role, Station};
 use crate::testing::reading;
 use crate::{Correction, Drift, Options, ReduceError, Reduction, reduce};
 
-const STATION: &str = r#"format = "isolux-station/1"
+pub(crate) const STATION: &str = r#"format = "isolux-station/1"
 [bench]
 type = "turning_luminaire"
 distance_mm = 10000.0

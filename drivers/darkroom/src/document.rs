@@ -1,17 +1,18 @@
 //! `darkroom.toml`: the room, its instruments, their faults and their flaws, in one file.
 //!
-//! Every key has a default, so that an empty file is the built-in darkroom without flaws. An unknown key, or a value that no
-//! room can have, is an error with its line.
+//! A key that a file leaves out is that of the built-in room. An unknown key, or a value that no room can have, is an error
+//! with its line. [`Darkroom::default`] is not the built-in room but one without flaws.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
+use crate::built_in::{self, Completed};
 use crate::flaws::Flaws;
 
 /// The format line of the file.
 pub const FORMAT: &str = "isolux-darkroom/1";
 
 /// A virtual darkroom as its file describes it; checked by [`Darkroom::parse`].
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Darkroom {
     /// `isolux-darkroom/1`.
@@ -57,7 +58,7 @@ impl Default for Darkroom {
 }
 
 /// A ring illuminator of individual LEDs.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lamp {
     /// Luminous flux of the warm lamp, lm.
@@ -103,7 +104,7 @@ impl Default for Lamp {
 }
 
 /// Temperature of the room over the day.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Climate {
     /// At the start, °C.
@@ -131,7 +132,7 @@ impl Default for Climate {
 }
 
 /// The goniophotometer's bench.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Bench {
     /// From the intersection of the axes to the meter's reference plane when the room is opened, mm.
@@ -145,7 +146,7 @@ impl Default for Bench {
 }
 
 /// The two axes of rotation and the rail of the detector.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Axes {
     /// The C axis.
@@ -155,7 +156,7 @@ pub struct Axes {
 }
 
 /// One axis of rotation.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Axis {
     /// Microsteps per degree, "n/d".
@@ -189,8 +190,8 @@ impl Default for Axis {
 }
 
 /// An exact ratio, written "n/d" or "n".
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "String")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct Ratio {
     /// Numerator, positive.
     pub numerator: i64,
@@ -212,6 +213,12 @@ impl TryFrom<String> for Ratio {
     }
 }
 
+impl From<Ratio> for String {
+    fn from(ratio: Ratio) -> Self {
+        format!("{}/{}", ratio.numerator, ratio.denominator)
+    }
+}
+
 impl Ratio {
     /// As a number.
     pub fn value(self) -> f64 {
@@ -220,7 +227,7 @@ impl Ratio {
 }
 
 /// A lux meter of the T-10A's kind.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LuxMeter {
     /// Time between new values, and of each one's integration, s.
@@ -248,7 +255,7 @@ impl Default for LuxMeter {
 }
 
 /// A spectroradiometer of the USB2000+'s kind.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Spectroradiometer {
     /// From the intersection of the axes to its entrance, on the axis, mm.
@@ -291,7 +298,7 @@ impl Default for Spectroradiometer {
 }
 
 /// A camera sensor without a lens.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Camera {
     /// Illuminance × relative exposure that gives the signal 1 (full scale is 1).
@@ -313,7 +320,7 @@ impl Default for Camera {
 }
 
 /// One thing that goes wrong on a link.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
     /// The instrument that it happens to.
@@ -338,7 +345,7 @@ fn one() -> f64 {
 }
 
 /// An instrument of the room.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Instrument {
     /// The axes and the switches on their controller.
@@ -350,7 +357,7 @@ pub enum Instrument {
 }
 
 /// What a link can do to a reply.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
     /// One byte of the reply is lost.
@@ -378,20 +385,33 @@ pub struct DarkroomError {
 }
 
 impl Darkroom {
-    /// Reads a `darkroom.toml`.
+    /// Reads a `darkroom.toml`; keys that it leaves out are those of the built-in room.
     ///
     /// # Errors
     /// Not TOML, an unknown key, a wrong type, or a value that no room can have.
     pub fn parse(text: &str) -> Result<Self, DarkroomError> {
-        let document: Self = toml::from_str(text).map_err(|error| DarkroomError {
+        Self::complete(text).map(|(room, _)| room)
+    }
+
+    /// As [`parse`](Self::parse), and which keys were completed.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn complete(text: &str) -> Result<(Self, Completed), DarkroomError> {
+        let in_text = |error: toml::de::Error| DarkroomError {
             line: error.span().map(|span| line_at(text, span.start)),
             message: error.message().to_owned(),
-        })?;
-        document.check().map_err(|(key, rule)| DarkroomError {
+        };
+        // What the file itself says is judged with its lines, before it is completed.
+        let _: Self = toml::from_str(text).map_err(in_text)?;
+        let (whole, completed) = built_in::complete(&text.parse().map_err(in_text)?)?;
+        let mut room: Self = whole.try_into().map_err(in_text)?;
+        room.flaws.only = false;
+        room.check().map_err(|(key, rule)| DarkroomError {
             line: line_of_key(text, &key),
             message: format!("`{key}` {rule}"),
         })?;
-        Ok(document)
+        Ok((room, completed))
     }
 
     /// The first value that no room can have, as (dotted key, rule).
@@ -414,8 +434,8 @@ impl Darkroom {
         rules.within("lamp.switch_s", lamp.switch_s, 0.0, 3600.0);
         rules.require(
             "lamp.ring_diameter_mm",
-            !lamp.ring_diameter_mm.is_empty(),
-            "needs at least one ring",
+            (1..=100).contains(&lamp.ring_diameter_mm.len()),
+            "needs between 1 and 100 rings",
         );
         for diameter in &lamp.ring_diameter_mm {
             rules.within("lamp.ring_diameter_mm", *diameter, 0.0, 1000.0);
@@ -444,8 +464,8 @@ impl Darkroom {
             let [low, high] = axis.limit_deg;
             rules.require(
                 &key("limit_deg"),
-                low.is_finite() && high.is_finite() && low < high,
-                "must be [lower, higher]",
+                -3600.0 <= low && low < high && high <= 3600.0,
+                "must be [lower, higher], both within -3600 and 3600",
             );
             rules.within(&key("start_deg"), axis.start_deg, low, high);
         }
@@ -484,11 +504,13 @@ impl Darkroom {
         rules.within("camera.noise_abs", self.camera.noise_abs, 1e-9, 1.0);
         rules.within("camera.noise_rel", self.camera.noise_rel, 0.0, 1.0);
         for (flaw, key, value) in self.flaws.values() {
-            rules.require(
-                &format!("flaws.{flaw}.{key}"),
-                value.is_finite(),
-                "must be a finite number",
-            );
+            let most = match key {
+                _ if key.ends_with("_deg") && !key.ends_with("_per_deg") => 360.0,
+                _ if key.ends_with("_mm") => 1e5,
+                _ if key.ends_with("_nm") => 1e4,
+                _ => 1e6,
+            };
+            rules.within(&format!("flaws.{flaw}.{key}"), value, -most, most);
         }
         let flaws = &self.flaws;
         rules.within("flaws.floor_reflection.albedo", flaws.floor_reflection.albedo, 0.0, 1.0);
@@ -550,12 +572,9 @@ impl Rules {
         }
     }
 
+    /// Above zero, and below what makes a product of a few of them infinite.
     fn positive(&mut self, key: &str, value: f64) {
-        self.require(
-            key,
-            value.is_finite() && value > 0.0,
-            &format!("is {value}; it must be positive"),
-        );
+        self.within(key, value, 1e-9, 1e9);
     }
 
     fn within(&mut self, key: &str, value: f64, low: f64, high: f64) {
@@ -592,7 +611,7 @@ mod tests {
 
     #[test]
     fn an_empty_file_is_the_built_in_room() {
-        assert_eq!(Darkroom::parse("").unwrap(), Darkroom::default());
+        assert_eq!(Darkroom::parse("").unwrap(), Darkroom::built_in().unwrap());
     }
 
     #[test]
@@ -612,6 +631,44 @@ mod tests {
         let error = Darkroom::parse("[flaws]\n\ngamma_zero = { offset_deg = nan }\n").unwrap_err();
         assert_eq!(error.line, Some(3));
         assert!(Darkroom::parse("[axis.c]\ncounts_per_deg = \"12800/0\"\n").is_err());
+    }
+
+    #[test]
+    fn no_number_passes_that_no_room_can_have() {
+        let lines: Vec<&str> = crate::BUILT_IN.lines().collect();
+        let mut tried = 0;
+        for (index, line) in lines.iter().enumerate() {
+            let Some((key, value)) = line.split_once('=') else {
+                continue;
+            };
+            let value = value.split('#').next().unwrap_or("").trim();
+            let number = value
+                .trim_start_matches('[')
+                .starts_with(|c: char| c.is_ascii_digit() || c == '-');
+            if line.starts_with('#') || !number || key.trim() == "seed" {
+                continue;
+            }
+            let parts: Vec<&str> = value.trim_matches(['[', ']']).split(", ").collect();
+            for place in 0..parts.len() {
+                for absurd in ["nan", "inf", "1e308", "-1e308"] {
+                    let mut parts = parts.clone();
+                    parts[place] = absurd;
+                    let parts = parts.join(", ");
+                    let changed = if value.starts_with('[') {
+                        format!("[{parts}]")
+                    } else {
+                        parts
+                    };
+                    let mut text = lines.clone();
+                    let changed = format!("{key} = {changed}");
+                    text[index] = &changed;
+                    let error = Darkroom::parse(&text.join("\n")).expect_err(&format!("line {}: {changed}", index + 1));
+                    assert_eq!(error.line, Some(index + 1), "{changed}: {error}");
+                    tried += 1;
+                }
+            }
+        }
+        assert!(tried > 4 * 120, "{tried}");
     }
 
     #[test]

@@ -1,16 +1,16 @@
 //! Every effect of the catalogue as a switch of the room, under the names and keys that model files use.
 //!
-//! A flaw left out of `darkroom.toml` is at its null value and changes nothing. How each one acts is in the module of the
+//! A flaw is switched off by its null value, or by `only = true` with all that a file does not name. How each one acts is in the module of the
 //! part that it belongs to: [`crate::mount`], [`crate::floor`], [`crate::output`], [`crate::meter`],
 //! [`crate::spectrograph`], [`crate::camera`].
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 macro_rules! flaws {
     ($( $(#[$doc:meta])* $field:ident : $name:ident { $( $(#[$key_doc:meta])* $key:ident = $null:expr ),* $(,)? } )*) => {
         $(
             $(#[$doc])*
-            #[derive(Debug, Clone, PartialEq, Deserialize)]
+            #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
             #[serde(default, deny_unknown_fields)]
             pub struct $name { $( $(#[$key_doc])* pub $key: f64, )* }
 
@@ -20,9 +20,13 @@ macro_rules! flaws {
         )*
 
         /// All flaws of one room. `Flaws::default()` is a room without any.
-        #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+        #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
         #[serde(default, deny_unknown_fields)]
-        pub struct Flaws { $( $(#[$doc])* pub $field: $name, )* }
+        pub struct Flaws {
+            /// In a file: every flaw that it does not name is off, whatever the built-in room has. Always false once read.
+            pub only: bool,
+            $( $(#[$doc])* pub $field: $name, )*
+        }
 
         impl Flaws {
             /// Names of all flaws, in the order of the catalogue.

@@ -13,9 +13,7 @@ pub mod station;
 mod world;
 mod zaber;
 
+pub use isolux_darkroom::BUILT_IN;
 pub use isolux_darkroom::document::Instrument;
 pub use server::{Serving, VirtualRoom};
 pub use world::{AxisName, Switches, World};
-
-/// The darkroom that `isolux run` opens without a job: the lamp as it is, a room as rooms are.
-pub const BUILT_IN: &str = include_str!("builtin.toml");

@@ -419,7 +419,7 @@ mod tests {
 
     #[test]
     fn an_axis_homes_moves_and_reports() {
-        let mut world = World::new(Darkroom::parse("[axis.c]\nstart_deg = 30.0\n").unwrap());
+        let mut world = World::new(Darkroom::parse("[axis.c]\nstart_deg = 30.0\n[flaws]\nonly = true\n").unwrap());
         let mut twin = Controller::new(&world);
         let mut at = |now: f64, text: &str| talk(&mut twin, &mut world, now, text);
         assert_eq!(at(0.0, "/1 1 get pos"), "@01 1 OK IDLE WR 0\r\n");

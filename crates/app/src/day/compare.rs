@@ -61,7 +61,7 @@ impl Comparison {
     /// The comparison in words.
     pub fn sentences(&self) -> Vec<String> {
         let mut lines = vec![format!(
-            "on the axis, {:.0} mm   measured {} W/m² ({} lx), simulated {} W/m² ({} lx)",
+            "test, axis at {:.0} mm  measured {} W/m² ({} lx), simulated {} W/m² ({} lx)",
             self.distance_mm,
             self.measured_w_m2.text(4),
             self.measured_lx.text(1),

@@ -9,8 +9,10 @@ use isolux_report::html::{Page, Tile};
 use isolux_report::plots::{PolarOptions, SpectrumOptions, cartesian, polar, spectrum};
 use isolux_report::svg::{Anchor, Stroke, Svg, colour};
 
-use super::Evening;
 use super::compare::gap_words;
+use super::{Diagnosed, Evening};
+use crate::diagnose::SAME_RECORD;
+use crate::diagnosis_report::capitalised;
 use crate::reduce::{no_uncertainty, value_only, with_u};
 use crate::{Failure, sensor_view, simulate};
 
@@ -233,7 +235,10 @@ fn digit_of_the_peak(evening: &Evening) -> Option<f64> {
 
 fn comparison(page: &mut Page, evening: &Evening) {
     let Some(comparison) = &evening.comparison else { return };
-    page.heading("Simulated against measured, on the axis");
+    page.heading(&format!(
+        "The test: simulated against measured, on the axis at {:.0} mm",
+        comparison.distance_mm
+    ));
     let row = |what: &str, stated: &super::Stated, lx: &super::Stated| {
         vec![
             what.to_owned(),
@@ -271,15 +276,28 @@ fn comparison(page: &mut Page, evening: &Evening) {
 }
 
 fn diagnosis(page: &mut Page, evening: &Evening) {
-    let Some(words) = &evening.diagnosis else { return };
-    page.heading("Diagnosis of the run");
-    let (patch, found): (Vec<&String>, Vec<&String>) = words.iter().partition(|line| line.starts_with("model "));
+    let Some(Diagnosed { words, same_record }) = &evening.diagnosis else {
+        return;
+    };
+    if *same_record {
+        page.heading("Consistency check of the record");
+        page.paragraph(&capitalised(SAME_RECORD));
+        if evening.comparison.is_some() {
+            page.paragraph("The test of this day is the comparison on the axis, above.");
+        }
+    } else {
+        page.heading("Diagnosis");
+    }
+    let (patch, found): (Vec<&String>, Vec<&String>) = words
+        .iter()
+        .filter(|line| !line.starts_with("consistency "))
+        .partition(|line| line.starts_with("model "));
     let lines = |lines: Vec<&String>| lines.into_iter().map(String::as_str).collect::<Vec<_>>().join("\n");
     page.preformatted(&lines(found));
     if !patch.is_empty() {
         page.details("what it would change in the model file", &lines(patch));
     }
-    page.files(&[("diagnosis/report.html", "the whole diagnosis, with its pictures")]);
+    page.files(&[("diagnosis/report.html", "the whole of it, with its pictures")]);
 }
 
 fn results(page: &mut Page, evening: &Evening) {

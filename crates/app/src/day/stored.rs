@@ -6,7 +6,7 @@ use isolux_record::Run;
 use isolux_reduce::{Correction, Options, Reduction};
 use serde_json::Value;
 
-use super::Evening;
+use super::{Diagnosed, Evening};
 use crate::files;
 use crate::{Failure, reduce};
 
@@ -92,8 +92,11 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, evening: &mut Evening) 
             );
         }
         if own_model || diagnosed_here(&results)? {
-            let sentence = json(&file)?["sentence"].as_str().map(str::to_owned);
-            evening.diagnosis = sentence.map(|sentence| vec![sentence]);
+            let answer = json(&file)?;
+            evening.diagnosis = answer["sentence"].as_str().map(|sentence| Diagnosed {
+                words: vec![sentence.to_owned()],
+                same_record: answer["independence"] == "same_run",
+            });
         } else {
             evening.stale.push("diagnosis.json");
         }

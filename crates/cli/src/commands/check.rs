@@ -33,18 +33,18 @@ pub fn run(arguments: &Check) -> Result<(), Failure> {
     let force = arguments.takeover.reason();
     let report = check::run(&arguments.station, arguments.record.as_deref(), overwrite, force)?;
     if arguments.json {
-        screen::say(serde_json::to_string(&report).map_err(Failure::instrument)?);
+        screen::say(serde_json::to_string(&report).map_err(Failure::instrument)?)?;
     } else {
         for found in &report.instruments {
             let state = if found.ok { "ok" } else { "FAILED" };
             let identity = found.identity.as_deref().unwrap_or("no answer");
-            screen::say(format_args!("{:<18}{state:<8}{identity}", found.role));
+            screen::say(format_args!("{:<18}{state:<8}{identity}", found.role))?;
             found
                 .facts
                 .iter()
-                .for_each(|fact| screen::say(format_args!("{:<26}{fact}", "")));
+                .try_for_each(|fact| screen::say(format_args!("{:<26}{fact}", "")))?;
             if let Some(error) = &found.error {
-                screen::say(format_args!("{:<26}{error}", ""));
+                screen::say(format_args!("{:<26}{error}", ""))?;
             }
         }
     }

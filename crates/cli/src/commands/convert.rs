@@ -162,13 +162,13 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
     let (inspection, result) = convert::run(&arguments.source, &arguments.target, &wishes, overwrite);
     if let Some(inspection) = inspection {
         if arguments.json {
-            screen::say(serde_json::to_string(&inspection).map_err(Failure::instrument)?);
+            screen::say(serde_json::to_string(&inspection).map_err(Failure::instrument)?)?;
         } else {
             for finding in &inspection.findings {
-                screen::say(compiler_style(&inspection.file, finding));
+                screen::say(compiler_style(&inspection.file, finding))?;
             }
             if result.is_ok() {
-                screen::say(format_args!("{} → {}", arguments.source, arguments.target));
+                screen::say(format_args!("{} → {}", arguments.source, arguments.target))?;
             }
         }
     }

@@ -51,10 +51,10 @@ pub fn run(arguments: &Diagnose) -> Result<(), Failure> {
     };
     let answer = diagnose::run(&request, &screen::Bars::default())?;
     if arguments.json {
-        screen::say(serde_json::to_string_pretty(&answer.document).map_err(Failure::instrument)?);
+        screen::say(serde_json::to_string_pretty(&answer.document).map_err(Failure::instrument)?)?;
     } else {
-        diagnose::words(&answer).into_iter().for_each(screen::say);
-        screen::say(format_args!("written: {}", arguments.out));
+        diagnose::words(&answer).into_iter().try_for_each(screen::say)?;
+        screen::say(format_args!("written: {}", arguments.out))?;
     }
     if answer.document.verdict == diagnose::Verdict::Unexplained {
         return Err(Failure::no(&answer.document.sentence)

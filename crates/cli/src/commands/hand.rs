@@ -151,9 +151,9 @@ pub fn warm_up(arguments: &Warmup) -> Result<(), Failure> {
 
 fn tell(json: bool, facts: &impl Serialize, words: impl FnOnce() -> String) -> Result<(), Failure> {
     if json {
-        screen::say(serde_json::to_string(facts).map_err(Failure::instrument)?);
+        screen::say(serde_json::to_string(facts).map_err(Failure::instrument)?)?;
     } else {
-        screen::say(words());
+        screen::say(words())?;
     }
     Ok(())
 }

@@ -9,12 +9,20 @@ use crate::screen;
 
 /// A station, plan, scene and job file to start from, commented; they run as they are, in the virtual darkroom.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: isolux init bench && isolux scan bench/station.toml bench/plan.toml --out bench/run")]
+#[command(
+    after_help = "Examples:\n  isolux init bench && isolux scan bench/station.toml bench/plan.toml --out bench/run\n  \
+isolux init --room room.toml      the whole built-in virtual darkroom, every key of it, to change\n\
+A room file may leave keys out: those are the built-in room's, and the commands that read it say which."
+)]
 pub struct Init {
     /// The folder to write into.
-    folder: Utf8PathBuf,
+    #[arg(required_unless_present = "room")]
+    folder: Option<Utf8PathBuf>,
+    /// Write the whole built-in virtual darkroom to FILE (`-` prints it).
+    #[arg(long, value_name = "FILE")]
+    room: Option<Utf8PathBuf>,
     /// Print the names as JSON.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "room")]
     json: bool,
     /// Replace files that exist.
     #[arg(long)]
@@ -24,11 +32,25 @@ pub struct Init {
 /// Runs the command.
 pub fn run(arguments: &Init) -> Result<(), Failure> {
     let overwrite = Overwrite::asked(arguments.force);
-    let written = init::run(&arguments.folder, overwrite)?;
-    if arguments.json {
-        screen::say(serde_json::json!({ "written": written }));
-    } else {
-        written.iter().for_each(screen::say);
+    let room = arguments.room.as_ref().filter(|room| *room != "-");
+    if let Some(room) = room {
+        // Before the folder's files are written: all of them or none.
+        isolux_app::files::refuse_existing(room, overwrite)?;
     }
-    Ok(())
+    let mut written = match &arguments.folder {
+        Some(folder) => init::run(folder, overwrite)?,
+        None => Vec::new(),
+    };
+    match (room, &arguments.room) {
+        (Some(room), _) => {
+            init::room(room, overwrite)?;
+            written.push(room.clone());
+        }
+        (None, Some(_)) => screen::say(init::ROOM.trim_end())?,
+        (None, None) => {}
+    }
+    if arguments.json {
+        return screen::say(serde_json::json!({ "written": written }));
+    }
+    written.iter().try_for_each(screen::say)
 }

@@ -83,14 +83,14 @@ fn tell(
         }
         if arguments.json {
             let line = serde_json::to_string(&inspection).map_err(Failure::instrument)?;
-            screen::say(line);
+            screen::say(line)?;
         } else {
-            print(&inspection, arguments.all);
+            print(&inspection, arguments.all)?;
         }
         if let Some(folder) = &arguments.plot {
             for picture in plot::write(&inspection, folder, overwrite)? {
                 if !arguments.json {
-                    screen::say(format_args!("  → {picture}"));
+                    screen::say(format_args!("  → {picture}"))?;
                 }
             }
         }
@@ -99,15 +99,15 @@ fn tell(
 }
 
 /// What it is, its quantities, then its findings: a screen of them, or all.
-fn print(inspection: &Inspection, all: bool) {
+fn print(inspection: &Inspection, all: bool) -> Result<(), Failure> {
     screen::say(format_args!(
         "{}: {}{}",
         inspection.file,
         what(inspection),
         if inspection.readable { "" } else { ", not readable" }
-    ));
-    super::quantities::print(inspection);
-    findings(inspection, all);
+    ))?;
+    super::quantities::print(inspection)?;
+    findings(inspection, all)
 }
 
 fn what(inspection: &Inspection) -> String {
@@ -127,7 +127,7 @@ fn what(inspection: &Inspection) -> String {
 const A_SCREEN: usize = 8;
 
 /// Errors first, then warnings; one entry a kind. Notes, and the places beyond the first of each kind, with `--all`.
-fn findings(inspection: &Inspection, all: bool) {
+fn findings(inspection: &Inspection, all: bool) -> Result<(), Failure> {
     let mut kinds: Vec<Vec<&Finding>> = Vec::new();
     for finding in &inspection.findings {
         match kinds.iter_mut().find(|kind| kind[0].code == finding.code) {
@@ -141,10 +141,10 @@ fn findings(inspection: &Inspection, all: bool) {
     for kind in kinds.iter().filter(shown).take(if all { usize::MAX } else { A_SCREEN }) {
         let said: &[&Finding] = if all { kind } else { &kind[..1] };
         for finding in said {
-            screen::say(super::reading::compiler_style(&inspection.file, finding));
+            screen::say(super::reading::compiler_style(&inspection.file, finding))?;
         }
         if said.len() < kind.len() {
-            screen::say(format_args!("    and {} more of this kind", kind.len() - said.len()));
+            screen::say(format_args!("    and {} more of this kind", kind.len() - said.len()))?;
         }
     }
     let hidden = kinds.len()
@@ -155,6 +155,7 @@ fn findings(inspection: &Inspection, all: bool) {
             .min(if all { usize::MAX } else { A_SCREEN });
     if hidden > 0 {
         let kinds = if hidden == 1 { "kind" } else { "kinds" };
-        screen::say(format_args!("  {hidden} more {kinds} of notes and findings: --all"));
+        screen::say(format_args!("  {hidden} more {kinds} of notes and findings: --all"))?;
     }
+    Ok(())
 }

@@ -62,11 +62,11 @@ pub fn run(arguments: &Investigate) -> Result<(), Failure> {
     let go = |question: &str| arguments.yes || asks(question);
     let (answer, runs) = investigate::run(&asked, person, &go, &Bars::default())?;
     if arguments.json {
-        screen::say(serde_json::to_string_pretty(&answer.document).map_err(Failure::instrument)?);
+        screen::say(serde_json::to_string_pretty(&answer.document).map_err(Failure::instrument)?)?;
     } else {
-        diagnose::words(&answer).into_iter().for_each(screen::say);
+        diagnose::words(&answer).into_iter().try_for_each(screen::say)?;
         let names: Vec<&str> = runs.iter().map(|run| run.as_str()).collect();
-        screen::say(format_args!("from {}; written: {}", names.join(", "), arguments.out));
+        screen::say(format_args!("from {}; written: {}", names.join(", "), arguments.out))?;
     }
     if answer.document.verdict == diagnose::Verdict::Unexplained {
         return Err(Failure::no(&answer.document.sentence));

@@ -24,35 +24,34 @@ pub struct Plan {
 pub fn run(arguments: &Plan) -> Result<(), Failure> {
     let day = plan::run(&arguments.station, &arguments.plan)?;
     if arguments.json {
-        screen::say(serde_json::to_string(&day).map_err(Failure::instrument)?);
+        screen::say(serde_json::to_string(&day).map_err(Failure::instrument)?)?;
         return Ok(());
     }
     screen::say(format_args!(
         "{} points, {} reference visits, {} readings, {} spectra",
         day.points, day.references, day.readings, day.spectra
-    ));
+    ))?;
     screen::say(format_args!(
         "travel: C {:.0}°, γ {:.0}°",
         day.travel_c_deg, day.travel_gamma_deg
-    ));
+    ))?;
     screen::say(format_args!(
         "time: {} = warm-up {} + motion {} + readings {}",
         duration(day.total_s),
         duration(day.warm_up_s),
         duration(day.motion_s),
         duration(day.reading_s)
-    ));
+    ))?;
     for block in &day.blocks {
         screen::say(format_args!(
             "block {}: {} {} points at {} mm; {}",
             block.name, block.points, block.kind, block.distance_mm, block.distance_class
-        ));
+        ))?;
     }
     if day.prompts > 0 {
-        screen::say(format_args!("{} blocks ask a person", day.prompts));
+        screen::say(format_args!("{} blocks ask a person", day.prompts))?;
     }
     day.notes
         .iter()
-        .for_each(|note| screen::say(format_args!("note: {note}")));
-    Ok(())
+        .try_for_each(|note| screen::say(format_args!("note: {note}")))
 }

@@ -34,28 +34,28 @@ pub fn run(arguments: &Predict) -> Result<(), Failure> {
     let overwrite = Overwrite::asked(arguments.force);
     let predicted = predict::run(&arguments.model, &arguments.observations, &arguments.out, overwrite)?;
     if arguments.json {
-        screen::say(serde_json::to_string(&predicted).map_err(Failure::instrument)?);
+        screen::say(serde_json::to_string(&predicted).map_err(Failure::instrument)?)?;
         return Ok(());
     }
     screen::say(format_args!(
         "{} rows of {} → {}",
         predicted.rows, predicted.kind, arguments.out
-    ));
+    ))?;
     for notice in &predicted.notices {
-        screen::say(format_args!("note: {notice}"));
+        screen::say(format_args!("note: {notice}"))?;
     }
     if !predicted.effects_applied.is_empty() {
         screen::say(format_args!(
             "effects applied: {}",
             predicted.effects_applied.join(", ")
-        ));
+        ))?;
     }
     if !predicted.effects_not_applicable.is_empty() {
         screen::say(format_args!(
             "effects that do not act on {}: {}",
             predicted.kind,
             predicted.effects_not_applicable.join(", ")
-        ));
+        ))?;
     }
     Ok(())
 }

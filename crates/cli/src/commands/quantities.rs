@@ -1,5 +1,6 @@
 //! Quantities for a person to read, each with its name and unit. Programs take `--json`, which has every key and digit.
 
+use isolux_app::Failure;
 use isolux_app::formats::{Content, Distribution, significant};
 use isolux_app::inspect::Inspection;
 use serde_json::{Map, Value};
@@ -10,7 +11,10 @@ use crate::screen;
 const DIGITS: usize = 4;
 
 /// Prints what follows from the content; what could not be computed is left out.
-pub fn print(inspection: &Inspection) {
+///
+/// # Errors
+/// When standard output takes no more.
+pub fn print(inspection: &Inspection) -> Result<(), Failure> {
     let quantities = Quantities(&inspection.quantities);
     match &inspection.content {
         Some(Content::Distribution(distribution)) => quantities.distribution(distribution),
@@ -31,25 +35,25 @@ impl Quantities<'_> {
         list.into_iter().flatten().filter_map(Value::as_f64).collect()
     }
 
-    fn distribution(&self, distribution: &Distribution) {
+    fn distribution(&self, distribution: &Distribution) -> Result<(), Failure> {
         if let Some(flux) = self.number("flux_lm") {
             let stated = self.number("flux_stated_lm");
             let stated = stated.map_or(String::new(), |lamps| format!(", of the lamps {} lm", digits(lamps)));
-            line("luminous flux", format_args!("{} lm{stated}", digits(flux)));
+            line("luminous flux", format_args!("{} lm{stated}", digits(flux)))?;
         }
         if let Some(peak) = self.number("i_max_cd") {
             line(
                 "maximum intensity",
                 format_args!("{} cd at {}", digits(peak), self.direction()),
-            );
+            )?;
         }
-        self.angle("beam angle (50 %)", "beam_angle_deg", distribution);
-        self.angle("field angle (10 %)", "field_angle_deg", distribution);
+        self.angle("beam angle (50 %)", "beam_angle_deg", distribution)?;
+        self.angle("field angle (10 %)", "field_angle_deg", distribution)?;
         if let Some(ratio) = self.number("lorl_percent").filter(|_| !distribution.absolute) {
-            line("light output ratio", format_args!("{} % (LORL)", digits(ratio)));
+            line("light output ratio", format_args!("{} % (LORL)", digits(ratio)))?;
         }
         if let Some(down) = self.number("dff_percent") {
-            line("downward flux", format_args!("{} % of the flux (DFF)", digits(down)));
+            line("downward flux", format_args!("{} % of the flux (DFF)", digits(down)))?;
         }
         let code: Vec<String> = self
             .list("cie_flux_code")
@@ -57,14 +61,15 @@ impl Quantities<'_> {
             .map(|part| format!("{part:.0}"))
             .collect();
         if !code.is_empty() {
-            line("CIE flux code", code.join(" "));
+            line("CIE flux code", code.join(" "))?;
         }
         if let Some(area) = self.number("luminous_area_mm2") {
-            line("luminous area", format_args!("{} mm²", digits(area)));
+            line("luminous area", format_args!("{} mm²", digits(area)))?;
         }
         if let Some(Value::Object(table)) = self.0.get("ugr") {
-            glare(table);
+            glare(table)?;
         }
+        Ok(())
     }
 
     /// Where the maximum is. On the axis all half-planes meet.
@@ -78,9 +83,9 @@ impl Quantities<'_> {
     }
 
     /// Full angles across C0–C180 and C90–C270; one where all half-planes are alike.
-    fn angle(&self, name: &str, key: &str, distribution: &Distribution) {
+    fn angle(&self, name: &str, key: &str, distribution: &Distribution) -> Result<(), Failure> {
         let Some(angles) = self.0.get(key).and_then(Value::as_array) else {
-            return;
+            return Ok(());
         };
         let planes = distribution.intensity.c_deg();
         let at = |c: f64| {
@@ -98,55 +103,57 @@ impl Quantities<'_> {
                 .collect(),
         };
         if !said.is_empty() {
-            line(name, said.join(", "));
+            line(name, said.join(", "))?;
         }
+        Ok(())
     }
 
-    fn spectrum(&self) {
+    fn spectrum(&self) -> Result<(), Failure> {
         let with_unit = |key: &str, name: &str, unit: &str| {
-            if let Some(value) = self.number(key) {
-                line(name, format_args!("{}{unit}", digits(value)));
-            }
+            self.number(key)
+                .map_or(Ok(()), |value| line(name, format_args!("{}{unit}", digits(value))))
         };
         if let Some(cct) = self.number("cct_k") {
             let duv = self
                 .number("duv")
                 .map_or(String::new(), |duv| format!(", Duv {duv:+.4}"));
-            line("correlated colour temp.", format_args!("{cct:.0} K{duv}"));
+            line("correlated colour temp.", format_args!("{cct:.0} K{duv}"))?;
         }
         if let (Some(ra), r) = (self.number("ra"), self.list("r")) {
             let r9 = r.get(8).map_or(String::new(), |r9| format!(", R9 {r9:.0}"));
-            line("colour rendering", format_args!("Ra {ra:.1}{r9}"));
+            line("colour rendering", format_args!("Ra {ra:.1}{r9}"))?;
         }
         if let (Some(rf), Some(rg)) = (self.number("rf"), self.number("rg")) {
-            line("TM-30", format_args!("Rf {rf:.1}, Rg {rg:.1}"));
+            line("TM-30", format_args!("Rf {rf:.1}, Rg {rg:.1}"))?;
         }
         if let (Some(x), Some(y)) = (self.number("x"), self.number("y")) {
-            line("chromaticity", format_args!("x {x:.4}, y {y:.4}"));
+            line("chromaticity", format_args!("x {x:.4}, y {y:.4}"))?;
         }
         if let (Some(u), Some(v)) = (self.number("u_prime"), self.number("v_prime")) {
-            line("", format_args!("u′ {u:.4}, v′ {v:.4}"));
+            line("", format_args!("u′ {u:.4}, v′ {v:.4}"))?;
         }
-        with_unit("peak_nm", "peak wavelength", " nm");
-        with_unit("centroid_nm", "centroid wavelength", " nm");
-        with_unit("dominant_nm", "dominant wavelength", " nm");
-        with_unit("fwhm_nm", "width at half maximum", " nm");
-        with_unit("ler_lm_per_w", "luminous efficacy", " lm/W (of the radiation)");
-        with_unit("sp_ratio", "S/P ratio", "");
-        with_unit("f1_prime", "f1′ as a responsivity", "");
-        with_unit("spectral_mismatch", "spectral mismatch factor", "");
+        with_unit("peak_nm", "peak wavelength", " nm")?;
+        with_unit("centroid_nm", "centroid wavelength", " nm")?;
+        with_unit("dominant_nm", "dominant wavelength", " nm")?;
+        with_unit("fwhm_nm", "width at half maximum", " nm")?;
+        with_unit("ler_lm_per_w", "luminous efficacy", " lm/W (of the radiation)")?;
+        with_unit("sp_ratio", "S/P ratio", "")?;
+        with_unit("f1_prime", "f1′ as a responsivity", "")?;
+        with_unit("spectral_mismatch", "spectral mismatch factor", "")?;
+        Ok(())
     }
 
     /// Ray files: their keys carry the units.
-    fn others(&self) {
+    fn others(&self) -> Result<(), Failure> {
         for (key, value) in self.0.iter().filter(|(_, value)| !value.is_null()) {
             let text = match value {
                 Value::Number(number) if number.is_f64() => number.as_f64().map_or_else(String::new, digits),
                 Value::String(text) => text.clone(),
                 other => other.to_string(),
             };
-            line(&key.replace('_', " "), text);
+            line(&key.replace('_', " "), text)?;
         }
+        Ok(())
     }
 }
 
@@ -154,12 +161,12 @@ fn digits(value: f64) -> String {
     significant(value, DIGITS)
 }
 
-fn line(name: &str, text: impl std::fmt::Display) {
-    screen::say(format_args!("  {name:24} {text}"));
+fn line(name: &str, text: impl std::fmt::Display) -> Result<(), Failure> {
+    screen::say(format_args!("  {name:24} {text}"))
 }
 
 /// The room of 4H × 8H with the reflectances that data sheets quote, from the table of CIE 117.
-fn glare(table: &Map<String, Value>) {
+fn glare(table: &Map<String, Value>) -> Result<(), Failure> {
     let rows = |name: &str| table.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
     let is = |value: &Value, wanted: &[f64]| {
         let numbers: Vec<f64> = value
@@ -174,12 +181,15 @@ fn glare(table: &Map<String, Value>) {
     let set = rows("reflectance_percent")
         .iter()
         .position(|set| is(set, &[70.0, 50.0, 20.0]));
-    let (Some(room), Some(set)) = (room, set) else { return };
+    let (Some(room), Some(set)) = (room, set) else {
+        return Ok(());
+    };
     let value = |name: &str| rows(name).get(room)?.get(set)?.as_f64();
     if let (Some(crosswise), Some(endwise)) = (value("crosswise"), value("endwise")) {
         line(
             "UGR",
             format_args!("crosswise {crosswise:.1}, endwise {endwise:.1} (4H × 8H, 70/50/20, spacing 0.25 H)"),
-        );
+        )?;
     }
+    Ok(())
 }

@@ -50,11 +50,13 @@ pub fn run(arguments: &Reduce) -> Result<(), Failure> {
         overwrite,
     )?;
     if arguments.json {
-        screen::say(String::from_utf8_lossy(&isolux_app::files::read(&reduced.folder.join("budget.json"))?).trim_end());
+        screen::say(
+            String::from_utf8_lossy(&isolux_app::files::read(&reduced.folder.join("budget.json"))?).trim_end(),
+        )?;
         return Ok(());
     }
     for line in reduced.sentences() {
-        screen::say(line);
+        screen::say(line)?;
     }
     Ok(())
 }

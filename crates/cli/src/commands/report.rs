@@ -29,6 +29,6 @@ pub fn run(arguments: &Report) -> Result<(), Failure> {
     let overwrite = Overwrite::asked(arguments.force);
     let job = arguments.job.as_deref();
     day::report(&arguments.run, job, &arguments.out, overwrite, &screen::Bars::default())?;
-    screen::say(&arguments.out);
+    screen::say(&arguments.out)?;
     Ok(())
 }

@@ -50,12 +50,12 @@ pub fn run(arguments: &Run) -> Result<(), Failure> {
         .map(|operator| operator as &dyn isolux_app::scan::Operator);
     let day = day::run(&wishes, operator, &screen::Bars::default())?;
     for sentence in &day.sentences {
-        screen::say(sentence);
+        screen::say(sentence)?;
     }
-    screen::say(format_args!("results               {}", day.folder.join("results")));
-    screen::say(format_args!("report                {}", day.report));
+    screen::say(format_args!("results               {}", day.folder.join("results")))?;
+    screen::say(format_args!("report                {}", day.report))?;
     if arguments.open && !show(&day.report) {
-        screen::say("(no browser could be started; open the report by hand)");
+        screen::say("(no browser could be started; open the report by hand)")?;
     }
     Ok(())
 }

@@ -56,7 +56,7 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         &bars,
     )?;
     if arguments.json {
-        screen::say(serde_json::to_string(&summary).map_err(Failure::instrument)?);
+        screen::say(serde_json::to_string(&summary).map_err(Failure::instrument)?)?;
         return Ok(());
     }
     screen::say(format_args!(
@@ -65,7 +65,7 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         summary.readings,
         summary.spectra,
         duration(summary.duration_s)
-    ));
+    ))?;
     for (count, what) in [
         (
             summary.without_number,
@@ -79,7 +79,7 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         ),
     ] {
         if count > 0 {
-            screen::say(format_args!("{count} {what}"));
+            screen::say(format_args!("{count} {what}"))?;
         }
     }
     Ok(())

@@ -138,9 +138,9 @@ pub fn run(arguments: &Simulate) -> Result<(), Failure> {
     };
     let facts = simulate::run(&request, &Bars::default())?;
     if arguments.json {
-        screen::say(serde_json::to_string_pretty(&facts).map_err(Failure::instrument)?);
+        screen::say(serde_json::to_string_pretty(&facts).map_err(Failure::instrument)?)?;
     } else {
-        print(&facts, arguments);
+        print(&facts, arguments)?;
     }
     Ok(())
 }
@@ -172,39 +172,39 @@ fn method(arguments: &Simulate) -> Result<Method, Failure> {
     })
 }
 
-fn print(facts: &Facts, arguments: &Simulate) {
+fn print(facts: &Facts, arguments: &Simulate) -> Result<(), Failure> {
     let unit = if facts.unit == "lx" { "lx" } else { "W/m²" };
     match facts.u_mean {
-        Some(u) => screen::say(format_args!("mean        {:.6} ± {u:.2e} {unit} (k = 1)", facts.mean)),
+        Some(u) => screen::say(format_args!("mean        {:.6} ± {u:.2e} {unit} (k = 1)", facts.mean))?,
         None => screen::say(format_args!(
             "mean        {:.6} {unit}, no uncertainty: {}",
             facts.mean,
             facts.u_mean_missing.join("; ")
-        )),
+        ))?,
     }
-    screen::say(format_args!("computation {}", simulate::numeric(facts, unit)));
+    screen::say(format_args!("computation {}", simulate::numeric(facts, unit)))?;
     if let (Some(precision), Some(bound)) = (facts.precision, facts.pixel_error_bound) {
         screen::say(format_args!(
             "error       {precision}: no pixel is off by more than {:.1e} {unit} or {:.1e} of itself",
             bound.absolute, bound.relative
-        ));
+        ))?;
     }
-    screen::say(format_args!("min, max    {:.6}, {:.6} {unit}", facts.min, facts.max));
+    screen::say(format_args!("min, max    {:.6}, {:.6} {unit}", facts.min, facts.max))?;
     if let (Some(on_sensor), Some(law)) = (facts.rays_on_sensor, facts.max_ray_noise) {
         screen::say(format_args!(
             "rays        {on_sensor} of {} on the sensor",
             facts.rays.unwrap_or(0)
-        ));
+        ))?;
         screen::say(format_args!(
             "maximum     ray noise alone gives {:.4} ({:.4} to {:.4}) {unit}, the light without noise {:.4} {unit}",
             law.median,
             law.lo95,
             law.hi95,
             facts.max_noise_free.unwrap_or(f64::NAN)
-        ));
+        ))?;
     }
     if let Some(relative) = facts.relative_error_per_pixel {
-        screen::say(format_args!("per pixel   {:.2} % standard error", 100.0 * relative));
+        screen::say(format_args!("per pixel   {:.2} % standard error", 100.0 * relative))?;
     }
     if let Some(against) = &facts.against {
         screen::say(format_args!(
@@ -220,10 +220,10 @@ fn print(facts: &Facts, arguments: &Simulate) {
                 (false, true) => "they differ by more than their noise",
                 (false, false) => "no more than their noise",
             }
-        ));
+        ))?;
     }
-    screen::say(format_args!("solver      {:.4} s", facts.elapsed_s));
-    screen::say(format_args!("written     {}", arguments.out));
+    screen::say(format_args!("solver      {:.4} s", facts.elapsed_s))?;
+    screen::say(format_args!("written     {}", arguments.out))
 }
 
 fn one_or_two<T: std::str::FromStr + Copy>(text: &str) -> Result<Pair<T>, String> {

@@ -70,11 +70,11 @@ pub fn merge(arguments: &Merge) -> Result<(), Failure> {
 fn say(out: &Utf8PathBuf, points: usize, json: bool) -> Result<(), Failure> {
     if json {
         let text = isolux_app::files::read(&out.join("sweep.json"))?;
-        screen::say(String::from_utf8_lossy(&text).trim_end());
+        screen::say(String::from_utf8_lossy(&text).trim_end())?;
     } else {
         screen::say(format_args!(
             "{points} points in {out}: sweep.json, sweep.csv, a chart a key"
-        ));
+        ))?;
     }
     Ok(())
 }

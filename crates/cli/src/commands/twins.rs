@@ -132,8 +132,9 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
             arguments.darkroom.as_deref(),
             station,
             Overwrite::asked(arguments.force),
+            &screen::Bars::default(),
         )?;
-        screen::say(format_args!("{:18} {station}", "station"));
+        screen::say(format_args!("{:18} {station}", "station"))?;
         return Ok(());
     }
     let lasts = match arguments.lasts_s {
@@ -151,18 +152,19 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
         overwrite: Overwrite::asked(arguments.force),
         lasts,
     };
-    twins::serve(&wishes, |reachable| {
+    twins::serve(&wishes, &screen::Bars::default(), |reachable| {
         for twin in reachable {
             match serde_json::to_string(twin) {
-                Ok(line) if arguments.json => screen::say(line),
-                _ => screen::say(format_args!("{:18} {}", twin.instrument, twin.open)),
+                Ok(line) if arguments.json => screen::say(line)?,
+                _ => screen::say(format_args!("{:18} {}", twin.instrument, twin.open))?,
             }
         }
         if let Some(path) = &arguments.station_out
             && !arguments.json
         {
-            screen::say(format_args!("{:18} {path}", "station"));
+            screen::say(format_args!("{:18} {path}", "station"))?;
         }
+        Ok(())
     })
 }
 
@@ -197,15 +199,15 @@ fn capture(arguments: &Capture) -> Result<(), Failure> {
     let captured = capture::capture(&arguments.darkroom, &arguments.scene, &arguments.out, &wishes, &bars)?;
     if arguments.json {
         let facts = serde_json::json!({ "maps": captured.maps, "bins": captured.bins, "unit": captured.unit, "mean": captured.mean });
-        screen::say(facts);
+        screen::say(facts)?;
         return Ok(());
     }
     for (name, mean) in captured.maps.iter().zip(&captured.mean) {
-        screen::say(format_args!("{name:12} mean {mean:.5} {}", captured.unit));
+        screen::say(format_args!("{name:12} mean {mean:.5} {}", captured.unit))?;
     }
     screen::say(format_args!(
         "{} with {} × {} bins a map",
         arguments.out, captured.bins[0], captured.bins[1]
-    ));
+    ))?;
     Ok(())
 }

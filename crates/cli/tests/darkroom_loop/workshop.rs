@@ -22,6 +22,8 @@ ellipticity_rel = 0.05
 flux_spread_rel = 0.003
 [luxmeter]
 gain_error_rel = 0.002
+[flaws]
+only = true
 ";
 
 /// Flaws of every room here, healthy or not.

@@ -1,6 +1,6 @@
 //! The verdict, and the one sentence that says it.
 
-use crate::document::{EffectEntry, UnexplainedEntry, Verdict};
+use crate::document::{EffectEntry, Independence, UnexplainedEntry, Verdict};
 use crate::search::Outcome;
 
 pub(super) fn verdict(outcome: &Outcome, effects: &[EffectEntry]) -> Verdict {
@@ -16,6 +16,30 @@ pub(super) fn verdict(outcome: &Outcome, effects: &[EffectEntry]) -> Verdict {
 }
 
 pub(super) fn sentence(
+    verdict: Verdict,
+    effects: &[EffectEntry],
+    unexplained: Option<&UnexplainedEntry>,
+    outcome: &Outcome,
+    independence: Independence,
+) -> String {
+    if independence == Independence::SameRun {
+        // What was fitted to the readings agrees with them; that it does is no evidence, and its p would look like some.
+        return match verdict {
+            Verdict::Consistent => format!(
+                "consistency check of the record: its readings agree with the model that was made from them (noise {:.2} × stated); \
+                 this is no test of the model",
+                outcome.noise.scale
+            ),
+            _ => format!(
+                "consistency check of the record: its readings disagree with the model that was made from them: {}",
+                told(verdict, effects, unexplained, outcome)
+            ),
+        };
+    }
+    told(verdict, effects, unexplained, outcome)
+}
+
+fn told(
     verdict: Verdict,
     effects: &[EffectEntry],
     unexplained: Option<&UnexplainedEntry>,

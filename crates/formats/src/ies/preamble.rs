@@ -1,5 +1,7 @@
 //! The lines before the numbers: version, keywords, labels, tilt.
 
+use std::collections::HashMap;
+
 use super::Edition;
 use crate::finding::{Finding, Findings};
 use crate::text::Text;
@@ -79,6 +81,8 @@ pub(super) fn read(text: &Text<'_>, findings: &mut Findings) -> Option<Preamble>
         None => first_numbers(text, from)?,
     };
     let (mut keywords, mut labels) = (Vec::<Keyword>::new(), Vec::new());
+    // Line of every keyword that is complete with its [MORE].
+    let mut complete: HashMap<(String, String), usize> = HashMap::new();
     for index in from..until {
         let line = text.line(index).trim_end();
         if index > first && line.trim().len() > 5 && line == text.line(index - 1).trim_end() {
@@ -107,11 +111,12 @@ pub(super) fn read(text: &Text<'_>, findings: &mut Findings) -> Option<Preamble>
             },
             Some((name, words)) => {
                 let name = name.trim().to_owned();
-                let twin = keywords
-                    .iter()
-                    .find(|other| other.name == name && other.text == words.trim());
-                if let Some(twin) = twin {
-                    let message = format!("[{name}] repeats line {}", twin.line + 1);
+                if let Some(last) = keywords.last() {
+                    let key = (last.name.clone(), last.text.clone());
+                    complete.entry(key).or_insert(last.line);
+                }
+                if let Some(before) = complete.get(&(name.clone(), words.trim().to_owned())) {
+                    let message = format!("[{name}] repeats line {}", before + 1);
                     findings.push(
                         Finding::warning("ies-keyword-doubled", message)
                             .at(index + 1, 1)

@@ -283,7 +283,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             )
         })
         .collect();
-    for field in (0..width).filter(|i| !spectral.contains(i)) {
+    for field in (0..width).filter(|i| spectral.binary_search(i).is_err()) {
         if let Some(token) = data.get(field) {
             keywords
                 .entry(fields[field].text.to_owned())
@@ -427,9 +427,12 @@ fn cells(line: &str, number: usize, fields: usize) -> Vec<Token<'_>> {
 /// Words of a line; a quoted text is one word.
 fn tokens(line: &str, number: usize) -> Vec<Token<'_>> {
     let mut out = Vec::new();
-    let mut rest = line;
+    let (mut rest, mut column) = (line, 1);
     loop {
-        rest = rest.trim_start();
+        let blanks = rest.len() - rest.trim_start().len();
+        // Counted on from the word before: a line may hold all the words of the file.
+        column += rest[..blanks].chars().count();
+        rest = &rest[blanks..];
         if rest.is_empty() {
             return out;
         }
@@ -440,9 +443,10 @@ fn tokens(line: &str, number: usize) -> Vec<Token<'_>> {
         };
         out.push(Token {
             line: number,
-            column: super::speos::column_of(line, rest),
+            column,
             text: &rest[..length],
         });
+        column += rest[..length].chars().count();
         rest = &rest[length..];
     }
 }

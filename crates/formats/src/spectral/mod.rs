@@ -9,6 +9,7 @@ mod jcamp;
 mod json;
 mod limits;
 mod macam;
+mod places;
 mod points;
 mod resample;
 mod spdx;

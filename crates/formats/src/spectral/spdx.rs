@@ -4,6 +4,7 @@ use quick_xml::events::Event;
 use quick_xml::reader::Reader;
 use serde_json::Value;
 
+use super::places::Places;
 use super::points::{Draft, Point};
 use super::{SpectrumFile, refused};
 use crate::finding::{Finding, Findings};
@@ -30,34 +31,12 @@ pub(super) const QUANTITIES: [&str; 12] = [
     "other",
 ];
 
+/// Deeper nesting than this is no spectrum; TM-27 has four levels.
+const DEEPEST: usize = 64;
+
 /// Whether the root element stands in the text.
 pub(super) fn looks_like(text: &Text<'_>) -> bool {
     text.lines().take(30).any(|l| l.contains("<IESTM27"))
-}
-
-/// Places in the text by byte.
-struct Places {
-    starts: Vec<usize>,
-}
-
-impl Places {
-    fn of(text: &Text<'_>) -> Self {
-        let base = text.content().as_ptr() as usize;
-        Self {
-            starts: text.lines().map(|l| l.as_ptr() as usize - base).collect(),
-        }
-    }
-
-    fn line(&self, byte: usize) -> usize {
-        self.starts.partition_point(|&s| s <= byte).max(1)
-    }
-
-    fn at(&self, content: &str, byte: usize) -> (usize, usize) {
-        let line = self.line(byte);
-        let start = self.starts.get(line - 1).copied().unwrap_or(0);
-        let column = content.get(start..byte).map_or(1, |s| s.chars().count() + 1);
-        (line, column)
-    }
 }
 
 /// An element under way.
@@ -83,7 +62,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         let event = match reader.read_event() {
             Ok(event) => event,
             Err(error) => {
-                let (line, column) = places.at(content, (reader.error_position() as usize).min(content.len()));
+                let (line, column) = places.at((reader.error_position() as usize).min(content.len()));
                 findings.push(
                     Finding::error("spdx-xml", format!("the XML is damaged: {error}"))
                         .at(line, column)
@@ -99,7 +78,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 let name = start.local_name().as_ref().to_owned();
                 if stack.is_empty() {
                     if !name.to_ascii_uppercase().starts_with("IESTM27") {
-                        let (line, column) = places.at(content, before);
+                        let (line, column) = places.at(before);
                         findings.push(
                             Finding::error("spdx-root", format!("the root element is <{name}>, not <IESTM2714>"))
                                 .at(places.line(skip_blank(content, before)).max(line), column)
@@ -113,7 +92,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 let mut wavelength = None;
                 for attribute in start.attributes() {
                     let Ok(attribute) = attribute else {
-                        let (line, column) = places.at(content, before);
+                        let (line, column) = places.at(before);
                         findings.push(
                             Finding::error("spdx-xml", "an attribute is damaged")
                                 .at(line, column)
@@ -125,11 +104,21 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                     let key = attribute.key.as_ref().to_owned();
                     let value = attribute.value.clone().into_owned();
                     if stack.is_empty() {
-                        namespace(&key, &value, places.at(content, before), &mut findings);
+                        namespace(&key, &value, places.at(before), &mut findings);
                         draft.header.insert(key, value.into());
                     } else if key == "wavelength" {
                         wavelength = Some(value);
                     }
+                }
+                if stack.len() >= DEEPEST {
+                    let (line, column) = places.at(before);
+                    findings.push(
+                        Finding::error("spdx-depth", format!("elements are nested more than {DEEPEST} deep"))
+                            .at(line, column)
+                            .raw(&name)
+                            .fix("a TM-27 file is four deep: check that this is one, or fetch the file again"),
+                    );
+                    return refused(Some(Format::Spdx), findings);
                 }
                 if name == "SpectralDistribution" {
                     distribution += 1;
@@ -145,7 +134,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 let name = empty.local_name().as_ref().to_owned();
                 let at = skip_blank(content, before);
                 if name == "SpectralData" {
-                    let (line, column) = places.at(content, at);
+                    let (line, column) = places.at(at);
                     draft.whole = false;
                     findings.push(Finding::error("spdx-number", "no value stands here").at(line, column));
                 } else if stack.is_empty() {
@@ -161,7 +150,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 if let Some(open) = stack.last_mut() {
                     open.text.push_str(&chunk);
                 } else if !chunk.trim().is_empty() && !chunk.trim_start_matches('\u{feff}').trim().is_empty() {
-                    let (line, column) = places.at(content, skip_blank(content, before));
+                    let (line, column) = places.at(skip_blank(content, before));
                     findings.push(
                         Finding::error("spdx-xml", "text stands outside the root element")
                             .at(line, column)
@@ -183,7 +172,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                             if let Some(text) = quick_xml::escape::resolve_predefined_entity(&reference) {
                                 open.text.push_str(text);
                             } else {
-                                let (line, column) = places.at(content, before);
+                                let (line, column) = places.at(before);
                                 findings.push(
                                     Finding::warning("spdx-entity", "an entity is not known")
                                         .at(line, column)
@@ -200,15 +189,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 if let Some(open) = stack.pop() {
                     closed = stack.is_empty();
                     let parent = stack.last().map_or("", |o| o.name.as_str());
-                    close(
-                        &open,
-                        parent,
-                        content,
-                        &places,
-                        &mut draft,
-                        &mut quantity,
-                        &mut findings,
-                    );
+                    close(&open, parent, &places, &mut draft, &mut quantity, &mut findings);
                 }
             }
             Event::Eof => break,
@@ -245,7 +226,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
     }
     match quantity {
         Some((name, at)) => {
-            let (line, column) = places.at(content, at);
+            let (line, column) = places.at(at);
             if !QUANTITIES.iter().any(|q| q.eq_ignore_ascii_case(&name)) {
                 findings.push(
                     Finding::warning("spdx-quantity", "TM-27 does not know this spectral quantity")
@@ -305,13 +286,12 @@ fn namespace(key: &str, value: &str, (line, column): (usize, usize), findings: &
 fn close(
     open: &Open,
     parent: &str,
-    content: &str,
-    places: &Places,
+    places: &Places<'_>,
     draft: &mut Draft,
     quantity: &mut Option<(String, usize)>,
     findings: &mut Findings,
 ) {
-    let (line, column) = places.at(content, open.at);
+    let (line, column) = places.at(open.at);
     let text = open.text.trim();
     match (parent, open.name.as_str()) {
         (_, "SpectralData") => {

@@ -9,6 +9,10 @@ use super::image::read_image;
 
 use super::table::{Fields, Table, line_of, parse_toml, read_text};
 use super::{Need, ObservationError, OneOrTwo, Problem};
+use crate::document::{Fault, Source};
+
+/// Most bins of all maps of a file: beyond it they do not fit into memory.
+const MOST_CELLS: usize = 200_000_000;
 
 /// The unit of a map's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -235,48 +239,71 @@ impl MapSet {
             values: None,
             places_mm: None,
         };
-        let positive = |column, found: f64, line| {
-            let expected = "finite and above zero";
-            if found.is_finite() && found > 0.0 {
-                Ok(())
-            } else {
-                Err(ObservationError::new(
-                    path,
-                    line,
-                    Problem::OutOfRange {
-                        column,
-                        found,
-                        expected,
-                    },
-                ))
-            }
+        let refuse = |column, found: f64, expected, line| {
+            let problem = Problem::OutOfRange {
+                column,
+                found,
+                expected,
+            };
+            Err(ObservationError::new(path, line, problem))
         };
-        positive("sensor_mm", set.sensor_mm[0].min(set.sensor_mm[1]), None)?;
-        positive("bins", set.bins[0].min(set.bins[1]) as f64, None)?;
-        if let Some(full_scale) = set.full_scale {
-            positive("full_scale", full_scale, None)?;
+        let source = Source {
+            file: path,
+            text: &text,
+        };
+        let line_of_key = |key: &str| source.locate(&Fault::new(key, "")).line.map(|line| line as u64);
+        for (side_mm, bins) in set.sensor_mm.into_iter().zip(set.bins) {
+            if !(1e-4..=1e5).contains(&side_mm) {
+                return refuse(
+                    "sensor_mm",
+                    side_mm,
+                    "within 0.0001 to 100000",
+                    line_of_key("sensor_mm"),
+                );
+            }
+            if !(1..=65_536).contains(&bins) {
+                return refuse("bins", bins as f64, "within 1 to 65536", line_of_key("bins"));
+            }
+        }
+        if set.bins[0] * set.bins[1] * document.map.len().max(1) > MOST_CELLS {
+            let cells = (set.bins[0] * set.bins[1] * document.map.len()) as f64;
+            return refuse("bins", cells, "at most 200000000 in all maps", line_of_key("bins"));
+        }
+        if let Some(full_scale) = set.full_scale
+            && !(1e-12..=1e12).contains(&full_scale)
+        {
+            return refuse(
+                "full_scale",
+                full_scale,
+                "within 1e-12 to 1e12",
+                line_of_key("full_scale"),
+            );
         }
         let mut lines: HashMap<String, u64> = HashMap::new();
         for map in document.map {
             let line = line_of(&text, map.span().start);
             let map = map.into_inner();
-            positive("distance_mm", map.distance_mm, Some(line))?;
-            positive("exposure", map.exposure, Some(line))?;
             let [x, y] = map.offset_mm;
-            for (column, found) in [
-                ("tilt_x_deg", map.tilt_x_deg),
-                ("tilt_y_deg", map.tilt_y_deg),
-                ("rot_z_deg", map.rot_z_deg),
-                ("offset_mm", x),
-                ("offset_mm", y),
+            let (angle, shift) = ("within -360 to 360", "within -1000000 to 1000000");
+            for (column, found, low, high, expected) in [
+                ("distance_mm", map.distance_mm, 1e-3, 1e6, "within 0.001 to 1000000"),
+                ("exposure", map.exposure, 1e-9, 1e9, "within 1e-9 to 1e9"),
+                ("tilt_x_deg", map.tilt_x_deg, -360.0, 360.0, angle),
+                ("tilt_y_deg", map.tilt_y_deg, -360.0, 360.0, angle),
+                ("rot_z_deg", map.rot_z_deg, -360.0, 360.0, angle),
+                ("offset_mm", x, -1e6, 1e6, shift),
+                ("offset_mm", y, -1e6, 1e6, shift),
+                ("time_s", map.time_s.unwrap_or(0.0), -1e9, 1e9, "within -1e9 to 1e9"),
+                (
+                    "ambient_c",
+                    map.ambient_c.unwrap_or(0.0),
+                    -100.0,
+                    200.0,
+                    "within -100 to 200",
+                ),
             ] {
-                if !found.is_finite() {
-                    let problem = Problem::OutOfRange {
-                        column,
-                        found,
-                        expected: "finite",
-                    };
-                    return Err(ObservationError::new(path, Some(line), problem));
+                if !(low..=high).contains(&found) {
+                    return refuse(column, found, expected, Some(line));
                 }
             }
             if let Some(first) = lines.insert(map.name.clone(), line) {

@@ -4,7 +4,10 @@ use serde::Deserialize;
 
 /// Width and height, or one number for both.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "one number for both sides or a list of two, such as 24.5 or [24.5, 18.0]; counts are whole numbers of one or more"
+)]
 pub enum OneOrTwo<T> {
     /// Both alike.
     One(T),

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use super::table::{Fields, Table, parse_toml, read_text};
 use super::{Need, ObservationError, Problem};
 use crate::ReadingKind;
+use crate::document::{Fault, Source};
 
 /// One wavelength of one spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,17 +64,28 @@ impl SpectraSet {
     /// # Errors
     /// [`ObservationError`] with file and line.
     pub fn open(path: &Utf8Path, need: Need) -> Result<Self, ObservationError> {
-        let document: Document = parse_toml(path, &read_text(path)?)?;
-        for (column, value, possible) in [
-            ("distance_mm", document.distance_mm, document.distance_mm > 0.0),
-            ("c_deg", document.c_deg, true),
-            ("gamma_deg", document.gamma_deg, true),
+        let text = read_text(path)?;
+        let document: Document = parse_toml(path, &text)?;
+        for (column, value, low, high, expected) in [
+            (
+                "distance_mm",
+                document.distance_mm,
+                1e-3,
+                1e6,
+                "within 0.001 to 1000000",
+            ),
+            ("c_deg", document.c_deg, -720.0, 720.0, "within -720 to 720"),
+            ("gamma_deg", document.gamma_deg, -360.0, 360.0, "within -360 to 360"),
         ] {
-            if !(value.is_finite() && possible) {
-                let expected = "finite, and a distance above zero";
+            if !(low..=high).contains(&value) {
+                let at = Source {
+                    file: path,
+                    text: &text,
+                }
+                .locate(&Fault::new(column, ""));
                 return Err(ObservationError::new(
                     path,
-                    None,
+                    at.line.map(|line| line as u64),
                     Problem::OutOfRange {
                         column,
                         found: value,

@@ -5,6 +5,8 @@ use std::collections::HashMap;
 use camino::Utf8Path;
 
 use super::{ObservationError, Problem};
+use crate::document::Source;
+use crate::file::{self, LARGEST_TABLE};
 
 /// A CSV file in memory: header, rows, and the line of each row.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,7 +18,7 @@ pub(super) struct Table {
 }
 
 pub(super) fn read_bytes(path: &Utf8Path) -> Result<Vec<u8>, ObservationError> {
-    std::fs::read(path).map_err(|error| ObservationError::new(path, None, Problem::Read(error.to_string())))
+    file::read(path, LARGEST_TABLE).map_err(|error| ObservationError::new(path, None, Problem::Read(error.to_string())))
 }
 
 pub(super) fn read_text(path: &Utf8Path) -> Result<String, ObservationError> {
@@ -26,8 +28,8 @@ pub(super) fn read_text(path: &Utf8Path) -> Result<String, ObservationError> {
 
 pub(super) fn parse_toml<T: serde::de::DeserializeOwned>(path: &Utf8Path, text: &str) -> Result<T, ObservationError> {
     toml::from_str(text).map_err(|error| {
-        let line = error.span().map(|span| line_of(text, span.start));
-        ObservationError::new(path, line, Problem::Toml(error.message().trim().to_owned()))
+        let wrong = Source { file: path, text }.toml_error(&error);
+        ObservationError::new(path, wrong.line.map(|line| line as u64), Problem::Toml(wrong.message))
     })
 }
 

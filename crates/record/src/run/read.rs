@@ -8,6 +8,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use super::header::{FORMAT_1, RunHeader, SpectrumEntry, StopHow};
 use super::{Run, RunError};
 use crate::disk::{failed, lines, sha256};
+use crate::file::{self, FileError, LARGEST_TABLE};
 use crate::plan::{Instrument, Order};
 use crate::readings::{self, Layout};
 use crate::spectra::SpectrumRecord;
@@ -286,11 +287,12 @@ impl Survey {
 }
 
 /// The file's bytes; none when it is not there.
-fn bytes(file: &Utf8Path) -> Result<Option<Vec<u8>>, RunError> {
-    match std::fs::read(file) {
+fn bytes(path: &Utf8Path) -> Result<Option<Vec<u8>>, RunError> {
+    match file::read(path, LARGEST_TABLE) {
         Ok(bytes) => Ok(Some(bytes)),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(failed(file, "read")(error).into()),
+        Err(FileError::Io(error)) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(FileError::Io(error)) => Err(failed(path, "read")(error).into()),
+        Err(other) => Err(failed(path, "read")(std::io::Error::other(other)).into()),
     }
 }
 

@@ -1,8 +1,14 @@
 //! Lines of a text as rows of cells, under the separator that makes the most numbers.
 
+use std::cell::OnceCell;
+
 use crate::number;
 use crate::read::Format;
+use crate::spectral::places::Characters;
 use crate::text::Text;
+
+/// A line of at most so many bytes is counted anew for each column.
+const SHORT: usize = 1024;
 
 /// How a line falls into cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,13 +73,20 @@ pub(in crate::spectral) struct Row<'t> {
     pub cells: Vec<&'t str>,
     /// A `#`, `%`, `!`, `;` or `//` stands in front.
     pub comment: bool,
+    /// Of a long line, counted when a column of it is first asked for.
+    characters: OnceCell<Box<Characters<'t>>>,
 }
 
 impl Row<'_> {
+    /// One-based column of a cell, in characters.
     pub fn column(&self, cell: usize) -> usize {
-        self.cells
-            .get(cell)
-            .map_or(1, |cell| crate::spectral::speos::column_of(self.text, cell))
+        let Some(cell) = self.cells.get(cell) else { return 1 };
+        let byte = (cell.as_ptr() as usize).wrapping_sub(self.text.as_ptr() as usize);
+        if self.text.len() <= SHORT || byte > self.text.len() {
+            return crate::spectral::speos::column_of(self.text, cell);
+        }
+        let characters = self.characters.get_or_init(|| Box::new(Characters::of(self.text)));
+        characters.before(byte) + 1
     }
 
     pub fn is_number(&self, cell: usize) -> bool {
@@ -202,6 +215,7 @@ impl Lines {
                     text: line,
                     cells,
                     comment,
+                    characters: OnceCell::new(),
                 }
             })
             .collect();

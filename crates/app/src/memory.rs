@@ -1,0 +1,46 @@
+//! Whether a map fits into the memory that is free: a process that the system ends for want of memory says nothing.
+
+use crate::Failure;
+
+/// Bytes a pixel while a map is computed and written: the map in double and single precision, the factors of effects, the
+/// picture. Measured with 2048 × 2048 and 8192 × 8192 pixels: 49.
+const BYTES_PER_PIXEL: u64 = 64;
+
+/// Refuses a map that does not fit into the memory that is free now.
+///
+/// # Errors
+/// Bad input (exit 2) with both numbers.
+pub(crate) fn refuse_too_many([nx, ny]: [usize; 2]) -> Result<(), Failure> {
+    let needed = (nx as u64).saturating_mul(ny as u64).saturating_mul(BYTES_PER_PIXEL);
+    match free_bytes() {
+        Some(free) if needed > free => Err(Failure::bad_input(format!(
+            "{nx} × {ny} pixels need {:.1} GB of memory, and {:.1} GB are free",
+            needed as f64 / 1e9,
+            free as f64 / 1e9
+        ))
+        .help("give fewer pixels in sensor.pixels or --pixels")),
+        _ => Ok(()),
+    }
+}
+
+/// What the system could give a process now, where it says so.
+fn free_bytes() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_beyond_all_memory_is_refused() {
+        refuse_too_many([1, 1]).unwrap();
+        if free_bytes().is_some() {
+            let refused = refuse_too_many([1 << 31, 1 << 31]).unwrap_err();
+            assert!(refused.message.contains("GB are free"), "{refused}");
+        }
+    }
+}
