@@ -1,11 +1,12 @@
 //! What counts as noise, and how it is tested: every constant of the test, with what chose it.
 
-/// Scatter up to this many times the stated uncertainty stays noise where no repeats of a pose say otherwise: issue 10, point 18.
+/// Scatter up to this many times the stated uncertainty stays noise where no repeats of a
+/// pose say otherwise.
 pub const SCALE: f64 = 1.25;
-/// Serial correlation up to this stays noise: issue 10, point 18.
+/// Serial correlation up to this stays noise where no pose was repeated.
 pub const RHO: f64 = 0.5;
-/// The combined probability below which what is left is no noise. With the scan's own 0.01 the whole verdict has to stay below 1.5 % of false
-/// alarms on white noise and 2 % on AR(1) noise; 0.002 to 0.005 gave the same answers on hidden effects of 10 σ.
+/// The combined probability below which what is left is no noise. With the scan's own 0.01 the whole verdict has to stay
+/// below 1.5 % of false alarms on white noise and 2 % on AR(1) noise.
 pub const SIGNIFICANCE: f64 = 0.003;
 /// The permutations get this share of [`SIGNIFICANCE`], the comparison of the scatter with what is stated or repeated the rest.
 pub const PERMUTED_SHARE: f64 = 0.8;
