@@ -2,6 +2,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_device::{Axis, AxisScale, AxisSettings, OpenError, Sense};
+use isolux_record::document::{self, Fault};
 use isolux_record::run::RunHeader;
 use isolux_record::spectra::{SpectralCalibration, parse_calibration};
 use isolux_record::station::{self, Access};
@@ -10,8 +11,8 @@ use isolux_scan::{CalibratedSpectro, Devices, TwoState, spectrum};
 use isolux_units::AxisAngle;
 use sha2::{Digest, Sha256};
 
-use crate::Failure;
 use crate::catalogue::{Catalogue, open_failure};
+use crate::{Failure, roles};
 
 /// Name and version of this program, as records carry it.
 pub const PROGRAM: &str = concat!("isolux ", env!("CARGO_PKG_VERSION"));
@@ -28,15 +29,24 @@ pub struct Source {
 }
 
 impl Source {
-    /// Reads a station file and the calibration beside it.
+    /// Reads a station file and the calibration beside it. Nothing is opened.
     ///
     /// # Errors
-    /// Bad input (exit 2) with file and line.
+    /// Bad input (exit 2) with file and line, also for two roles on one instrument and a calibration that is not there.
     pub fn load(file: &Utf8Path) -> Result<Self, Failure> {
-        let station = Station::load(file).map_err(Failure::bad_input)?;
+        let text = document::read_text(file).map_err(Failure::bad_input)?;
+        let station = Station::parse(file, &text).map_err(Failure::bad_input)?;
+        let located = |fault: &Fault| Failure::bad_input(document::Source { file, text: &text }.locate(fault));
+        roles::distinct(&station).map_err(|fault| located(&fault).help("nothing was opened"))?;
         let calibration = match station.spectral_calibration(file) {
             Some(path) => {
-                let text = isolux_record::document::read_text(&path).map_err(Failure::bad_input)?;
+                let text = document::read_text(&path).map_err(|error| {
+                    located(&Fault {
+                        path: "spectroradiometer.calibration".to_owned(),
+                        message: error.to_string(),
+                    })
+                    .help("put the file there, or write calibration = \"device\" for the factors that the instrument stores")
+                })?;
                 parse_calibration(&path, &text).map_err(Failure::bad_input)?;
                 Some((path, text))
             }

@@ -31,6 +31,7 @@ pub mod progress;
 pub mod rays;
 pub mod record;
 pub mod reduce;
+mod roles;
 pub mod scan;
 pub mod scene;
 pub mod sensor_view;

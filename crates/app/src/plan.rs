@@ -1,20 +1,21 @@
 //! `plan`: what a plan asks of a station, before anything moves.
 
 use camino::Utf8Path;
+use isolux_record::Plan;
 use isolux_record::document::{self, Fault};
-use isolux_record::{Plan, Station};
 use isolux_scan::{DryRun, dry_run};
 
 use crate::Failure;
+use crate::bench::Source;
 
 /// The dry run of a plan file on a station file.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line: also for a plan outside the limits of the axes.
 pub fn run(station: &Utf8Path, plan: &Utf8Path) -> Result<DryRun, Failure> {
-    let station = Station::load(station).map_err(Failure::bad_input)?;
+    let source = Source::load(station)?;
     let (parsed, text) = load(plan)?;
-    dry_run(&station, &parsed).map_err(|fault| located(plan, &text, &fault))
+    dry_run(&source.station, &parsed).map_err(|fault| located(plan, &text, &fault))
 }
 
 /// A plan and its text.
