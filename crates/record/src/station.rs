@@ -143,6 +143,12 @@ pub struct LuxMeter {
     pub calibration_factor: f64,
     /// Relative standard uncertainty of the calibration (k = 1).
     pub u_rel: f64,
+    /// Relative standard deviation of one reading, of the meter and of the lamp together: what `isolux plan` counts as noise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_rel: Option<f64>,
+    /// Standard deviation of one reading without light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_lx: Option<f64>,
     /// Number of the certificate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certificate: Option<String>,
@@ -191,6 +197,12 @@ pub struct Lamp {
     /// Largest extent of the luminous area: decides the distance class.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diameter_mm: Option<f64>,
+    /// Estimate of the luminous flux, from a data sheet or an earlier run: only `isolux plan` uses it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flux_lm: Option<f64>,
+    /// Estimate of the largest luminous intensity, for `isolux plan` too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_cd: Option<f64>,
     /// When the lamp counts as stable; without it EN 13032-4: 30 min on, then 0.5 % over 15 min.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stable: Option<Stable>,

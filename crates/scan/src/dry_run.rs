@@ -98,6 +98,14 @@ impl DistanceClass {
             Self::Narrow(ratio)
         }
     }
+
+    /// Distance ÷ extent.
+    pub const fn ratio(self) -> Option<f64> {
+        match self {
+            Self::Unknown => None,
+            Self::NearField(ratio) | Self::Lambertian(ratio) | Self::Broad(ratio) | Self::Narrow(ratio) => Some(ratio),
+        }
+    }
 }
 
 impl std::fmt::Display for DistanceClass {

@@ -7,6 +7,7 @@
 pub mod cancel;
 pub mod clock;
 pub mod devices;
+pub mod distance;
 pub mod dry_run;
 pub mod engine;
 pub mod error;
@@ -22,6 +23,7 @@ mod testing;
 
 pub use cancel::Cancel;
 pub use devices::{CalibratedSpectro, Devices, Nobody, Operator, Request, TwoState};
+pub use distance::{Cost, DisplayRange, Distances, distances};
 pub use dry_run::{DistanceClass, DryRun, dry_run};
 pub use engine::{Engine, ScanSummary};
 pub use error::{ScanError, ScanErrorKind};

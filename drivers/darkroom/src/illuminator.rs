@@ -164,6 +164,11 @@ impl Illuminator {
             .sum()
     }
 
+    /// Luminous intensity along γ = 0 from infinitely far away, cd.
+    pub fn axial_cd(&self) -> f64 {
+        self.far_field_cd(DVec3::Z)
+    }
+
     fn intensity_cd(&self, led: &Led, direction: DVec3) -> f64 {
         let cos = direction.dot(led.axis);
         if cos <= 0.0 {

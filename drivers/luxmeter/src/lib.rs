@@ -2,4 +2,4 @@
 
 mod t10a;
 
-pub use t10a::T10aDriver;
+pub use t10a::{T10aDriver, display_lx};

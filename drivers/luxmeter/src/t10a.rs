@@ -27,6 +27,13 @@ use tokio::time::{Instant, sleep, sleep_until};
 /// Name of the driver in `open = "konica-t10a:…"`.
 const NAME: &str = "konica-t10a";
 
+/// Full scale and last digit of every range in lx, of the meter that `open` names; none for another driver's.
+pub fn display_lx(open: &str) -> Option<[(f64, f64); 5]> {
+    let (driver, _) = open.split_once(':')?;
+    // Four digits (manual, specifications): 29.99 lx in steps of 0.01 lx, and so on by tens.
+    (driver == NAME).then(|| std::array::from_fn(|range| (FULL_SCALE_LX[range], 0.01 * 10_f64.powi(range as i32))))
+}
+
 /// Manual, section 2.
 const LINE: LineSettings = LineSettings {
     baud: 9600,

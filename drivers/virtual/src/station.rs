@@ -1,8 +1,9 @@
 //! The station file of a virtual darkroom: what an operator of it would have written.
 
 use isolux_darkroom::document::{Axis, Darkroom};
+use isolux_darkroom::illuminator::Illuminator;
 use isolux_darkroom::spectrograph::{PIXELS, wavelength_nm};
-use isolux_darkroom::{Room, document::Instrument};
+use isolux_darkroom::{Flaws, Room, document::Instrument};
 
 use crate::VirtualRoom;
 use crate::outlet::Outlet;
@@ -56,7 +57,8 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
     if let Some(meter) = address(Instrument::Luxmeter) {
         text.push_str(&format!(
             "\n[luxmeter]\nopen = \"konica-t10a:{meter}?head=0\"\ncalibration_factor = 1.0\nu_rel = 0.004\n\
-             certificate = \"virtual 1\"\n"
+             certificate = \"virtual 1\"\nnoise_rel = {:?}\nnoise_lx = {:?}\n",
+            document.luxmeter.noise_rel, document.luxmeter.noise_lx
         ));
     }
     if let Some(spectrometer) = address(Instrument::Spectroradiometer) {
@@ -68,10 +70,19 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
         ));
     }
     if let Some(axes) = address(Instrument::Axes) {
+        let nominal = Illuminator::new(&document.lamp, &Flaws::default(), document.seed);
+        let estimates = [("flux_lm", document.lamp.flux_lm), ("peak_cd", nominal.axial_cd())]
+            .into_iter()
+            .filter(|(_, value)| *value > 0.0)
+            .fold(String::new(), |text, (key, value)| {
+                text + &format!("{key} = {:?}\n", two_digits(value))
+            });
         let diameter = document.lamp.ring_diameter_mm.iter().copied().fold(0.0, f64::max) + 5.0;
         text.push_str(&format!(
             "\n# Digital outputs of the axes' controller: lamp, shutter (on = open), baffle (on = in the beam).\n\
-             [lamp]\nopen = \"zaber:{axes}?do=1\"\ndiameter_mm = {diameter:.1}\n\n[shutter]\nopen = \"zaber:{axes}?do=2\"\n\n\
+             [lamp]\nopen = \"zaber:{axes}?do=1\"\ndiameter_mm = {diameter:.1}\n\
+             # Estimates, as a data sheet gives them: `isolux plan` says with them what a distance costs.\n\
+             {estimates}\n[shutter]\nopen = \"zaber:{axes}?do=2\"\n\n\
              [baffle]\nopen = \"zaber:{axes}?do=3\"\n\n\
              # The detector's carriage, in mm from the intersection of the axes: 2000 microsteps a millimetre.\n\
              [rail]\nopen = \"zaber:{axes}?axis=3\"\ncounts_per_mm = \"2000/1\"\nzero_mm = 0.0\n\
@@ -81,6 +92,12 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
         ));
     }
     text
+}
+
+/// A positive number to two digits.
+fn two_digits(value: f64) -> f64 {
+    let unit = 10_f64.powf(value.log10().floor() - 1.0);
+    (value / unit).round() * unit
 }
 
 fn axis(name: &str, axis: &Axis, address: &str, number: u8) -> String {

@@ -36,6 +36,14 @@ pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
         (0.0, MOST_U_REL),
         " (a fraction: 0.015 is 1.5 %)",
     )?;
+    optional(
+        within,
+        "luxmeter.noise_rel",
+        meter.noise_rel,
+        (0.0, MOST_U_REL),
+        " (a fraction)",
+    )?;
+    optional(within, "luxmeter.noise_lx", meter.noise_lx, (0.0, 1e3), " lx")?;
     if let Some(due) = &meter.due
         && !is_day(due)
     {
@@ -72,6 +80,18 @@ pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
     if let Some(lamp) = &station.lamp {
         one_of("lamp", lamp.open.as_deref(), lamp.prompt.as_deref())?;
         optional(within, "lamp.diameter_mm", lamp.diameter_mm, (0.01, 1e5), " mm")?;
+        optional(above, "lamp.flux_lm", lamp.flux_lm, (0.0, 1e9), " lm")?;
+        optional(above, "lamp.peak_cd", lamp.peak_cd, (0.0, 1e9), " cd")?;
+        if let (Some(flux_lm), Some(peak_cd)) = (lamp.flux_lm, lamp.peak_cd) {
+            // No intensity is everywhere below the mean over the sphere.
+            let mean_cd = flux_lm / (4.0 * std::f64::consts::PI);
+            above(
+                "lamp.peak_cd",
+                peak_cd,
+                (mean_cd, 1e9),
+                " cd, as the mean over the sphere is",
+            )?;
+        }
         if let Some(stable) = &lamp.stable {
             within("lamp.stable.least_s", stable.least_s, (0.1, 86_400.0), " s")?;
             within("lamp.stable.window_s", stable.window_s, (0.1, 86_400.0), " s")?;
