@@ -12,7 +12,7 @@ mod stored;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::{Model, Scene};
 use isolux_record::run::StopHow;
-use isolux_record::{Job, Plan, Run, RunError};
+use isolux_record::{Job, Run, RunError};
 use isolux_sim::simulation::{Method, Simulation};
 use isolux_spectrum::Quantities;
 use serde::Serialize;
@@ -21,6 +21,7 @@ pub use compare::Comparison;
 
 use crate::catalogue::Catalogue;
 use crate::files::{self, Overwrite};
+use crate::init::DayPlan;
 use crate::progress::{Event, Progress};
 use crate::reduce::{Reduced, no_uncertainty, with_u};
 use crate::scan::{Operator, Place, Target};
@@ -34,6 +35,8 @@ use crate::{Failure, bench, diagnose, init, record, reduce, scan, simulate};
 pub struct Wishes {
     /// The job; without one the built-in virtual darkroom with its plan.
     pub job: Option<Utf8PathBuf>,
+    /// Plan of the built-in virtual darkroom; a day that is taken up again keeps its own.
+    pub plan: DayPlan,
     /// The folder of the day; without one a fresh `day`, `day-2`, ….
     pub out: Option<Utf8PathBuf>,
     /// Whether `out` is a day that broke off, to be taken up again.
@@ -76,6 +79,16 @@ pub(crate) struct Diagnosed {
     pub same_record: bool,
 }
 
+impl Evening {
+    /// What the reading of the strongest direction is uncertain by on its own, by rounding and scatter, relative to it.
+    fn u_direction_rel(&self) -> Option<f64> {
+        let nodes = self.reduced.reduction.grid.nodes.iter();
+        let strongest = nodes.max_by(|a, b| a.intensity_cd.total_cmp(&b.intensity_cd))?;
+        let u_cd = strongest.u_noise_cd.hypot(strongest.u_digit_cd);
+        (u_cd > 0.0 && strongest.intensity_cd > 0.0).then(|| u_cd / strongest.intensity_cd)
+    }
+}
+
 /// Runs the day.
 ///
 /// # Errors
@@ -90,6 +103,11 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
         Some(file) => Some(Job::load(file).map_err(Failure::bad_input)?),
         None if wishes.resume => asked::kept(&folder)?,
         None => None,
+    };
+    let plan = if wishes.resume && job.is_none() {
+        asked::built_in_plan(&folder)?.unwrap_or(wishes.plan)
+    } else {
+        wishes.plan
     };
     let target = match (wishes.resume, wishes.reread) {
         (true, true) => Target::Reread(&folder),
@@ -114,7 +132,7 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
                 .map_err(|failure| go_on(failure, wishes.job.as_deref(), &folder))?;
             keeping.end()?;
         }
-        None => virtual_scan(&place, progress).map_err(|failure| go_on(failure, None, &folder))?,
+        None => virtual_scan(&place, plan, progress).map_err(|failure| go_on(failure, None, &folder))?,
     }
     // What a day that broke off in the evening had made of its record is made again.
     let overwrite = if wishes.resume {
@@ -169,10 +187,10 @@ fn completed(folder: &Utf8Path, reread: bool) -> Result<bool, Failure> {
 }
 
 /// The scan in the built-in virtual darkroom.
-fn virtual_scan(place: &Place<'_>, progress: &dyn Progress) -> Result<(), Failure> {
+fn virtual_scan(place: &Place<'_>, plan: DayPlan, progress: &dyn Progress) -> Result<(), Failure> {
     let (station, calibration) = init::virtual_station()?;
     let source = bench::Source::from_text(&station, &calibration)?;
-    let plan = Plan::parse(Utf8Path::new("built-in plan"), init::PLAN).map_err(Failure::bad_input)?;
+    let plan = plan.plan()?;
     stage::play(true, async {
         let stage = Stage::open(true)?;
         let cancel = OnSignals::listen()?;
@@ -206,7 +224,7 @@ fn finish(
     progress.event(Event::Ended(&format!("flux {}", with_u(&reduced.reduction.flux))));
 
     let mut evening = light(folder, reduced, job.map(Job::scene), progress)?;
-    simulate::write(&results, &evening.simulation, overwrite)?;
+    simulate::write(&results, &evening.simulation, evening.u_direction_rel(), overwrite)?;
     if let Some(comparison) = &evening.comparison {
         let text = format!("{:#}\n", serde_json::to_value(comparison).map_err(Failure::instrument)?);
         files::write(&results.join("comparison.json"), text.as_bytes(), overwrite)?;

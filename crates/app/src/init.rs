@@ -2,13 +2,57 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::{BUILT_IN, Darkroom, Room};
+use isolux_record::Plan;
 use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station};
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
 
 /// The plan of the day: 25 half-planes × 91 γ, baffled, spectrum, capped, lamp off.
-pub const PLAN: &str = include_str!("init/plan.toml");
+const PLAN: &str = include_str!("init/plan.toml");
+
+/// Plans of the day.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DayPlan {
+    /// At the distance that `isolux plan` proposes for the virtual bench.
+    Near,
+    /// The published one, at 10 m, the station's own distance.
+    #[default]
+    Published,
+}
+
+impl DayPlan {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Near, Self::Published];
+
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Near => "near",
+            Self::Published => "published-10m",
+        }
+    }
+
+    /// The plan of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|plan| plan.name() == name)
+    }
+
+    /// Its file.
+    pub fn text(self) -> String {
+        let own_distance = |line: &&str| self == Self::Near || !line.starts_with("distance_mm");
+        let lines = PLAN.lines().filter(own_distance);
+        lines.fold(String::new(), |text, line| text + line + "\n")
+    }
+
+    /// The plan.
+    ///
+    /// # Errors
+    /// Never for the plans as they are shipped.
+    pub fn plan(self) -> Result<Plan, Failure> {
+        Plan::parse(Utf8Path::new("built-in plan"), &self.text()).map_err(Failure::bad_input)
+    }
+}
 /// The scene of the day: 24.576 mm and 2048 × 2048 pixels at 500 mm.
 pub const SCENE: &str = include_str!("init/scene.toml");
 /// The job that names them.
@@ -24,17 +68,18 @@ pub fn virtual_station() -> Result<(String, String), Failure> {
     Ok((text, calibration(&Room::new(document))))
 }
 
-/// Writes the files into `folder`; the names written.
+/// Writes the files into `folder`, with the plan asked for; the names written.
 ///
 /// # Errors
 /// Bad input (exit 2) when one of them exists and may not be replaced: then none is written.
-pub fn run(folder: &Utf8Path, overwrite: Overwrite) -> Result<Vec<Utf8PathBuf>, Failure> {
+pub fn run(folder: &Utf8Path, plan: DayPlan, overwrite: Overwrite) -> Result<Vec<Utf8PathBuf>, Failure> {
     let (station, calibration) = virtual_station()?;
+    let plan = plan.text();
     let station = format!("{STATION_HEAD}{station}{STATION_TAIL}");
     let files = [
         ("station.toml", station.as_str()),
         (CALIBRATION_FILE, calibration.as_str()),
-        ("plan.toml", PLAN),
+        ("plan.toml", plan.as_str()),
         ("scene.toml", SCENE),
         ("job.toml", JOB),
     ];
@@ -91,13 +136,13 @@ const STATION_TAIL: &str = "
 #[cfg(test)]
 mod tests {
     use super::*;
-    use isolux_record::{Job, Plan, Station};
+    use isolux_record::{Job, Station};
 
     #[test]
     fn what_is_written_parses_and_fits_together() {
         let keep = tempfile::tempdir().unwrap();
         let folder = Utf8Path::from_path(keep.path()).unwrap().join("bench");
-        run(&folder, Overwrite::Never).unwrap();
+        run(&folder, DayPlan::Near, Overwrite::Never).unwrap();
         let station = Station::load(&folder.join("station.toml")).unwrap();
         let plan = Plan::load(&folder.join("plan.toml")).unwrap();
         let day = isolux_scan::dry_run(&station, &plan).unwrap();
@@ -107,7 +152,38 @@ mod tests {
             Job::load(&folder.join("job.toml")).unwrap().plan(),
             folder.join("plan.toml")
         );
-        assert!(run(&folder, Overwrite::Never).is_err(), "nothing is replaced");
+        assert!(
+            run(&folder, DayPlan::Near, Overwrite::Never).is_err(),
+            "nothing is replaced"
+        );
         crate::bench::Source::load(&folder.join("station.toml")).unwrap();
+    }
+
+    #[test]
+    fn the_day_is_at_the_distance_that_a_plan_at_ten_metres_is_told_to_take() {
+        let keep = tempfile::tempdir().unwrap();
+        let folder = Utf8Path::from_path(keep.path()).unwrap().join("bench");
+        run(&folder, DayPlan::Published, Overwrite::Never).unwrap();
+        let planned = |name: &str| crate::plan::run(&folder.join("station.toml"), &folder.join(name)).unwrap();
+        let published = planned("plan.toml");
+        let distances = published.distances.as_ref().unwrap();
+        let at = |mm: f64| distances.costs.iter().find(|cost| cost.distance_mm == mm).unwrap();
+        let best_mm = distances.best_mm.unwrap();
+        assert!(at(10_000.0).planned && distances.unknown.is_empty(), "{distances:?}");
+        for block in DayPlan::Near.plan().unwrap().blocks() {
+            if block.instrument == isolux_record::plan::Instrument::Luxmeter {
+                assert_eq!(block.distance_mm, Some(best_mm), "block {}", block.name);
+            }
+        }
+        assert!(
+            published.proposal()[0].contains(&format!("distance_mm = {best_mm}")),
+            "{:?}",
+            published.proposal()
+        );
+        std::fs::write(folder.join("near.toml"), DayPlan::Near.text()).unwrap();
+        let near = planned("near.toml");
+        assert_eq!(near.distances.as_ref().unwrap().best_mm, Some(best_mm));
+        assert!(near.proposal()[0].contains("the plan's"), "{:?}", near.proposal());
+        assert_eq!(near.table().len(), near.distances.unwrap().costs.len() + 1);
     }
 }

@@ -85,7 +85,7 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
     if request.overwrite == Overwrite::Force {
         take_away(&folder)?;
     }
-    write_map(&folder, &simulation, request.overwrite)?;
+    write_map(&folder, &simulation, None, request.overwrite)?;
     let (map, facts) = (&simulation.map, &simulation.facts);
     let [nx, ny] = facts.pixels;
     if request.tiff {
@@ -183,20 +183,43 @@ fn refused(error: &SimulationError) -> Failure {
     Failure::bad_input(error).help(help)
 }
 
-/// Writes the three result files of a simulation; `result.json` last, so that it stands for a whole result.
+/// Writes the three result files of a simulation; `result.json` last, so that it stands for a whole result. The picture marks
+/// what is below `u_rel`, the uncertainty of single directions.
 ///
 /// # Errors
 /// Exit 2 when a file exists and may not be replaced, exit 3 when the disk refuses.
-pub fn write(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite) -> Result<(), Failure> {
-    write_map(folder, simulation, overwrite)?;
+pub fn write(
+    folder: &Utf8Path,
+    simulation: &Simulation,
+    u_rel: Option<f64>,
+    overwrite: Overwrite,
+) -> Result<(), Failure> {
+    write_map(folder, simulation, u_rel, overwrite)?;
     write_facts(folder, simulation, overwrite)
 }
 
-fn write_map(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite) -> Result<(), Failure> {
+/// The picture with what is below the uncertainty of single directions marked.
+pub fn marked(simulation: &Simulation, u_rel: Option<f64>) -> Map<'_> {
+    Map {
+        u: u_rel.map(|u_rel| u_rel * simulation.facts.mean),
+        ..picture(simulation)
+    }
+}
+
+fn write_map(
+    folder: &Utf8Path,
+    simulation: &Simulation,
+    u_rel: Option<f64>,
+    overwrite: Overwrite,
+) -> Result<(), Failure> {
     let [nx, ny] = simulation.facts.pixels;
     let npy = array_files::npy(&simulation.map, nx, ny);
     files::write(&folder.join("irradiance.npy"), &npy, overwrite)?;
-    files::write(&folder.join("irradiance.png"), &picture(simulation).png(), overwrite)
+    files::write(
+        &folder.join("irradiance.png"),
+        &marked(simulation, u_rel).png(),
+        overwrite,
+    )
 }
 
 fn write_facts(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite) -> Result<(), Failure> {
@@ -245,5 +268,6 @@ pub fn picture(simulation: &Simulation) -> Map<'_> {
         size_mm: facts.size_mm,
         quantity,
         unit,
+        u: None,
     }
 }

@@ -22,7 +22,12 @@ pub struct Map<'a> {
     pub quantity: &'a str,
     /// Their unit.
     pub unit: &'a str,
+    /// Standard uncertainty of structure in the map: what single directions of the distribution are uncertain by.
+    pub u: Option<f64>,
 }
+
+/// Words beside the hatched part of a scale.
+const HATCHED: &str = "hatched: \u{b1}2 u";
 
 impl Map<'_> {
     /// Smallest and largest finite value; a range of a millionth where all are equal.
@@ -45,6 +50,14 @@ impl Map<'_> {
         } else {
             (low, high)
         }
+    }
+
+    /// The part of the scale, around its middle, that is as wide as two standard uncertainties to either side: smaller
+    /// differences of colour may be no light.
+    fn below_uncertainty(&self) -> Option<(f64, f64)> {
+        let (low, high) = self.range();
+        let (middle, u) = (0.5 * (low + high), self.u.filter(|u| *u > 0.0)?);
+        Some(((middle - 2.0 * u).max(low), (middle + 2.0 * u).min(high)))
     }
 
     /// Mean of the pixels under (x, y) of a picture of `width` × `height`, y counted from the top.
@@ -137,6 +150,15 @@ impl Map<'_> {
         }
         canvas.frame(left, top, 22, height);
         let digits = digits(low, high);
+        if let Some((from, to)) = self.below_uncertainty() {
+            let row = |value: f64| top + ((high - value) / (high - low) * (height - 1) as f64) as usize;
+            for y in row(to)..=row(from) {
+                for x in (0..22).filter(|x| (x + y) % 6 < 2) {
+                    canvas.set(left + x, y, [25; 3]);
+                }
+            }
+            canvas.text(left, top + height + 34, Align::Left, HATCHED);
+        }
         for tick in Scale::linear(low, high).ticks() {
             if (low..=high).contains(&tick) {
                 let y = top + ((high - tick) / (high - low) * (height - 1) as f64) as usize;
@@ -190,6 +212,15 @@ impl Map<'_> {
                     &format!("{tick:.digits$}"),
                 );
             }
+        }
+        if let Some((from, to)) = self.below_uncertainty() {
+            let y = |value: f64| 30.0 + tall * (high - value) / (high - low);
+            let mut at = y(to);
+            while at < y(from) {
+                svg.line((bar, at + 3.0), (bar + 14.0, at), Stroke::solid("#191919", 1.2));
+                at += 5.0;
+            }
+            svg.text((bar, 30.0 + tall + 18.0), 11.0, Anchor::Start, "#333333", HATCHED);
         }
         svg.text((bar, 20.0), 12.0, Anchor::Start, "#333333", self.unit);
         self.sections(&mut svg, title);
@@ -362,6 +393,7 @@ mod tests {
             size_mm: [1.0; 2],
             quantity: "irradiance",
             unit: "W/m²",
+            u: None,
         };
         assert_eq!(map.shown(0, 0, 2, 2), 1.0);
         assert_eq!(map.shown(0, 1, 2, 2), 0.0);
@@ -379,6 +411,7 @@ mod tests {
             size_mm: [3.0, 2.0],
             quantity: "illuminance",
             unit: "lx",
+            u: None,
         };
         assert!(map.figure("even").contains("along x"));
         assert!(map.png().len() > 1000);

@@ -3,10 +3,11 @@
 use std::cell::Cell;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::{Job, Plan, RunHeader, Station};
+use isolux_record::{Job, RunHeader, Station};
 use toml::{Table, Value};
 
 use crate::files::{self, Overwrite};
+use crate::init::DayPlan;
 use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
 use crate::{Failure, init, record};
@@ -184,10 +185,8 @@ fn unknown(day: &Utf8Path) -> Failure {
 fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
     let header = RunHeader::read(day).map_err(Failure::bad_input)?;
     let (station, _) = init::virtual_station()?;
-    let name = Utf8Path::new("built-in");
-    let station = Station::parse(name, &station).map_err(Failure::bad_input)?;
-    let plan = Plan::parse(name, init::PLAN).map_err(Failure::bad_input)?;
-    if header.station != station || header.plan != plan {
+    let station = Station::parse(Utf8Path::new("built-in"), &station).map_err(Failure::bad_input)?;
+    if header.station != station || built_in_plan(day)?.is_none() {
         return Ok(false);
     }
     let file = day.join("results/result.json");
@@ -198,6 +197,17 @@ fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
         serde_json::from_slice(&files::read(&file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
     let sensor = scene::load(day, &Changes::default())?.sensor;
     Ok(result["pixels"] == serde_json::json!(sensor.pixels) && result["size_mm"] == serde_json::json!(sensor.size_mm))
+}
+
+/// Which of the built-in plans a day has.
+pub(super) fn built_in_plan(day: &Utf8Path) -> Result<Option<DayPlan>, Failure> {
+    let header = RunHeader::read(day).map_err(Failure::bad_input)?;
+    for plan in DayPlan::ALL {
+        if header.plan == plan.plan()? {
+            return Ok(Some(plan));
+        }
+    }
+    Ok(None)
 }
 
 fn whole(path: &Utf8Path) -> Result<Value, Failure> {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use isolux_record::{ReadingKind, Role};
+use isolux_record::Role;
 use isolux_reduce::Quantity;
 use isolux_report::axes::{Frame, Scale};
 use isolux_report::html::{Page, Tile};
@@ -122,7 +122,7 @@ fn distribution(page: &mut Page, evening: &Evening) {
     page.pair(
         (
             &polar(&reduction.grid.distribution, &options),
-            "C0–C180 solid red, C90–C270 dashed blue, cd/klm.",
+            &format!("C0–C180 solid red, C90–C270 dashed blue, cd/klm. {}", below(evening)),
         ),
         (&cartesian(&reduction.grid.distribution, &options), "The same over γ."),
     );
@@ -163,6 +163,18 @@ fn budget(page: &mut Page, numbers: &[(&str, &Quantity)]) {
     page.table(&head, &rows);
 }
 
+/// In words, what of a polar curve is below the uncertainty.
+fn below(evening: &Evening) -> String {
+    let reduction = &evening.reduced.reduction;
+    let nodes = reduction.grid.nodes.iter();
+    let own = nodes
+        .map(|node| node.u_noise_cd.hypot(node.u_digit_cd))
+        .fold(f64::INFINITY, f64::min);
+    let common = reduction.common.dark_noise_cd.hypot(reduction.common.dark_digit_cd);
+    let per_klm = 2000.0 * own.hypot(common) / reduction.flux.value;
+    format!("What is nearer to the centre than {per_klm:.2} cd/klm is below 2 standard uncertainties of no light.")
+}
+
 fn light(page: &mut Page, evening: &Evening) {
     let Some(spectral) = &evening.reduced.reduction.spectral else {
         return;
@@ -183,7 +195,7 @@ fn sensor(page: &mut Page, evening: &Evening) {
     let unit = unit(facts.unit);
     page.heading("Irradiance on the sensor");
     page.figure(
-        &simulate::picture(&evening.simulation).figure("noise-free, inverse method"),
+        &simulate::marked(&evening.simulation, evening.u_direction_rel()).figure("noise-free, inverse method"),
         &format!(
             "{} × {} mm, {} × {} pixels.",
             facts.size_mm[0], facts.size_mm[1], facts.pixels[0], facts.pixels[1]
@@ -207,30 +219,19 @@ fn sensor(page: &mut Page, evening: &Evening) {
             list(&facts.effects_not_applicable),
         ]],
     );
-    if let Some(digit_rel) = digit_of_the_peak(evening) {
+    if let Some(u_rel) = evening.u_direction_rel() {
+        let smoothed = if evening.reduced.reduction.grid.smoothed.is_some() {
+            " It is drawn from the distribution that was smoothed within these intervals; luminaire.raw.ldt has the one as it was read."
+        } else {
+            ""
+        };
         page.paragraph(&format!(
-            "One digit of the lux meter at the distance of the scan is {:.2} % of the largest intensity: structure of that size in \
-             this map is rounding in the distribution, not light. The map spans {:.2} %.",
-            100.0 * digit_rel,
+            "Hatched on the scale: ± 2 standard uncertainties of one direction of the distribution, ± {:.2} %, by rounding and scatter. \
+             Smaller structure may be no light. The map spans {:.2} %.{smoothed}",
+            200.0 * u_rel,
             100.0 * (facts.max - facts.min) / facts.mean
         ));
     }
-}
-
-/// The largest digit of the lit readings at the scan's distance, relative to the largest intensity.
-fn digit_of_the_peak(evening: &Evening) -> Option<f64> {
-    let reduction = &evening.reduced.reduction;
-    let digit_lx = evening
-        .reduced
-        .run
-        .readings
-        .rows
-        .iter()
-        .filter(|row| row.kind == ReadingKind::Lit && row.distance_mm == reduction.distance_mm)
-        .filter_map(|row| row.digit_lx)
-        .fold(0.0, f64::max);
-    let digit_cd = digit_lx * (reduction.distance_mm / 1000.0).powi(2);
-    (digit_cd > 0.0 && reduction.i_max.value > 0.0).then(|| digit_cd / reduction.i_max.value)
 }
 
 fn comparison(page: &mut Page, evening: &Evening) {

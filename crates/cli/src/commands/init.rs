@@ -21,6 +21,9 @@ pub struct Init {
     /// Write the whole built-in virtual darkroom to FILE (`-` prints it).
     #[arg(long, value_name = "FILE")]
     room: Option<Utf8PathBuf>,
+    /// Plan of the day: at the distance that `isolux plan` proposes, or the published one at 10 m.
+    #[arg(long, default_value = "published-10m", value_parser = ["near", "published-10m"])]
+    plan: String,
     /// Print the names as JSON.
     #[arg(long, conflicts_with = "room")]
     json: bool,
@@ -38,7 +41,11 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
         isolux_app::files::refuse_existing(room, overwrite)?;
     }
     let mut written = match &arguments.folder {
-        Some(folder) => init::run(folder, overwrite)?,
+        Some(folder) => init::run(
+            folder,
+            init::DayPlan::named(&arguments.plan).unwrap_or_default(),
+            overwrite,
+        )?,
         None => Vec::new(),
     };
     match (room, &arguments.room) {

@@ -2,6 +2,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
+use isolux_app::init::DayPlan;
 use isolux_app::{Failure, day};
 
 use super::takeover::TakeOver;
@@ -15,6 +16,9 @@ to start from; `isolux run DIR/job.toml --out day` runs it. A day that was inter
 pub struct Run {
     /// The job: station, plan, scene.
     job: Option<Utf8PathBuf>,
+    /// Plan of the built-in virtual darkroom: the published one at 10 m (default), or at the distance that `isolux plan` proposes.
+    #[arg(long, value_parser = ["near", "published-10m"], conflicts_with_all = ["job", "resume"])]
+    plan: Option<String>,
     /// Folder of the day; without it a fresh one beside where you are.
     #[arg(long)]
     out: Option<Utf8PathBuf>,
@@ -38,6 +42,7 @@ pub struct Run {
 pub fn run(arguments: &Run) -> Result<(), Failure> {
     let wishes = day::Wishes {
         job: arguments.job.clone(),
+        plan: arguments.plan.as_deref().and_then(DayPlan::named).unwrap_or_default(),
         out: arguments.resume.clone().or_else(|| arguments.out.clone()),
         resume: arguments.resume.is_some(),
         reread: arguments.reread,

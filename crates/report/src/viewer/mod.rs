@@ -200,6 +200,7 @@ mod tests {
             size_mm: [20.0; 2],
             quantity: "irradiance",
             unit: "W/m²",
+            u: None,
         };
         let ray = Ray {
             origin_mm: [0.0; 3],

@@ -258,6 +258,7 @@ pub(crate) fn maps(book: &mut Book, source: &Source) {
             size_mm: [3.072; 2],
             quantity: "irradiance",
             unit: "W/m²",
+            u: None,
         };
         book.figure(&format!("published-case-{name}.png"), name, &picture.png());
     }
