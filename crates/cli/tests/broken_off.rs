@@ -20,6 +20,11 @@ c_range = [0, 330, 30]
 gamma_range = [0, 180, 5]
 reference_every = 37
 [[block]]
+name = "baffled"
+kind = "baffled"
+c_deg = 0
+gamma_range = [0, 160, 40]
+[[block]]
 name = "lamp off"
 kind = "lamp_off"
 c_deg = 0
@@ -29,7 +34,7 @@ repeats = 10
 /// A room in which nothing is wrong but what a test adds.
 const ROOM: &str = "format = \"isolux-darkroom/1\"\n[flaws]\nonly = true\n";
 /// Rows of the plan without the visits to the reference point.
-const POINTS: usize = 12 * 37 + 10;
+const POINTS: usize = 12 * 37 + 5 + 10;
 
 struct Bench(Folder);
 

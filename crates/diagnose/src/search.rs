@@ -127,11 +127,12 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         current = bench.fit(&members)?;
     }
     let mut noise_test = bench.noise_test(&current);
-    let (fewer, without) = bench.no_places(members.clone(), &current)?;
-    if fewer.len() < members.len() {
-        let tested = bench.noise_test(&without);
-        if tested.as_ref().is_some_and(NoiseTest::disagrees) {
-            (members, current, noise_test) = (fewer, without, tested);
+    // A name that leaves nothing but noise stays: a period or a patch of the same readings could always explain a little more.
+    if noise_test.as_ref().is_some_and(NoiseTest::disagrees) {
+        let (fewer, without) = bench.no_places(members.clone(), &current)?;
+        if fewer.len() < members.len() {
+            (members, current) = (fewer, without);
+            noise_test = bench.noise_test(&current);
         }
     }
     if let Some(left) = noise_test

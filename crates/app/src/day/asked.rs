@@ -52,7 +52,9 @@ impl<'a> Keeping<'a> {
 impl Progress for Keeping<'_> {
     fn event(&self, event: Event<'_>) {
         // What the disk refuses now is said by `end`.
-        if !self.kept.get() && keep(self.folder, self.job).is_ok() {
+        // What is said before the scan begins, such as of the room, is said before there is a run directory.
+        let begun = self.folder.join("run.toml").is_file();
+        if begun && !self.kept.get() && keep(self.folder, self.job).is_ok() {
             self.kept.set(true);
         }
         self.progress.event(event);

@@ -13,8 +13,10 @@ use super::{Left, Strongest, Test};
 
 /// The simulated records are others than those of the scan.
 const APART: u64 = 0x6e6f_6973;
-/// Records that are drawn and refitted together.
+/// Records that are drawn and refitted together, and the values in them: long records go alone, or they would take
+/// hundreds of megabytes.
 const BATCH: usize = 40;
+const BATCH_VALUES: usize = 200_000;
 
 /// What every test makes of the simulated records.
 pub(super) struct Nulls {
@@ -30,9 +32,10 @@ impl Nulls {
         let count = (NULL_VALUES / series.len().max(1))
             .clamp(FEWEST_NULLS, NULLS)
             .min(most.max(FEWEST_NULLS));
-        let batches: Vec<usize> = (0..count).step_by(BATCH).collect();
+        let batch = (BATCH_VALUES / left.rows.len().max(1)).clamp(1, BATCH);
+        let batches: Vec<usize> = (0..count).step_by(batch).collect();
         let of = |&first: &usize| -> Vec<Vec<f64>> {
-            let numbers = first..(first + BATCH).min(count);
+            let numbers = first..(first + batch).min(count);
             simulated(left, series, numbers, seed)
                 .iter()
                 .map(|values| tests.iter().map(|test| test.strongest(values).half_square).collect())

@@ -286,7 +286,7 @@ impl MapSet {
             let [x, y] = map.offset_mm;
             let (angle, shift) = ("within -360 to 360", "within -1000000 to 1000000");
             for (column, found, low, high, expected) in [
-                ("distance_mm", map.distance_mm, 1e-3, 1e6, "within 0.001 to 1000000"),
+                ("distance_mm", map.distance_mm, 1e-3, 1e8, "within 0.001 to 100000000"),
                 ("exposure", map.exposure, 1e-9, 1e9, "within 1e-9 to 1e9"),
                 ("tilt_x_deg", map.tilt_x_deg, -360.0, 360.0, angle),
                 ("tilt_y_deg", map.tilt_y_deg, -360.0, 360.0, angle),
