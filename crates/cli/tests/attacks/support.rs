@@ -102,7 +102,7 @@ impl Bench {
         let lamp = "diameter_mm = 5.0\n";
         assert!(station.contains(lamp), "{station}");
         // Half an hour of warming up is left out: the lamp of this room is constant from its first moment.
-        let stable = "\n[lamp.stable]\nleast_s = 2.0\nwindow_s = 2.0\nspread_rel = 0.05\n";
+        let stable = "\nstable = { least_s = 2.0, window_s = 2.0, spread_rel = 0.05 }";
         folder.write("station.toml", &station.replace(lamp, &format!("{lamp}{stable}")));
         Self { folder, twins }
     }

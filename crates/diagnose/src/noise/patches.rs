@@ -9,7 +9,8 @@ use crate::table::{Coordinate, Light};
 
 /// Rows that may be off together, with weights of unit length.
 struct Together {
-    members: Vec<(u32, f64)>,
+    /// In single precision: there are thousands of places of thousands of readings.
+    members: Vec<(u32, f32)>,
     what: What,
 }
 
@@ -34,11 +35,9 @@ pub(super) struct Patches {
 
 impl Patches {
     fn of(places: impl Iterator<Item = (Vec<(u32, f64)>, What)>) -> Option<Self> {
-        let unit = |(mut members, what): (Vec<(u32, f64)>, What)| {
+        let unit = |(members, what): (Vec<(u32, f64)>, What)| {
             let length = members.iter().map(|(_, w)| w * w).sum::<f64>().sqrt();
-            for (_, w) in &mut members {
-                *w /= length;
-            }
+            let members: Vec<(u32, f32)> = members.into_iter().map(|(i, w)| (i, (w / length) as f32)).collect();
             (members.len() >= 2 && length > 0.0).then_some(Together { members, what })
         };
         let places: Vec<Together> = places.filter_map(unit).collect();
@@ -152,7 +151,7 @@ impl Patches {
         self.places[place]
             .members
             .iter()
-            .map(|&(i, weight)| weight * values[i as usize])
+            .map(|&(i, weight)| f64::from(weight) * values[i as usize])
             .sum()
     }
 }
