@@ -25,7 +25,7 @@ pub struct Reduce {
     /// A model whose bench effects are taken out of the readings.
     #[arg(long, value_name = "MODEL.toml")]
     with: Option<Utf8PathBuf>,
-    /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's [limits]; every result says so.
+    /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's limits; every result says so.
     #[arg(long, value_name = "REASON", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     accept_drift: Option<String>,
     /// Print the budget as JSON.

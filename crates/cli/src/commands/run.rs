@@ -30,7 +30,7 @@ pub struct Run {
     reread: bool,
     #[command(flatten)]
     takeover: TakeOver,
-    /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's [limits]; every result says so.
+    /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's limits; every result says so.
     #[arg(long, value_name = "REASON", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     accept_drift: Option<String>,
     /// Show the report in the browser at the end.
