@@ -35,7 +35,7 @@ use crate::{Failure, bench, diagnose, init, record, reduce, scan, simulate};
 pub struct Wishes {
     /// The job; without one the built-in virtual darkroom with its plan.
     pub job: Option<Utf8PathBuf>,
-    /// Plan of the built-in virtual darkroom; a day that is taken up again keeps its own.
+    /// Plan of the built-in virtual darkroom; a resumed day keeps its own.
     pub plan: DayPlan,
     /// The folder of the day; without one a fresh `day`, `day-2`, ….
     pub out: Option<Utf8PathBuf>,

@@ -3,7 +3,7 @@
 use crate::Failure;
 
 /// Bytes a pixel while a map is computed and written: the map in double and single precision, the factors of effects, the
-/// picture. Measured with 2048 × 2048 and 8192 × 8192 pixels: 49.
+/// picture. Estimated, not measured.
 const BYTES_PER_PIXEL: u64 = 64;
 
 /// Refuses a map that does not fit into the memory that is free now.

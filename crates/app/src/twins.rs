@@ -54,7 +54,7 @@ pub struct Reachable {
     pub open: String,
 }
 
-/// Serves the twins until `lasts` is over or a signal asks for the end. `ready` hears where they are, once, before any byte.
+/// Serves the twins until `lasts` is over or a signal asks for the end. `ready` is told their addresses once, before any byte.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line; exit 3 when the system refuses ports or ptys; exit 130 when interrupted.

@@ -1,7 +1,7 @@
 //! Refitted terms that are held near the model as it came, as strongly as the data's own evidence asks (empirical Bayes: Morris 1983).
 //!
 //! An analyst who refits nine terms of a shape that was known to a tenth of a per cent predicts new readings worse than the model did. How far
-//! the terms lie from nought, seen against their uncertainties, tells how far they are to be believed.
+//! the terms lie from zero, compared with their uncertainties, gives how much weight they get.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -94,7 +94,7 @@ pub fn weights<F: Forward + ?Sized>(forward: &F, fitted: &Fit, scale: f64) -> Ve
     weights
 }
 
-/// ln of the density of the fitted terms, whose errors have this covariance, when they are believed to vary about nought.
+/// ln of the density of the fitted terms, whose errors have this covariance, when they vary about zero.
 fn ln_evidence(found: &DVector<f64>, covariance: &DMatrix<f64>, variance: &[f64]) -> Option<f64> {
     let total = covariance + DMatrix::from_diagonal(&DVector::from_column_slice(variance));
     let cholesky = total.cholesky()?;

@@ -7,7 +7,7 @@
 use super::{Stored, at, decimals};
 use crate::finding::{Finding, Findings};
 
-/// The part of the flux that rounding may hide from which on it is said. Of 334 files by many hands 67 are above it: lamps of
+/// From this part of the flux on, what rounding may hide is a note. Of 334 files by many hands 67 are above it: lamps of
 /// some ten candela in whole candela, and templates of ones and zeros. Nothing in them is wrong, so it is a note.
 const HIDDEN: f64 = 0.002;
 
