@@ -2,111 +2,51 @@
 
 use std::sync::Arc;
 
-use isolux_axes::ZaberDriver;
 use isolux_device::{
-    Axis, AxisFactory, AxisSettings, ErrorKind, LuxMeter, LuxMeterFactory, OpenError, Spectroradiometer,
-    SpectroradiometerFactory, Switch, SwitchFactory, Target, Thermometer, ThermometerFactory,
+    Axis, AxisSettings, ErrorKind, Factories, Kind, LuxMeter, OpenError, Spectroradiometer, Switch, Target, Thermometer,
 };
-use isolux_luxmeter::T10aDriver;
-use isolux_spectroradiometer::OceanOoiDriver;
-use isolux_transport::Links;
+use isolux_transport::{Driver, Links, Ports};
 
 use crate::Failure;
 
-/// A driver: its name, what it speaks to, and what it can open.
-pub struct Driver {
-    /// Name in `open = "name:target"`.
-    pub name: &'static str,
-    /// The instruments, for people.
-    pub speaks_to: &'static str,
-    /// Examples of `open`, one a kind of device.
-    pub examples: &'static [&'static str],
-    /// What it has been seen to work with.
-    pub seen_with: &'static str,
-    axis: Option<Arc<dyn AxisFactory>>,
-    lux_meter: Option<Arc<dyn LuxMeterFactory>>,
-    spectroradiometer: Option<Arc<dyn SpectroradiometerFactory>>,
-    switch: Option<Arc<dyn SwitchFactory>>,
-    thermometer: Option<Arc<dyn ThermometerFactory>>,
+/// The drivers, by crate. A new crate is one entry here, a new driver one in the list of its crate.
+const DRIVERS: &[&[Driver]] = &[
+    isolux_axes::DRIVERS,
+    isolux_luxmeter::DRIVERS,
+    isolux_spectroradiometer::DRIVERS,
+];
+
+/// All drivers, in a fixed order.
+pub fn drivers() -> impl Iterator<Item = &'static Driver> {
+    DRIVERS.iter().copied().flatten()
 }
 
-impl Driver {
-    /// The kinds of device that it opens.
-    pub fn kinds(&self) -> Vec<&'static str> {
-        let all = [
-            ("axis", self.axis.is_some()),
-            ("luxmeter", self.lux_meter.is_some()),
-            ("spectroradiometer", self.spectroradiometer.is_some()),
-            ("switch", self.switch.is_some()),
-            ("thermometer", self.thermometer.is_some()),
-        ];
-        all.into_iter()
-            .filter(|(_, opens)| *opens)
-            .map(|(kind, _)| kind)
-            .collect()
-    }
+/// The driver of this name.
+pub fn driver(name: &str) -> Option<&'static Driver> {
+    drivers().find(|driver| driver.name == name)
 }
 
-/// Opens devices by `driver:target`. One catalogue a session: devices on the same link share it.
+/// Full scale and last digit of every range of the lux meter at `open`, in lx; empty where they are not known.
+pub fn display_lx(open: &str) -> Vec<(f64, f64)> {
+    let Ok(target) = Target::parse(open) else {
+        return Vec::new();
+    };
+    driver(target.driver()).map_or_else(Vec::new, |driver| (driver.display_lx)(&target))
+}
+
+/// Opens devices by `driver:target`. One catalogue a session: devices on the same port share it.
 pub struct Catalogue {
-    drivers: Vec<Driver>,
+    drivers: Vec<(&'static Driver, Factories)>,
 }
-
-const VIRTUAL_ONLY: &str = "🧪 its virtual twin and scripted bytes; not yet real hardware";
 
 impl Catalogue {
-    /// All drivers, with `links` to open their links. A new driver is one entry here.
+    /// All drivers, with `links` to open their links.
     pub fn new(links: Arc<dyn Links>) -> Self {
-        let zaber = Arc::new(ZaberDriver::new(Arc::clone(&links)));
-        let none = |name, speaks_to, examples| Driver {
-            name,
-            speaks_to,
-            examples,
-            seen_with: VIRTUAL_ONLY,
-            axis: None,
-            lux_meter: None,
-            spectroradiometer: None,
-            switch: None,
-            thermometer: None,
-        };
-        let drivers = vec![
-            Driver {
-                axis: Some(zaber.clone()),
-                switch: Some(zaber.clone()),
-                thermometer: Some(zaber),
-                ..none(
-                    "zaber",
-                    "Zaber controllers and stages in the ASCII language, firmware 6 and 7",
-                    &[
-                        "zaber:/dev/ttyUSB0?axis=1",
-                        "zaber:/dev/ttyUSB0?do=1",
-                        "zaber:/dev/ttyUSB0?ai=1&c_at_0v=-50&c_at_10v=100",
-                    ],
-                )
-            },
-            Driver {
-                lux_meter: Some(Arc::new(T10aDriver::new(Arc::clone(&links)))),
-                ..none(
-                    "konica-t10a",
-                    "Konica Minolta T-10A illuminance meter",
-                    &["konica-t10a:/dev/ttyUSB1?head=0"],
-                )
-            },
-            Driver {
-                spectroradiometer: Some(Arc::new(OceanOoiDriver::new(links))),
-                ..none(
-                    "ocean-ooi",
-                    "Ocean Optics USB2000+ and Flame-S over a byte link (USB itself: not built yet)",
-                    &["ocean-ooi:tcp://127.0.0.1:7000"],
-                )
-            },
-        ];
-        Self { drivers }
-    }
-
-    /// All drivers, in a fixed order.
-    pub fn drivers(&self) -> &[Driver] {
-        &self.drivers
+        let ports = Ports::new(links);
+        let drivers = drivers().map(|driver| (driver, (driver.factories)(Arc::clone(&ports))));
+        Self {
+            drivers: drivers.collect(),
+        }
     }
 
     /// Opens an axis.
@@ -114,7 +54,7 @@ impl Catalogue {
     /// # Errors
     /// [`OpenError`]; see [`open_failure`].
     pub async fn axis(&self, open: &str, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError> {
-        let (target, factory) = self.factory(open, "axis", |driver| driver.axis.as_ref())?;
+        let (target, factory) = self.factory(open, Kind::Axis, |opens| opens.axis.as_ref())?;
         factory.open_axis(&target, settings).await
     }
 
@@ -123,7 +63,7 @@ impl Catalogue {
     /// # Errors
     /// [`OpenError`].
     pub async fn lux_meter(&self, open: &str) -> Result<Box<dyn LuxMeter>, OpenError> {
-        let (target, factory) = self.factory(open, "luxmeter", |driver| driver.lux_meter.as_ref())?;
+        let (target, factory) = self.factory(open, Kind::LuxMeter, |opens| opens.lux_meter.as_ref())?;
         factory.open_lux_meter(&target).await
     }
 
@@ -132,7 +72,8 @@ impl Catalogue {
     /// # Errors
     /// [`OpenError`].
     pub async fn spectroradiometer(&self, open: &str) -> Result<Box<dyn Spectroradiometer>, OpenError> {
-        let (target, factory) = self.factory(open, "spectroradiometer", |driver| driver.spectroradiometer.as_ref())?;
+        let (target, factory) =
+            self.factory(open, Kind::Spectroradiometer, |opens| opens.spectroradiometer.as_ref())?;
         factory.open_spectroradiometer(&target).await
     }
 
@@ -141,7 +82,7 @@ impl Catalogue {
     /// # Errors
     /// [`OpenError`].
     pub async fn switch(&self, open: &str) -> Result<Box<dyn Switch>, OpenError> {
-        let (target, factory) = self.factory(open, "switch", |driver| driver.switch.as_ref())?;
+        let (target, factory) = self.factory(open, Kind::Switch, |opens| opens.switch.as_ref())?;
         factory.open_switch(&target).await
     }
 
@@ -150,37 +91,35 @@ impl Catalogue {
     /// # Errors
     /// [`OpenError`].
     pub async fn thermometer(&self, open: &str) -> Result<Box<dyn Thermometer>, OpenError> {
-        let (target, factory) = self.factory(open, "thermometer", |driver| driver.thermometer.as_ref())?;
+        let (target, factory) = self.factory(open, Kind::Thermometer, |opens| opens.thermometer.as_ref())?;
         factory.open_thermometer(&target).await
     }
 
     fn factory<'a, F: ?Sized>(
         &'a self,
         open: &str,
-        kind: &str,
-        select: impl Fn(&'a Driver) -> Option<&'a Arc<F>>,
+        kind: Kind,
+        select: impl Fn(&'a Factories) -> Option<&'a Arc<F>>,
     ) -> Result<(Target, &'a Arc<F>), OpenError> {
         let target = Target::parse(open)?;
         let able = || {
-            let names = self
-                .drivers
-                .iter()
-                .filter(|driver| select(driver).is_some())
-                .map(|driver| driver.name);
-            names.collect::<Vec<_>>().join(", ")
+            let able = self.drivers.iter().filter(|(_, factories)| select(factories).is_some());
+            able.map(|(driver, _)| driver.name).collect::<Vec<_>>().join(", ")
         };
-        let Some(driver) = self.drivers.iter().find(|driver| driver.name == target.driver()) else {
+        let Some((driver, factories)) = self.drivers.iter().find(|(driver, _)| driver.name == target.driver()) else {
             return Err(target.wrong(format!(
-                "no driver {}; drivers that open a {kind}: {}",
+                "no driver {}; drivers that open a {}: {}",
                 target.driver(),
+                kind.name(),
                 able()
             )));
         };
-        match select(driver) {
+        match select(factories) {
             Some(factory) => Ok((target, factory)),
             None => Err(target.wrong(format!(
-                "driver {} opens no {kind}; drivers that do: {}",
+                "driver {} opens no {}; drivers that do: {}",
                 driver.name,
+                kind.name(),
                 able()
             ))),
         }
@@ -238,18 +177,27 @@ mod tests {
     }
 
     #[test]
-    fn every_example_is_an_address_of_its_driver() {
+    fn every_driver_has_one_example_a_kind_and_reads_it() {
         let catalogue = Catalogue::new(Arc::new(MemoryLinks::default()));
-        for driver in catalogue.drivers() {
-            assert_eq!(
-                driver.examples.len(),
-                driver.kinds().len(),
-                "{}: one example a kind",
-                driver.name
-            );
-            for example in driver.examples {
-                assert_eq!(Target::parse(example).unwrap().driver(), driver.name);
+        for (driver, factories) in &catalogue.drivers {
+            let kinds: Vec<Kind> = driver.examples.iter().map(|(kind, _)| *kind).collect();
+            assert_eq!(kinds, factories.kinds(), "{}: one example a kind", driver.name);
+            for (kind, example) in driver.examples {
+                let target = Target::parse(example).unwrap();
+                assert_eq!(target.driver(), driver.name);
+                (driver.place)(&target, *kind).unwrap();
+                let misspelt = Target::parse(&format!("{}?no_such_option=1", example.split('?').next().unwrap()));
+                assert!((driver.place)(&misspelt.unwrap(), *kind).is_err(), "{example}");
             }
+            let same = drivers().filter(|other| other.name == driver.name).count();
+            assert_eq!(same, 1, "{}: one driver a name", driver.name);
         }
+    }
+
+    #[test]
+    fn a_display_is_that_of_the_driver() {
+        assert_eq!(display_lx("konica-t10a:/dev/ttyUSB1?head=0")[0], (29.99, 0.01));
+        assert_eq!(display_lx("zaber:/dev/ttyUSB1"), []);
+        assert_eq!(display_lx("nobody:/dev/ttyUSB1"), []);
     }
 }

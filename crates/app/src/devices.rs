@@ -1,12 +1,9 @@
 //! `isolux devices`: the drivers there are, the ports found, and what is missing.
 
-use std::sync::Arc;
-
-use isolux_transport::{PortState, SystemLinks, found_ports, usb_devices};
+use isolux_transport::{PortState, UsbModel, found_ports, usb_devices};
 use serde::Serialize;
 
-use crate::Failure;
-use crate::catalogue::Catalogue;
+use crate::{Failure, catalogue};
 
 /// What this program and this computer have.
 #[derive(Debug, Serialize)]
@@ -29,7 +26,7 @@ pub struct DriverFacts {
     /// Kinds of device that it opens.
     pub kinds: Vec<&'static str>,
     /// Examples of `open`, one a kind.
-    pub examples: &'static [&'static str],
+    pub examples: Vec<&'static str>,
     /// What it has been seen to work with.
     pub seen_with: &'static str,
 }
@@ -73,12 +70,11 @@ pub struct Usb {
 /// # Errors
 /// Exit 3 when the system does not list its ports.
 pub fn devices() -> Result<Devices, Failure> {
-    let catalogue = Catalogue::new(Arc::new(SystemLinks::default()));
-    let drivers = catalogue.drivers().iter().map(|driver| DriverFacts {
+    let drivers = catalogue::drivers().map(|driver| DriverFacts {
         name: driver.name,
         speaks_to: driver.speaks_to,
-        kinds: driver.kinds(),
-        examples: driver.examples,
+        kinds: driver.examples.iter().map(|(kind, _)| kind.name()).collect(),
+        examples: driver.examples.iter().map(|(_, example)| *example).collect(),
         seen_with: driver.seen_with,
     });
     let ports = found_ports().map_err(Failure::instrument)?.into_iter().map(|port| {
@@ -100,7 +96,7 @@ pub fn devices() -> Result<Devices, Failure> {
     let usb = usb_devices().into_iter().filter_map(|device| {
         let id = format!("{:04x}:{:04x}", device.id.0, device.id.1);
         let (what, missing, mend) = match known(device.id)? {
-            Known::Spectrometer(model) => {
+            Known::Instrument(model) => {
                 let mend = "bridge it to TCP, one frame a USB transfer (see docs: devices)".to_owned();
                 (
                     model.to_owned(),
@@ -139,16 +135,29 @@ pub fn devices() -> Result<Devices, Failure> {
 }
 
 enum Known {
-    Spectrometer(&'static str),
+    Instrument(&'static str),
     SerialAdapter { chip: &'static str, module: &'static str },
 }
 
+/// Instruments that no driver speaks to yet.
+const WITHOUT_DRIVER: &[UsbModel] = &[
+    UsbModel {
+        id: (0x2457, 0x1022),
+        model: "Ocean Optics USB4000 or Flame-T",
+    },
+    UsbModel {
+        id: (0x2457, 0x4000),
+        model: "Ocean Optics STS",
+    },
+];
+
 /// What a USB id stands for, where it is of interest.
 fn known(id: (u16, u16)) -> Option<Known> {
+    let mut models = catalogue::drivers().flat_map(|driver| driver.usb).chain(WITHOUT_DRIVER);
+    if let Some(found) = models.find(|usb| usb.id == id) {
+        return Some(Known::Instrument(found.model));
+    }
     Some(match id {
-        (0x2457, 0x101E) => Known::Spectrometer("Ocean Optics USB2000+ or Flame-S"),
-        (0x2457, 0x1022) => Known::Spectrometer("Ocean Optics USB4000 or Flame-T"),
-        (0x2457, 0x4000) => Known::Spectrometer("Ocean Optics STS"),
         (0x0403, _) => Known::SerialAdapter {
             chip: "FTDI",
             module: "ftdi_sio",

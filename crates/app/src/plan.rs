@@ -6,8 +6,8 @@ use isolux_record::{Plan, Station};
 use isolux_scan::{Cost, DisplayRange, Distances, DryRun, distances, dry_run};
 use serde::Serialize;
 
-use crate::Failure;
 use crate::bench::Source;
+use crate::{Failure, catalogue};
 
 /// A dry run, and what distances cost where the plan has a distribution and the meter's digits are known.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -33,12 +33,12 @@ pub fn run(station: &Utf8Path, plan: &Utf8Path) -> Result<Planned, Failure> {
 
 /// The ranges of the station's lux meter.
 fn display(station: &Station) -> Option<Vec<DisplayRange>> {
-    let ranges = isolux_luxmeter::display_lx(&station.luxmeter().open)?;
+    let ranges = catalogue::display_lx(&station.luxmeter().open);
     let range = |(full_scale_lx, digit_lx)| DisplayRange {
         full_scale_lx,
         digit_lx,
     };
-    Some(ranges.map(range).to_vec())
+    (!ranges.is_empty()).then(|| ranges.into_iter().map(range).collect())
 }
 
 impl Planned {

@@ -1,13 +1,14 @@
 //! Every role of a station has an instrument of its own: two that share one would move, switch or read each other.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 
-use isolux_device::Target;
+use isolux_device::{Kind, Target};
 use isolux_record::Station;
 use isolux_record::document::Fault;
 use isolux_record::station::Access;
-use isolux_transport::lock_files;
+use isolux_transport::{Place, conflict as line_conflict, things};
+
+use crate::catalogue;
 
 /// A role with what its address leads to.
 struct Role<'a> {
@@ -15,10 +16,10 @@ struct Role<'a> {
     key: &'static str,
     open: &'a str,
     target: Target,
-    /// Which of the things behind the link: an axis, an output, an input.
-    channel: String,
-    /// The device behind the link, by all its names; none for a pipe in memory and for a host that cannot be asked.
-    device: BTreeSet<PathBuf>,
+    /// What it uses there, by the word of its driver.
+    place: Place,
+    /// The device behind the link, by all its names; none for a host that cannot be asked.
+    device: BTreeSet<String>,
 }
 
 /// Whether every role of `station` has an instrument of its own. Nothing is opened; links to a port are followed, and a
@@ -38,19 +39,18 @@ pub(crate) fn distinct(station: &Station) -> Result<(), Fault> {
 async fn compare(station: &Station) -> Result<(), Fault> {
     let mut earlier: Vec<Role<'_>> = Vec::new();
     for (key, kind, open) in opened(station) {
-        // An address that is none is told by the driver.
+        // An address that is none is told when it is opened.
         let Ok(target) = Target::parse(open) else { continue };
-        let channel = channel(kind, &target).unwrap_or_default();
-        let device = lock_files(target.link())
-            .await
-            .unwrap_or_default()
-            .into_iter()
-            .collect();
+        let driver = catalogue::driver(target.driver());
+        let Some(Ok(place)) = driver.map(|driver| (driver.place)(&target, kind)) else {
+            continue;
+        };
+        let device = things(target.link()).await.unwrap_or_default();
         let role = Role {
             key,
             open,
             target,
-            channel,
+            place,
             device,
         };
         for other in &earlier {
@@ -76,40 +76,18 @@ fn conflict(first: &Role<'_>, second: &Role<'_>) -> Option<String> {
         "`{}` leads to what `{}` of {} leads to",
         second.open, first.open, first.key
     );
-    if first.target.driver() != second.target.driver() {
-        return Some(format!(
-            "{same}, but one line cannot carry two languages; correct the address of one of the two"
-        ));
+    let channels = (first.place.channel.as_str(), second.place.channel.as_str());
+    match channels {
+        // The link leads to one thing only.
+        ("", _) | (_, "") => Some(format!(
+            "{same}: the same instrument cannot be both; correct the address of one of the two"
+        )),
+        (one, other) if one == other => Some(format!(
+            "{same}: {one} cannot be both; correct the number or the address of one of the two"
+        )),
+        _ => line_conflict(&first.target, first.place.line, &second.target, second.place.line)
+            .map(|reason| format!("{same}, but {reason}")),
     }
-    (first.channel == second.channel).then(|| {
-        let what = if first.channel.is_empty() {
-            "the same instrument"
-        } else {
-            &first.channel
-        };
-        format!("{same}: {what} cannot be both; correct the number or the address of one of the two")
-    })
-}
-
-/// The number of what a role uses behind its link, with the driver's default where none is written. `None`: not a number.
-fn channel(kind: Kind, target: &Target) -> Option<String> {
-    let number = |key: &str, default: u32| target.option(key).map_or(Some(default), |text| text.parse().ok());
-    let device = number("device", 1)?;
-    Some(match kind {
-        Kind::Axis => format!("axis {} of device {device}", number("axis", 1)?),
-        Kind::Switch => format!("output {} of device {device}", number("do", 0)?),
-        Kind::Thermometer => format!("input {} of device {device}", number("ai", 0)?),
-        // A line has one of these.
-        Kind::Instrument => String::new(),
-    })
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Kind {
-    Axis,
-    Switch,
-    Thermometer,
-    Instrument,
 }
 
 fn open(access: Option<&Access>) -> Option<&str> {
@@ -121,14 +99,10 @@ fn opened(station: &Station) -> impl Iterator<Item = (&'static str, Kind, &str)>
     [
         ("axis.c.open", Kind::Axis, Some(station.axis_c().open.as_str())),
         ("axis.gamma.open", Kind::Axis, Some(station.axis_gamma().open.as_str())),
-        (
-            "luxmeter.open",
-            Kind::Instrument,
-            Some(station.luxmeter().open.as_str()),
-        ),
+        ("luxmeter.open", Kind::LuxMeter, Some(station.luxmeter().open.as_str())),
         (
             "spectroradiometer.open",
-            Kind::Instrument,
+            Kind::Spectroradiometer,
             station.spectroradiometer().map(|spectro| spectro.open.as_str()),
         ),
         (
@@ -181,8 +155,48 @@ mod tests {
         );
         assert!(said("axis=3", "axis=2").unwrap().starts_with("rail.open: "));
         assert!(said("do=3", "do=1").unwrap().contains("lamp.open"));
-        let languages = said("memory:luxmeter", "memory:axes").unwrap();
-        assert!(languages.contains("two languages"), "{languages}");
+        let settings = said("memory:luxmeter", "memory:axes").unwrap();
+        assert!(
+            settings.starts_with("luxmeter.open: ") && settings.contains("9600 7E1") && settings.contains("115200 8N1"),
+            "{settings}"
+        );
+        let alone = said("memory:spectrometer", "memory:luxmeter").unwrap();
+        assert!(alone.contains("the same instrument cannot be both"), "{alone}");
+    }
+
+    #[test]
+    fn two_languages_share_a_port_where_its_settings_are_the_same() {
+        let role = |key, open, channel: &str, baud| {
+            let line = isolux_transport::LineSettings {
+                baud,
+                data_bits: 8,
+                parity: isolux_transport::Parity::None,
+                stop_bits: 1,
+            };
+            Role {
+                key,
+                open,
+                target: Target::parse(open).unwrap(),
+                place: Place {
+                    channel: channel.to_owned(),
+                    line,
+                },
+                device: BTreeSet::new(),
+            }
+        };
+        let axis = role("axis.c.open", "drive:/dev/x", "axis 1", 9600);
+        let meter = |channel, baud| role("luxmeter.open", "meter:/dev/x", channel, baud);
+        assert_eq!(conflict(&axis, &meter("head 0", 9600)), None);
+        let refused = conflict(&axis, &meter("head 0", 19_200)).unwrap();
+        assert!(
+            refused.contains("9600 8N1") && refused.contains("19200 8N1"),
+            "{refused}"
+        );
+        assert!(
+            conflict(&axis, &meter("axis 1", 9600)).is_some(),
+            "one number, one thing"
+        );
+        assert!(conflict(&axis, &meter("", 9600)).is_some());
     }
 
     #[cfg(unix)]

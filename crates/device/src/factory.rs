@@ -1,7 +1,9 @@
 //! From `driver:target` to an open device, without discovery.
 
-use async_trait::async_trait;
 use std::fmt;
+use std::sync::Arc;
+
+use async_trait::async_trait;
 
 use crate::{Axis, AxisSettings, DeviceError, LuxMeter, Spectroradiometer, Switch, Thermometer};
 
@@ -53,6 +55,72 @@ pub trait ThermometerFactory: Send + Sync {
     /// # Errors
     /// [`OpenError`].
     async fn open_thermometer(&self, target: &Target) -> Result<Box<dyn Thermometer>, OpenError>;
+}
+
+/// Kinds of device that a driver opens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// A motor axis.
+    Axis,
+    /// A lux meter.
+    LuxMeter,
+    /// A spectroradiometer.
+    Spectroradiometer,
+    /// A switch.
+    Switch,
+    /// A thermometer.
+    Thermometer,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Axis,
+        Self::LuxMeter,
+        Self::Spectroradiometer,
+        Self::Switch,
+        Self::Thermometer,
+    ];
+
+    /// Its name, as a station file writes it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Axis => "axis",
+            Self::LuxMeter => "luxmeter",
+            Self::Spectroradiometer => "spectroradiometer",
+            Self::Switch => "switch",
+            Self::Thermometer => "thermometer",
+        }
+    }
+}
+
+/// What a driver opens, one factory a kind.
+#[derive(Clone, Default)]
+pub struct Factories {
+    /// Axes.
+    pub axis: Option<Arc<dyn AxisFactory>>,
+    /// Lux meters.
+    pub lux_meter: Option<Arc<dyn LuxMeterFactory>>,
+    /// Spectroradiometers.
+    pub spectroradiometer: Option<Arc<dyn SpectroradiometerFactory>>,
+    /// Switches.
+    pub switch: Option<Arc<dyn SwitchFactory>>,
+    /// Thermometers.
+    pub thermometer: Option<Arc<dyn ThermometerFactory>>,
+}
+
+impl Factories {
+    /// The kinds of device that are opened.
+    pub fn kinds(&self) -> Vec<Kind> {
+        let opens = |kind: &Kind| match kind {
+            Kind::Axis => self.axis.is_some(),
+            Kind::LuxMeter => self.lux_meter.is_some(),
+            Kind::Spectroradiometer => self.spectroradiometer.is_some(),
+            Kind::Switch => self.switch.is_some(),
+            Kind::Thermometer => self.thermometer.is_some(),
+        };
+        Kind::ALL.into_iter().filter(opens).collect()
+    }
 }
 
 /// Why a device could not be opened.

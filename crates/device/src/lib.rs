@@ -21,7 +21,8 @@ pub use axis::{Axis, AxisPosition, AxisSettings, InvalidSettings, Motion};
 pub use axis_scale::{AxisScale, InvalidScale, Sense};
 pub use error::{DeviceError, ErrorKind};
 pub use factory::{
-    AxisFactory, LuxMeterFactory, OpenError, SpectroradiometerFactory, SwitchFactory, Target, ThermometerFactory,
+    AxisFactory, Factories, Kind, LuxMeterFactory, OpenError, SpectroradiometerFactory, SwitchFactory, Target,
+    ThermometerFactory,
 };
 pub use identity::Identity;
 pub use luxmeter::{Caution, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange, LuxReading};

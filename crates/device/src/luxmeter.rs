@@ -90,6 +90,8 @@ pub struct LuxReading {
     pub ended: Instant,
     /// Something to know about it.
     pub caution: Option<Caution>,
+    /// Answers that were lost or damaged before this one, and asked for again.
+    pub retries: u32,
     /// The answer as it came over the wire.
     pub evidence: Vec<u8>,
 }

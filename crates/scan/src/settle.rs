@@ -1,14 +1,12 @@
-//! Reading light: repeated where a reply was lost, and trusted only when consecutive readings agree.
+//! Reading light: trusted only when consecutive readings agree.
 
 use std::time::Duration;
 
-use isolux_device::{DeviceError, ErrorKind, LuxMeter, LuxOutcome, LuxReading};
+use isolux_device::{DeviceError, LuxMeter, LuxOutcome, LuxReading};
 use tokio::time::{Instant, timeout_at};
 
 use crate::error::ScanError;
 
-/// Tries of one reading before a lost or damaged answer counts as a lost meter.
-const TRIES: u32 = 3;
 /// Readings within which two consecutive ones must agree.
 const MOST_READINGS: u32 = 20;
 
@@ -70,37 +68,32 @@ impl<'a> Photometer<'a> {
         }
     }
 
-    /// One new reading of light after `not_before`; asked again when an answer was lost or damaged.
+    /// One new reading of light after `not_before`. The driver asks again when an answer is lost or damaged.
     ///
     /// # Errors
     /// [`ScanError::Device`] when it stays lost, or the meter is at fault.
     pub async fn read(&mut self, not_before: Instant) -> Result<LuxReading, ScanError> {
         let properties = self.meter.properties();
         let patience = 10 * (properties.update_interval + properties.integration) + Duration::from_secs(5);
-        let mut tries = 0;
-        loop {
-            tries += 1;
-            let deadline = Instant::now().max(not_before) + patience;
-            let answer = timeout_at(deadline + Duration::from_secs(2), self.meter.read(not_before, deadline)).await;
-            let source = match answer {
-                Ok(Ok(reading)) => return Ok(reading),
-                Ok(Err(error)) => error,
-                Err(_) => DeviceError::Timeout {
-                    device: self.meter.identity().target.clone(),
-                    action: "read".to_owned(),
-                    waited: patience,
-                    received: Vec::new(),
-                },
-            };
-            let again = matches!(source.kind(), ErrorKind::Timeout | ErrorKind::Malformed);
-            if !again || tries == TRIES {
-                return Err(ScanError::Device {
-                    role: "luxmeter",
-                    source,
-                });
+        let deadline = Instant::now().max(not_before) + patience;
+        let answer = timeout_at(deadline + Duration::from_secs(2), self.meter.read(not_before, deadline)).await;
+        let source = match answer {
+            Ok(Ok(reading)) => {
+                self.retries += u64::from(reading.retries);
+                return Ok(reading);
             }
-            self.retries += 1;
-        }
+            Ok(Err(error)) => error,
+            Err(_) => DeviceError::Timeout {
+                device: self.meter.identity().target.clone(),
+                action: "read".to_owned(),
+                waited: patience,
+                received: Vec::new(),
+            },
+        };
+        Err(ScanError::Device {
+            role: "luxmeter",
+            source,
+        })
     }
 
     /// The error for light of which no reading could be confirmed where a number is needed.

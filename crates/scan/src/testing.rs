@@ -75,6 +75,7 @@ pub struct Room {
     /// Faults.
     pub meter_lost_after: Option<u64>,
     pub meter_garbles_every: Option<u64>,
+    pub meter_silent_after: Option<u64>,
     pub reads: u64,
     pub stop_fails: bool,
     pub panic_after: Option<u64>,
@@ -322,17 +323,18 @@ impl LuxMeter for FakeMeter {
                 reason: "unplugged".to_owned(),
             });
         }
-        if room
-            .meter_garbles_every
-            .is_some_and(|every| room.reads.is_multiple_of(every))
-        {
-            return Err(DeviceError::Malformed {
+        if room.meter_silent_after.is_some_and(|after| room.reads > after) {
+            return Err(DeviceError::Timeout {
                 device,
                 action,
-                reason: "BCC".to_owned(),
-                frame: vec![0x02],
+                waited: Duration::from_secs(3),
+                received: Vec::new(),
             });
         }
+        // As a driver does: the answer is asked for again, and the reading says so.
+        let garbled = room
+            .meter_garbles_every
+            .is_some_and(|every| room.reads.is_multiple_of(every));
         let lux = (room.light(ended) / 0.01).round() * 0.01;
         let truth = Truth {
             axes: room.axes.map(|axis| axis.steps(ended)),
@@ -350,6 +352,7 @@ impl LuxMeter for FakeMeter {
             began,
             ended,
             caution: None,
+            retries: u32::from(garbled),
             evidence: number.to_be_bytes().to_vec(),
         })
     }

@@ -2,4 +2,9 @@
 
 mod zaber;
 
-pub use zaber::ZaberDriver;
+use isolux_transport::Driver;
+
+pub use zaber::{ZABER, ZaberDriver};
+
+/// The drivers of this crate. A new one is one entry here.
+pub const DRIVERS: &[Driver] = &[ZABER];

@@ -11,7 +11,7 @@ use isolux_device::{
     Axis, AxisFactory, AxisScale, AxisSettings, DeviceError, ErrorKind, OpenError, Sense, SwitchFactory, Target,
     ThermometerFactory,
 };
-use isolux_transport::MemoryLinks;
+use isolux_transport::{MemoryLinks, Ports, TRIES};
 use isolux_units::AxisAngle;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::Instant;
@@ -245,7 +245,7 @@ fn bench() -> (ZaberDriver, Arc<Mutex<Room>>) {
             tokio::spawn(serve(Arc::clone(&twin), stream));
         }
     });
-    (ZaberDriver::new(Arc::new(links)), room)
+    (ZaberDriver::new(Ports::new(Arc::new(links))), room)
 }
 
 fn angle(degrees: f64) -> AxisAngle {
@@ -354,7 +354,7 @@ async fn damaged_late_and_missing_replies_are_asked_for_again() {
         (Fault::Silent, ErrorKind::Timeout),
         (Fault::FlipBit, ErrorKind::Malformed),
     ] {
-        room.lock().unwrap().faults.extend([("get pos", fault); 3]);
+        room.lock().unwrap().faults.extend([("get pos", fault); TRIES as usize]);
         assert_eq!(axis.position().await.unwrap_err().kind(), kind);
     }
 }
@@ -455,7 +455,10 @@ async fn stop_works_in_every_state() {
     });
     assert!(stopped.is_ok() && moved.is_err());
     // Without an answer standstill is not verified.
-    room.lock().unwrap().faults.extend([("stop", Fault::Silent); 3]);
+    room.lock()
+        .unwrap()
+        .faults
+        .extend([("stop", Fault::Silent); TRIES as usize]);
     assert_eq!(axis.stop().await.unwrap_err().kind(), ErrorKind::Timeout);
 }
 
@@ -610,5 +613,20 @@ async fn outputs_and_temperatures_are_asked_twice() {
         room.lock().unwrap().volts = 6.0;
         room.lock().unwrap().faults.extend(next("io get ai"));
         assert_eq!(thermometer.read().await.unwrap().temperature.value(), 40.0);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_dead_controller_is_asked_as_often_as_is_stated() {
+    let (axis, room) = homed().await;
+    for action in ["get pos", "stop"] {
+        room.lock().unwrap().heard.clear();
+        room.lock().unwrap().faults = [(action, Fault::Silent); 40].into();
+        let error = match action {
+            "stop" => axis.stop().await.unwrap_err(),
+            _ => axis.position().await.unwrap_err(),
+        };
+        assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
+        assert_eq!(room.lock().unwrap().heard.len(), TRIES as usize, "{action}");
     }
 }

@@ -2,4 +2,9 @@
 
 mod t10a;
 
-pub use t10a::{T10aDriver, display_lx};
+use isolux_transport::Driver;
+
+pub use t10a::{KONICA_T10A, T10aDriver};
+
+/// The drivers of this crate. A new one is one entry here.
+pub const DRIVERS: &[Driver] = &[KONICA_T10A];

@@ -9,29 +9,58 @@
 //! row agree, when it fits the range it states, and when no byte arrived that nothing had asked for; such a byte discards
 //! what was read, and the line is drained and put in step again. The exchange before confirms the next one, so a series
 //! of readings of the same light costs one exchange more in all.
+//!
+//! Several heads on one line are as many meters that share the line: while one of them waits for its answer, and for as
+//! long after it as the true answer could still come, no other request is sent; a byte that nothing had asked for discards
+//! what was read from every head. The commands 54 and 55 concern all heads alike.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use async_trait::async_trait;
 use isolux_device::{
-    Caution, DeviceError, ErrorKind, Identity, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxOutcome, LuxRange,
-    LuxReading, OpenError, Target,
+    Caution, DeviceError, Factories, Identity, Kind, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxOutcome,
+    LuxRange, LuxReading, OpenError, Target,
 };
-use isolux_protocol_t10a::{Answer, Conversation, Event, Measurement, QUIET, Range, Request, Value};
-use isolux_transport::{Bus, LineSettings, Links, Outcome, Parity};
+use isolux_protocol_t10a::{Answer, Host, Measurement, QUIET, Range, Request, Value};
+use isolux_transport::{Bus, BusError, Driver, LineSettings, Parity, Place, Ports, TRIES, worth_another_try};
 use isolux_units::Lux;
 use tokio::sync::Mutex;
-use tokio::time::{Instant, sleep, sleep_until};
+use tokio::time::{Instant, sleep, sleep_until, timeout_at};
 
 /// Name of the driver in `open = "konica-t10a:…"`.
 const NAME: &str = "konica-t10a";
 
-/// Full scale and last digit of every range in lx, of the meter that `open` names; none for another driver's.
-pub fn display_lx(open: &str) -> Option<[(f64, f64); 5]> {
-    let (driver, _) = open.split_once(':')?;
+/// Konica Minolta T-10A.
+pub const KONICA_T10A: Driver = Driver {
+    name: NAME,
+    speaks_to: "Konica Minolta T-10A illuminance meter, one or several heads on a line",
+    examples: &[(Kind::LuxMeter, "konica-t10a:/dev/ttyUSB1?head=0")],
+    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    usb: &[],
+    place: |target, _| {
+        let channel = format!("head {}", head(target)?);
+        Ok(Place { channel, line: LINE })
+    },
     // Four digits (manual, specifications): 29.99 lx in steps of 0.01 lx, and so on by tens.
-    (driver == NAME).then(|| std::array::from_fn(|range| (FULL_SCALE_LX[range], 0.01 * 10_f64.powi(range as i32))))
+    display_lx: |_| {
+        let digit = |range: usize| 0.01 * 10_f64.powi(range as i32);
+        (0..FULL_SCALE_LX.len())
+            .map(|range| (FULL_SCALE_LX[range], digit(range)))
+            .collect()
+    },
+    factories: |ports| Factories {
+        lux_meter: Some(Arc::new(T10aDriver::new(ports))),
+        ..Factories::default()
+    },
+};
+
+fn head(target: &Target) -> Result<u8, OpenError> {
+    target.only(&["head"])?;
+    match target.number("head", 0_u8)? {
+        head @ 0..=29 => Ok(head),
+        head => Err(target.wrong(format!("head={head} is not 0 to 29"))),
+    }
 }
 
 /// Manual, section 2.
@@ -51,14 +80,14 @@ const MARGIN: Duration = Duration::from_millis(50);
 /// An answer of 32 bytes takes 33 ms at 9600 baud; the meter may finish a conversion first.
 const ANSWER: Duration = Duration::from_millis(800);
 
+/// For one try at commands 54 and 55, silence of the line before and other heads' readings included.
+const OPENING: Duration = Duration::from_secs(6);
+
 /// After commands 54 and 55 the meter wants half a second (manual, sections 5.4 and 5.5).
 const SETTLE: Duration = Duration::from_millis(500);
 
 /// Upper ends of the five ranges in lx.
 const FULL_SCALE_LX: [f64; 5] = [29.99, 299.9, 2999.0, 29_990.0, 299_900.0];
-
-/// Tries at one reading before its error is told.
-const TRIES: usize = 3;
 
 /// After the last answer the line is watched for so long: a request and an answer take 48 ms, so the true answer to a
 /// request that an old one seemed to answer has arrived by then.
@@ -73,32 +102,24 @@ const AGREEMENT: f64 = 0.005;
 
 /// Opens T-10A meters.
 pub struct T10aDriver {
-    links: Arc<dyn Links>,
+    ports: Arc<Ports>,
 }
 
 impl T10aDriver {
-    /// A driver that opens its links through `links`.
-    pub fn new(links: Arc<dyn Links>) -> Self {
-        Self { links }
+    /// A driver of what is on `ports`.
+    pub const fn new(ports: Arc<Ports>) -> Self {
+        Self { ports }
     }
 }
 
 #[async_trait]
 impl LuxMeterFactory for T10aDriver {
     async fn open_lux_meter(&self, target: &Target) -> Result<Box<dyn LuxMeter>, OpenError> {
-        target.only(&["head"])?;
-        let head = target.number("head", 0_u8)?;
-        if head > 29 {
-            return Err(target.wrong(format!("head={head} is not 0 to 29")));
-        }
-        let link = self
-            .links
-            .open(target.link(), LINE)
-            .await
-            .map_err(|error| error.opening(target))?;
+        let head = head(target)?;
+        let bus = self.ports.bus(target, LINE, Host::default).await?;
         let range_full_scale = FULL_SCALE_LX.iter().filter_map(|lx| Lux::new(*lx).ok()).collect();
         let meter = T10a {
-            bus: Bus::spawn(link, Talk::default()),
+            bus,
             name: target.to_string(),
             head,
             identity: Identity {
@@ -122,13 +143,21 @@ impl LuxMeterFactory for T10aDriver {
                 unsolicited: 0,
             }),
         };
-        meter.connect().await?;
+        let mut tries = 1;
+        while let Err(error) = meter.connect(Instant::now() + OPENING).await {
+            if tries >= TRIES || !worth_another_try(error.kind()) {
+                return Err(error.into());
+            }
+            tracing::warn!(%error, tries, "asking again");
+            tries += 1;
+        }
+        meter.state.lock().await.unsolicited = meter.bus.unsolicited();
         Ok(Box::new(meter))
     }
 }
 
 struct T10a {
-    bus: Bus<Talk>,
+    bus: Bus<Host>,
     name: String,
     head: u8,
     identity: Identity,
@@ -215,55 +244,56 @@ impl LuxMeter for T10a {
                     received: Vec::new(),
                 });
             }
-            if state.in_doubt {
+            let tried = if state.in_doubt {
                 // The meter answers in order, so the short answer to 54 proves that no reading is still on its way; and one
                 // that was switched off and on answers nothing else.
-                if let Ok(result) = tokio::time::timeout_at(deadline, self.connect()).await {
-                    result?;
+                let Ok(connected) = timeout_at(deadline, self.connect(deadline)).await else {
+                    continue;
+                };
+                if connected.is_ok() {
                     state.in_doubt = false;
                     state.unsolicited = self.bus.unsolicited();
                 }
-                continue;
-            }
-            sleep_until(at).await;
-            // Bytes that came while nothing was asked: the line is not in step with the requests.
-            if self.surplus(&mut state) {
-                continue;
-            }
-            let error = match self.exchange(&mut state, reach, deadline).await {
-                Ok(exchange) => {
+                connected.map(|()| None)
+            } else {
+                sleep_until(at).await;
+                // Bytes that came while nothing was asked: the line is not in step with the requests.
+                if self.surplus(&mut state) {
+                    continue;
+                }
+                self.exchange(&mut state, reach, deadline).await.map(Some)
+            };
+            let error = match tried {
+                Ok(None) => continue,
+                Ok(Some(exchange)) => {
                     exchanges += 1;
                     // Those before count if their light, too, fell after `not_before`.
                     state.earlier.retain(|before| before.asked >= not_before + reach);
                     let confirmed_by = exchange.confirmed(&state.earlier).map(|by| by.reading.outcome);
-                    let (alone, reading) = (state.earlier.is_empty(), exchange.reading.clone());
+                    let (alone, mut reading) = (state.earlier.is_empty(), exchange.reading.clone());
+                    reading.retries = damaged;
                     state.earlier.push(exchange);
                     if state.earlier.len() > 2 {
                         state.earlier.remove(0);
                     }
-                    if confirmed_by.is_none() {
-                        if !alone {
-                            tracing::warn!(outcome = ?reading.outcome, "an answer disagrees with the one before");
-                            let outcome = LuxOutcome::Unsteady;
-                            disagreed = Some(LuxReading { outcome, ..reading });
-                        }
-                        continue;
-                    }
-                    sleep(GUARD).await;
-                    if !self.surplus(&mut state) {
+                    if confirmed_by.is_some() {
                         return Ok(LuxReading {
                             confirmed_by,
                             ..reading
                         });
                     }
-                    let reason = "more bytes arrived than the answer to one request";
-                    self.malformed("read", reason, reading.evidence)
+                    if !alone {
+                        tracing::warn!(outcome = ?reading.outcome, "an answer disagrees with the one before");
+                        let outcome = LuxOutcome::Unsteady;
+                        disagreed = Some(LuxReading { outcome, ..reading });
+                    }
+                    continue;
                 }
                 Err(error) => error,
             };
             state.earlier.clear();
             damaged += 1;
-            if damaged >= TRIES || !matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) {
+            if damaged >= TRIES || !worth_another_try(error.kind()) {
                 return Err(error);
             }
             tracing::warn!(%error, damaged, "asking again");
@@ -286,21 +316,17 @@ impl LuxMeter for T10a {
 }
 
 impl T10a {
-    /// PC mode, then all heads running.
-    async fn connect(&self) -> Result<(), DeviceError> {
-        let mut tries = 1;
-        loop {
-            let deadline = Instant::now() + ANSWER + 2 * QUIET;
-            match self.ask(Request::Connect, "connect (command 54)", deadline).await {
-                Ok(_) => break,
-                Err(error) if tries < TRIES && matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) => {
-                    tries += 1;
-                }
-                Err(error) => return Err(error),
-            }
-        }
+    /// PC mode, then all heads running; tried once. No head is asked anything before the meter is ready again.
+    async fn connect(&self, deadline: Instant) -> Result<(), DeviceError> {
+        let action = "connect (command 54)";
+        let line = self.bus.alone(deadline).await;
+        let line = line.map_err(|error| error.during(&self.name, action))?;
+        let answered = line.exchange(Request::Connect, ANSWER, deadline).await;
+        answered.map_err(|error| error.during(&self.name, action))?;
         sleep(SETTLE).await;
-        let sent = self.bus.ask(Request::Hold(false), Instant::now() + 2 * QUIET).await;
+        let sent = line
+            .exchange(Request::Hold(false), ANSWER, Instant::now() + 2 * QUIET)
+            .await;
         sent.map_err(|error| error.during(&self.name, "run (command 55)"))?;
         sleep(SETTLE).await;
         Ok(())
@@ -322,19 +348,27 @@ impl T10a {
         surplus
     }
 
-    /// One reading asked for and answered.
+    /// One reading asked for and answered, and the line watched for as long as a second answer could come.
     async fn exchange(&self, state: &mut State, reach: Duration, deadline: Instant) -> Result<Exchange, DeviceError> {
+        let failed = |error: BusError| error.during(&self.name, "read");
+        let line = self.bus.alone(deadline).await.map_err(failed)?;
+        // Another head may have had its turn in between.
+        if self.surplus(state) {
+            return Err(self.malformed("read", "bytes arrived that nobody asked for", Vec::new()));
+        }
         state.in_doubt = true;
-        let asked = Instant::now();
-        state.asked = Some(asked);
         let request = Request::Read {
             head: self.head,
             range: state.range,
             hold: false,
         };
-        let (measurement, evidence) = match self.ask(request, "read", deadline).await? {
-            (Answer::Long { measurement, .. }, evidence) => (measurement, evidence),
-            (Answer::Short { .. }, evidence) => return Err(self.malformed("read", "no measurement", evidence)),
+        let exchanged = line.exchange(request, ANSWER, deadline).await.map_err(failed)?;
+        let asked = exchanged.sent;
+        state.asked = Some(asked);
+        let (measurement, evidence) = match exchanged.answer {
+            Some((Answer::Long { measurement, .. }, evidence)) => (measurement, evidence),
+            Some((Answer::Short { .. }, evidence)) => return Err(self.malformed("read", "no measurement", evidence)),
+            None => return Err(self.malformed("read", "nobody answers this request", Vec::new())),
         };
         // A range that was asked for and is not there yet: the value is an old one.
         let switching = matches!(state.range, Range::Fixed(range) if measurement.status.range != range);
@@ -343,16 +377,12 @@ impl T10a {
             return Err(self.malformed("read", "the range that was asked for is not in use yet", evidence));
         }
         let reading = self.reading(measurement, asked - reach, evidence)?;
-        Ok(Exchange { asked, reading })
-    }
-
-    /// One exchange; after an earlier failure the line is drained first.
-    async fn ask(&self, request: Request, action: &str, deadline: Instant) -> Result<(Answer, Vec<u8>), DeviceError> {
-        match self.bus.ask_within(request, ANSWER, deadline).await {
-            Ok(Some(answer)) => Ok(answer),
-            Ok(None) => Err(self.malformed(action, "nobody answers this request", Vec::new())),
-            Err(error) => Err(error.during(&self.name, action)),
+        sleep(GUARD).await;
+        if self.surplus(state) {
+            let reason = "more bytes arrived than the answer to one request";
+            return Err(self.malformed("read", reason, reading.evidence));
         }
+        Ok(Exchange { asked, reading })
     }
 
     fn reading(&self, measurement: Measurement, began: Instant, evidence: Vec<u8>) -> Result<LuxReading, DeviceError> {
@@ -391,6 +421,7 @@ impl T10a {
             began,
             ended: Instant::now(),
             caution: status.low_battery.then_some(Caution::LowBattery),
+            retries: 0,
             evidence,
         })
     }
@@ -427,34 +458,4 @@ fn shown_in(range: u8, value: Value) -> Result<(), String> {
         ));
     }
     Ok(())
-}
-
-/// The codec as the owner of a bus.
-#[derive(Default)]
-struct Talk(Conversation);
-
-impl isolux_transport::Conversation for Talk {
-    type Request = Request;
-    /// `None`: sent, and nobody answers.
-    type Answer = Option<(Answer, Vec<u8>)>;
-
-    fn ready_at(&self, now: Instant) -> Instant {
-        Instant::from_std(self.0.ready_at(now.into_std()))
-    }
-
-    fn start(&mut self, _: Instant, request: Request) -> (Vec<u8>, Option<Self::Answer>) {
-        let (frame, answered) = self.0.start(request);
-        (frame, if answered { None } else { Some(None) })
-    }
-
-    fn handle_input(&mut self, now: Instant, bytes: &[u8]) -> Option<Outcome<Self::Answer>> {
-        Some(match self.0.handle_input(now.into_std(), bytes)? {
-            Event::Answer(answer, frame) => Outcome::Answer(Some((answer, frame))),
-            Event::Damaged { reason, frame } => Outcome::Malformed { reason, frame },
-        })
-    }
-
-    fn abandon(&mut self, now: Instant) -> Vec<u8> {
-        self.0.abandon(now.into_std())
-    }
 }

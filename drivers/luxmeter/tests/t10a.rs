@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use isolux_device::{Caution, ErrorKind, LuxMeter, LuxMeterFactory, LuxOutcome, LuxRange, OpenError, Target};
 use isolux_luxmeter::T10aDriver;
-use isolux_transport::{LineSettings, Link, LinkError, Links, MemoryLinks, Parity};
+use isolux_transport::{LineSettings, Link, LinkError, Links, MemoryLinks, Parity, Ports, TRIES};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::Instant;
 
@@ -45,6 +45,9 @@ struct Meter {
 
 /// Added to the number of a conversion: as values of light, two that follow each other agree.
 const BASE: u64 = 9000;
+
+/// A head of a higher number stands in so much less light.
+const OTHER_HEAD: u64 = 4000;
 
 impl Meter {
     /// The last three digits: the number of the last complete conversion, whose light is of (n·0.5 s, (n + 1)·0.5 s].
@@ -84,7 +87,8 @@ async fn serve(meter: Arc<Mutex<Meter>>, mut stream: DuplexStream) {
                     let value = if let Some((digits, exponent)) = meter.shown {
                         format!("+{digits:04}{exponent}")
                     } else if error == ' ' {
-                        format!("+{:04}2", BASE + meter.conversion())
+                        let head: u64 = body[..2].parse().unwrap();
+                        format!("+{:04}2", BASE - head * OTHER_HEAD + meter.conversion())
                     } else {
                         " ".repeat(6)
                     };
@@ -147,7 +151,8 @@ impl Links for Noted {
     }
 }
 
-async fn bench() -> (Box<dyn LuxMeter>, Arc<Mutex<Meter>>) {
+/// A driver, the meter on its line, and the line settings that are asked for.
+fn line() -> (T10aDriver, Arc<Mutex<Meter>>, Arc<Mutex<Vec<LineSettings>>>) {
     let links = MemoryLinks::default();
     let mut listener = links.listen("meter").unwrap();
     let meter = Arc::new(Mutex::new(Meter {
@@ -168,10 +173,15 @@ async fn bench() -> (Box<dyn LuxMeter>, Arc<Mutex<Meter>>) {
         }
     });
     let lines = Arc::new(Mutex::new(vec![]));
-    let driver = T10aDriver::new(Arc::new(Noted {
+    let driver = T10aDriver::new(Ports::new(Arc::new(Noted {
         links,
         lines: Arc::clone(&lines),
-    }));
+    })));
+    (driver, meter, lines)
+}
+
+async fn bench() -> (Box<dyn LuxMeter>, Arc<Mutex<Meter>>) {
+    let (driver, meter, lines) = line();
     let opened = driver
         .open_lux_meter(&Target::parse("konica-t10a:memory:meter?head=0").unwrap())
         .await
@@ -342,7 +352,7 @@ async fn a_range_is_waited_for() {
 
 #[tokio::test(start_paused = true)]
 async fn wrong_addresses_are_refused() {
-    let driver = T10aDriver::new(Arc::new(MemoryLinks::default()));
+    let driver = T10aDriver::new(Ports::new(Arc::new(MemoryLinks::default())));
     for open in ["konica-t10a:memory:x?head=30", "konica-t10a:memory:x?hed=0"] {
         let error = driver
             .open_lux_meter(&Target::parse(open).unwrap())
@@ -482,4 +492,72 @@ async fn an_old_answer_one_digit_away_is_never_the_reading() {
         };
         assert!(matches!(reading.outcome, LuxOutcome::Measured(_)), "{reading:?}");
     }
+}
+
+/// One request in flight at a time over the whole line, and a surplus byte discards what was read from either head.
+#[tokio::test(start_paused = true)]
+async fn two_heads_on_one_line_never_take_each_others_light() {
+    use Fault::{FlipBit, Late, Replaced, Replayed, Silent, Twice};
+    for faults in [
+        vec![],
+        vec![Replayed, Replayed],
+        vec![Replaced, Replayed],
+        vec![Twice(30), Twice(90), Twice(600)],
+        vec![Late(900), Twice(60)],
+        vec![FlipBit, Silent, Replayed],
+    ] {
+        let (driver, truth, lines) = line();
+        let head = async |number: u8| {
+            let target = Target::parse(&format!("konica-t10a:memory:meter?head={number}")).unwrap();
+            driver.open_lux_meter(&target).await.unwrap()
+        };
+        let heads = [head(0).await, head(1).await];
+        assert_eq!(lines.lock().unwrap().len(), 1, "the port is opened once");
+        for round in 0..6 {
+            if round == 1 {
+                truth.lock().unwrap().faults.extend(faults.iter().copied());
+            }
+            let rest = Instant::now();
+            let soon = rest + Duration::from_secs(40);
+            let (first, second) = tokio::join!(heads[0].read(rest, soon), heads[1].read(rest, soon));
+            for (number, reading) in [first, second].into_iter().enumerate() {
+                let reading = reading.unwrap();
+                let LuxOutcome::Measured(lux) = reading.outcome else {
+                    panic!("{faults:?}: {reading:?}")
+                };
+                let shown = (lux.value() * 100.0).round() as u64;
+                let conversion = shown - (BASE - number as u64 * OTHER_HEAD);
+                let from = truth.lock().unwrap().began + Duration::from_millis(500 * conversion);
+                assert!(
+                    conversion < OTHER_HEAD && from >= rest,
+                    "{faults:?}: {reading:?} is of {from:?}"
+                );
+                assert!(reading.began <= from, "{faults:?}");
+            }
+        }
+    }
+}
+
+/// Tries are counted in one place: requests of one reading, and of one opening, until a dead meter is told.
+#[tokio::test(start_paused = true)]
+async fn a_dead_meter_is_asked_as_often_as_is_stated() {
+    let (meter, truth) = bench().await;
+    truth.lock().unwrap().faults.extend([Fault::Silent; 40]);
+    truth.lock().unwrap().heard.clear();
+    let error = meter
+        .read(Instant::now(), Instant::now() + Duration::from_secs(60))
+        .await;
+    assert_eq!(error.unwrap_err().kind(), ErrorKind::Timeout);
+    let heard = truth.lock().unwrap().heard.clone();
+    assert_eq!(heard, ["00100200", "00541   ", "00541   ", "00541   "]);
+    assert_eq!(heard.len(), TRIES as usize);
+
+    let (driver, truth, _) = line();
+    truth.lock().unwrap().faults.extend([Fault::Silent; 40]);
+    let target = Target::parse("konica-t10a:memory:meter").unwrap();
+    assert!(matches!(
+        driver.open_lux_meter(&target).await,
+        Err(OpenError::Device(_))
+    ));
+    assert_eq!(truth.lock().unwrap().heard, vec!["00541   "; TRIES as usize]);
 }

@@ -5,4 +5,9 @@ mod line;
 mod ooi;
 mod stored;
 
-pub use ooi::OceanOoiDriver;
+use isolux_transport::Driver;
+
+pub use ooi::{OCEAN_OOI, OceanOoiDriver};
+
+/// The drivers of this crate. A new one is one entry here.
+pub const DRIVERS: &[Driver] = &[OCEAN_OOI];

@@ -2,30 +2,27 @@
 
 use std::time::Duration;
 
-use isolux_device::{DeviceError, ErrorKind};
-use isolux_protocol_ooi::{Answer, Conversation, Event, InstrumentStatus, Request};
-use isolux_transport::{Bus, Link, Outcome};
+use isolux_device::DeviceError;
+use isolux_protocol_ooi::{Answer, Host, InstrumentStatus, Request};
+use isolux_transport::Bus;
 use tokio::time::Instant;
 
 /// A short answer.
 const ANSWER: Duration = Duration::from_millis(500);
 
-/// Tries at one request before its error is told.
-pub(crate) const TRIES: usize = 3;
+/// For a short request, all tries and the silence between them included.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The bus, with the words for what went wrong on it.
 pub(crate) struct Line {
-    bus: Bus<Talk>,
+    bus: Bus<Host>,
     pub name: String,
 }
 
 impl Line {
-    /// Gives `link` to a task of its own.
-    pub fn new(link: Box<dyn Link>, name: String) -> Self {
-        Self {
-            bus: Bus::spawn(link, Talk::default()),
-            name,
-        }
+    /// The instrument on `bus`.
+    pub const fn new(bus: Bus<Host>, name: String) -> Self {
+        Self { bus, name }
     }
 
     /// How often bytes have arrived that nothing had asked for.
@@ -56,30 +53,19 @@ impl Line {
         }
     }
 
-    /// A short request, again if the line damaged or lost the answer.
+    /// A short request, again if the line damaged or lost the answer. The status proves in between that nothing older is on
+    /// its way: the instrument answers in order, and the status looks like no other answer.
     pub async fn ask(&self, request: Request) -> Result<Answer, DeviceError> {
-        let mut tries = 1;
-        loop {
-            let deadline = Instant::now() + 4 * ANSWER;
-            match self
-                .ask_within(request, &format!("{request:?}"), ANSWER, deadline)
-                .await
-            {
-                Err(error) if tries < TRIES && matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) => {
-                    tracing::warn!(%error, tries, "asking again");
-                    tries += 1;
-                    if request != Request::Status {
-                        self.synchronise().await?;
-                    }
-                }
-                result => return result,
-            }
+        let prove = (request != Request::Status).then_some(Request::Status);
+        let asked = self
+            .bus
+            .ask_again(request, prove, ANSWER, Instant::now() + PATIENCE)
+            .await;
+        match asked {
+            Ok(Some(answer)) => Ok(answer),
+            Ok(None) => Err(self.fault("nobody answers this command", &[])),
+            Err(error) => Err(error.during(&self.name, &format!("{request:?}"))),
         }
-    }
-
-    /// Proves that nothing older is on its way: the instrument answers in order, and the status looks like no other answer.
-    pub async fn synchronise(&self) -> Result<(), DeviceError> {
-        Box::pin(self.status()).await.map(|_| ())
     }
 
     pub async fn status(&self) -> Result<InstrumentStatus, DeviceError> {
@@ -125,35 +111,5 @@ impl Line {
             reason: reason.to_owned(),
             evidence: evidence.to_vec(),
         }
-    }
-}
-
-/// The codec as the owner of a bus.
-#[derive(Default)]
-struct Talk(Conversation);
-
-impl isolux_transport::Conversation for Talk {
-    type Request = Request;
-    /// `None`: sent, and nobody answers.
-    type Answer = Option<Answer>;
-
-    fn ready_at(&self, now: Instant) -> Instant {
-        Instant::from_std(self.0.ready_at(now.into_std()))
-    }
-
-    fn start(&mut self, _: Instant, request: Request) -> (Vec<u8>, Option<Self::Answer>) {
-        let (frame, answered) = self.0.start(request);
-        (frame, if answered { None } else { Some(None) })
-    }
-
-    fn handle_input(&mut self, now: Instant, bytes: &[u8]) -> Option<Outcome<Self::Answer>> {
-        Some(match self.0.handle_input(now.into_std(), bytes)? {
-            Event::Answer(answer) => Outcome::Answer(Some(answer)),
-            Event::Damaged { reason, frame } => Outcome::Malformed { reason, frame },
-        })
-    }
-
-    fn abandon(&mut self, now: Instant) -> Vec<u8> {
-        self.0.abandon(now.into_std())
     }
 }

@@ -14,16 +14,16 @@ use std::time::Duration;
 
 use async_trait::async_trait;
 use isolux_device::{
-    DeviceError, ErrorKind, Identity, OpenError, RawSpectrum, Spectroradiometer, SpectroradiometerFactory,
-    SpectroradiometerProperties, Target,
+    DeviceError, ErrorKind, Factories, Identity, Kind, OpenError, RawSpectrum, Spectroradiometer,
+    SpectroradiometerFactory, SpectroradiometerProperties, Target,
 };
-use isolux_protocol_ooi::{Answer, DARK_PIXELS, FULL_SCALE, INTEGRATION_LIMITS_US, PIXELS, Request};
-use isolux_transport::{LineSettings, Links, Parity};
+use isolux_protocol_ooi::{Answer, DARK_PIXELS, FULL_SCALE, Host, INTEGRATION_LIMITS_US, PIXELS, Request};
+use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, TRIES, UsbModel, no_display, worth_another_try};
 use tokio::sync::Mutex;
 use tokio::time::{Instant, sleep};
 
 use crate::agreement::Pair;
-use crate::line::{Line, TRIES};
+use crate::line::Line;
 use crate::stored::Stored;
 
 /// Name of the driver in `open = "ocean-ooi:…"`.
@@ -46,28 +46,50 @@ const INITIALIZE: Duration = Duration::from_millis(100);
 /// Exposures of one spectrum within which two in a row must agree.
 const MOST_EXPOSURES: usize = 8;
 
+/// Ocean Optics spectrometers in the OOI language.
+pub const OCEAN_OOI: Driver = Driver {
+    name: NAME,
+    speaks_to: "Ocean Optics USB2000+ and Flame-S over a byte link (USB itself: not built yet)",
+    examples: &[(Kind::Spectroradiometer, "ocean-ooi:tcp://127.0.0.1:7000")],
+    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    usb: &[UsbModel {
+        id: (0x2457, 0x101E),
+        model: "Ocean Optics USB2000+ or Flame-S",
+    }],
+    place: |target, _| place(target),
+    display_lx: no_display,
+    factories: |ports| Factories {
+        spectroradiometer: Some(Arc::new(OceanOoiDriver::new(ports))),
+        ..Factories::default()
+    },
+};
+
+/// One instrument a link.
+fn place(target: &Target) -> Result<Place, OpenError> {
+    target.only(&[])?;
+    Ok(Place {
+        channel: String::new(),
+        line: LINE,
+    })
+}
+
 /// Opens OOI spectrometers.
 pub struct OceanOoiDriver {
-    links: Arc<dyn Links>,
+    ports: Arc<Ports>,
 }
 
 impl OceanOoiDriver {
-    /// A driver that opens its links through `links`.
-    pub fn new(links: Arc<dyn Links>) -> Self {
-        Self { links }
+    /// A driver of what is on `ports`.
+    pub const fn new(ports: Arc<Ports>) -> Self {
+        Self { ports }
     }
 }
 
 #[async_trait]
 impl SpectroradiometerFactory for OceanOoiDriver {
     async fn open_spectroradiometer(&self, target: &Target) -> Result<Box<dyn Spectroradiometer>, OpenError> {
-        target.only(&[])?;
-        let link = self
-            .links
-            .open(target.link(), LINE)
-            .await
-            .map_err(|error| error.opening(target))?;
-        let line = Line::new(link, target.to_string());
+        let bus = self.ports.bus(target, place(target)?.line, Host::default).await?;
+        let line = Line::new(bus, target.to_string());
         Ok(Box::new(OceanOoi::open(line, target).await?))
     }
 }
@@ -148,30 +170,57 @@ impl OceanOoi {
     ) -> Result<(Vec<u16>, Instant), DeviceError> {
         let mut tries = 1;
         loop {
-            if state.in_doubt {
-                self.line.synchronise().await?;
-                state.in_doubt = false;
-                state.unsolicited = self.line.unsolicited();
-            }
-            state.in_doubt = true;
-            let asked = Instant::now();
-            let answer = self
-                .line
-                .ask_within(Request::Spectrum, "spectrum", 2 * exposure + READ_OUT, deadline)
-                .await;
-            let error = match answer {
-                Ok(Answer::Spectrum(counts)) => {
-                    state.in_doubt = false;
-                    return Ok((counts, asked));
-                }
-                Ok(_) => self.line.fault("another answer than a spectrum", &[]),
-                Err(error) => error,
+            let error = match self.exposed(state, exposure, deadline).await {
+                Ok(exposed) => return Ok(exposed),
+                // A spectrum that does not come costs its exposure: it is not asked for again.
+                Err((what, error)) if tries >= TRIES || !what.is_worth_another_try(&error) => return Err(error),
+                Err((_, error)) => error,
             };
-            if tries >= TRIES || error.kind() != ErrorKind::Malformed {
-                return Err(error);
-            }
             tracing::warn!(%error, tries, "asking again");
             tries += 1;
+        }
+    }
+
+    /// One try at a spectrum: where the line may be out of step, the proof that nothing older is on its way, then the request.
+    async fn exposed(
+        &self,
+        state: &mut State,
+        exposure: Duration,
+        deadline: Instant,
+    ) -> Result<(Vec<u16>, Instant), (Asked, DeviceError)> {
+        if state.in_doubt {
+            self.line.status_once().await.map_err(|error| (Asked::Status, error))?;
+            state.in_doubt = false;
+            state.unsolicited = self.line.unsolicited();
+        }
+        state.in_doubt = true;
+        let asked = Instant::now();
+        let answer = self
+            .line
+            .ask_within(Request::Spectrum, "spectrum", 2 * exposure + READ_OUT, deadline)
+            .await;
+        match answer {
+            Ok(Answer::Spectrum(counts)) => {
+                state.in_doubt = false;
+                Ok((counts, asked))
+            }
+            Ok(_) => Err((Asked::Spectrum, self.line.fault("another answer than a spectrum", &[]))),
+            Err(error) => Err((Asked::Spectrum, error)),
+        }
+    }
+}
+
+/// What was asked when a try at a spectrum failed.
+enum Asked {
+    Status,
+    Spectrum,
+}
+
+impl Asked {
+    fn is_worth_another_try(&self, error: &DeviceError) -> bool {
+        match self {
+            Self::Status => worth_another_try(error.kind()),
+            Self::Spectrum => error.kind() == ErrorKind::Malformed,
         }
     }
 }
@@ -289,7 +338,7 @@ impl OceanOoi {
         match self.line.status_once().await {
             Ok(status) if expected(status.integration_us, status.trigger) => return Ok(!self.surplus(state)),
             Ok(_) => {}
-            Err(error) if matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) => {
+            Err(error) if worth_another_try(error.kind()) => {
                 state.in_doubt = true;
                 return Ok(false);
             }

@@ -192,7 +192,7 @@ async fn read_in_step(line: &Line, places: &[Place]) -> Result<BTreeMap<Place, V
         match line.status_once().await {
             Ok(_) if line.unsolicited() == unsolicited => return Ok(found),
             Err(error) if !matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) => return Err(error),
-            _ => line.synchronise().await?,
+            _ => line.status().await.map(|_| ())?,
         }
     }
     Err(line.fault(

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use isolux_device::{DeviceError, ErrorKind, OpenError, Spectroradiometer, SpectroradiometerFactory, Target};
 use isolux_spectroradiometer::OceanOoiDriver;
-use isolux_transport::MemoryLinks;
+use isolux_transport::{MemoryLinks, Ports, TRIES, worth_another_try};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::Instant;
 
@@ -37,6 +37,8 @@ struct Instrument {
     /// By slot: what is done to the bytes of the next readings of it.
     slot_faults: VecDeque<(u8, Fault)>,
     spectra: u32,
+    /// First bytes of the commands.
+    heard: Vec<u8>,
     /// Counts of the light above 1000.
     light: u16,
 }
@@ -94,6 +96,7 @@ async fn serve(instrument: Arc<Mutex<Instrument>>, mut stream: DuplexStream) {
         let mut wait = 1;
         let (mut answer, fault) = {
             let mut now = instrument.lock().unwrap();
+            now.heard.push(payload[0]);
             match payload[..] {
                 [0x01] => continue,
                 [0x0A, mode, _] => {
@@ -186,6 +189,7 @@ fn bench() -> (OceanOoiDriver, Arc<Mutex<Instrument>>) {
         control_faults: VecDeque::new(),
         slot_faults: VecDeque::new(),
         spectra: 0,
+        heard: vec![],
         light: 0,
     }));
     let twin = Arc::clone(&instrument);
@@ -194,7 +198,7 @@ fn bench() -> (OceanOoiDriver, Arc<Mutex<Instrument>>) {
             tokio::spawn(serve(Arc::clone(&twin), stream));
         }
     });
-    (OceanOoiDriver::new(Arc::new(links)), instrument)
+    (OceanOoiDriver::new(Ports::new(Arc::new(links))), instrument)
 }
 
 async fn open(driver: &OceanOoiDriver) -> Result<Box<dyn Spectroradiometer>, OpenError> {
@@ -265,7 +269,11 @@ async fn damaged_spectra_are_taken_again_and_late_ones_never_mistaken() {
     for fault in [Fault::NoEndMark, Fault::Short] {
         instrument.lock().unwrap().spectrum_faults.extend([fault, fault]);
         spectro.acquire(deadline()).await.unwrap();
-        instrument.lock().unwrap().spectrum_faults.extend([fault; 3]);
+        instrument
+            .lock()
+            .unwrap()
+            .spectrum_faults
+            .extend([fault; TRIES as usize]);
         assert_eq!(
             spectro.acquire(deadline()).await.unwrap_err().kind(),
             ErrorKind::Malformed,
@@ -286,7 +294,7 @@ async fn damaged_spectra_are_taken_again_and_late_ones_never_mistaken() {
                 );
             }
             // Later than any patience: told, not used.
-            Err(error) => assert_eq!(error.kind(), ErrorKind::Timeout),
+            Err(error) => assert!(worth_another_try(error.kind()), "{error}"),
         }
         tokio::time::sleep(Duration::from_secs(10)).await;
     }
@@ -451,4 +459,27 @@ async fn an_instrument_that_lost_its_integration_time_is_a_fault() {
         error.kind() == ErrorKind::Fault && error.to_string().contains("100000 µs"),
         "{error}"
     );
+}
+
+/// Tries are counted in one place. A spectrum that does not come costs its exposure and is asked for once.
+#[tokio::test(start_paused = true)]
+async fn a_dead_instrument_is_asked_as_often_as_is_stated() {
+    let (driver, instrument) = bench();
+    let spectro = open(&driver).await.unwrap();
+    let kill = || {
+        let mut now = instrument.lock().unwrap();
+        now.heard.clear();
+        now.spectrum_faults = [Fault::Silent; 40].into();
+        now.control_faults = [Fault::Silent; 40].into();
+    };
+    for expected in [vec![0x09], vec![0xFE; TRIES as usize]] {
+        kill();
+        let error = spectro.acquire(deadline()).await.unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Timeout);
+        assert_eq!(instrument.lock().unwrap().heard, expected);
+    }
+    kill();
+    assert!(open(&driver).await.is_err());
+    let opening = [vec![0x01, 0x0A], vec![0xFE; TRIES as usize]].concat();
+    assert_eq!(instrument.lock().unwrap().heard, opening);
 }

@@ -15,8 +15,8 @@ impl<T: AsyncRead + AsyncWrite + Unpin + Send> Link for T {}
 /// Opens links by address.
 #[async_trait]
 pub trait Links: Send + Sync {
-    /// Opens `address`: a path (`/dev/ttyUSB0`, `COM3`), `tcp://host:port`, or `memory:name`. `line` applies to serial
-    /// lines alone.
+    /// Opens `address`: a path (`/dev/ttyUSB0`, `COM3`), `tcp://host:port`, `modbus-tcp://host:port`, or `memory:name`.
+    /// `line` applies to serial lines alone.
     ///
     /// # Errors
     /// [`LinkError`] with what the system said and what to do.

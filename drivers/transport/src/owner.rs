@@ -21,17 +21,33 @@ use crate::{Link, LinkError};
 /// # Errors
 /// What the system says to the name of the host.
 pub async fn lock_files(address: &str) -> io::Result<Vec<PathBuf>> {
-    let things = match address.strip_prefix("tcp://") {
-        _ if address.starts_with("memory:") => Vec::new(),
-        Some(peer) => {
-            let addresses = tokio::net::lookup_host(peer).await?;
-            let names: BTreeSet<String> = addresses.map(tcp_name).collect();
-            names.into_iter().collect()
-        }
-        None => vec![serial_name(address)],
-    };
+    if address.starts_with("memory:") {
+        return Ok(Vec::new());
+    }
     let folder = shared_folder();
+    let things = things(address).await?;
     Ok(things.iter().map(|thing| folder.join(file_name(thing))).collect())
+}
+
+/// What is behind `address`, by all its names: two addresses with a name in common lead to one device. A host with several
+/// addresses has as many names.
+///
+/// # Errors
+/// What the system says to the name of the host.
+pub async fn things(address: &str) -> io::Result<BTreeSet<String>> {
+    Ok(match network_peer(address) {
+        _ if address.starts_with("memory:") => [address.to_owned()].into(),
+        Some(peer) => tokio::net::lookup_host(peer).await?.map(tcp_name).collect(),
+        None => [serial_name(address)].into(),
+    })
+}
+
+/// Host and port of an address on the network: `tcp://` for the bytes of a serial line, `modbus-tcp://` for Modbus frames
+/// with a header of their own.
+pub(crate) fn network_peer(address: &str) -> Option<&str> {
+    ["tcp://", "modbus-tcp://"]
+        .iter()
+        .find_map(|scheme| address.strip_prefix(scheme))
 }
 
 /// Who holds the serial port at `path` through this program; none where nobody does.

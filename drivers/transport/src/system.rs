@@ -10,7 +10,7 @@ use isolux_lock::Held;
 use tokio::net::TcpStream;
 use tokio_serial::{SerialPortBuilderExt, SerialPortType};
 
-use crate::owner::{Locks, Owned, port_holder};
+use crate::owner::{Locks, Owned, network_peer, port_holder};
 use crate::users::users_of;
 use crate::{LineSettings, Link, LinkError, Links, MemoryLinks, Parity};
 
@@ -80,7 +80,7 @@ impl Links for SystemLinks {
             Some(locks) => locks.of(address, false).await?.0,
             None => Vec::new(),
         };
-        let link = match address.strip_prefix("tcp://") {
+        let link = match network_peer(address) {
             Some(peer) => connect(address, peer).await?,
             None => open_serial(address, line, self.locks.is_some())?,
         };

@@ -22,7 +22,7 @@ use isolux_device::{
 };
 use isolux_luxmeter::T10aDriver;
 use isolux_spectroradiometer::OceanOoiDriver;
-use isolux_transport::MemoryLinks;
+use isolux_transport::{MemoryLinks, Ports};
 use isolux_units::AxisAngle;
 use isolux_virtual::{AxisName, Serving, Switches, VirtualRoom};
 use middle::{Dice, Middle};
@@ -167,14 +167,19 @@ async fn the_lux_meter_gives_the_light_of_the_moment() {
     let mut bench = bench(lit(), 1, 4000);
     let mut tally = Tally::new("lux meter", bench.seed);
     switch_to(&bench.room, true, false);
-    let driver = T10aDriver::new(Arc::new(bench.middle.clone()));
     let meter_at = target("konica-t10a:memory:luxmeter?head=0");
-    let mut meter = opened(&mut tally, async || driver.open_lux_meter(&meter_at).await).await;
+    // A registry keeps its links: only another one opens them again.
+    let middle = bench.middle.clone();
+    let open = async || {
+        let driver = T10aDriver::new(Ports::new(Arc::new(middle.clone())));
+        driver.open_lux_meter(&meter_at).await
+    };
+    let mut meter = opened(&mut tally, open).await;
     while bench.middle.exchanges() < bench.wanted {
         let dice = &mut bench.dice;
         if dice.chance(0.01) {
             drop(meter);
-            meter = opened(&mut tally, async || driver.open_lux_meter(&meter_at).await).await;
+            meter = opened(&mut tally, open).await;
         }
         if dice.chance(0.02) {
             let range = if dice.chance(0.5) {
@@ -202,7 +207,7 @@ async fn the_lux_meter_gives_the_light_of_the_moment() {
                 Err(error) => {
                     tally.errors += 1;
                     if error.kind() == isolux_device::ErrorKind::Disconnected {
-                        meter = opened(&mut tally, async || driver.open_lux_meter(&meter_at).await).await;
+                        meter = opened(&mut tally, open).await;
                     }
                 }
             }
@@ -285,8 +290,8 @@ async fn axes_outputs_and_thermometer_say_what_is() {
     document.room.swing_period_s = 60.0;
     let mut bench = bench(document, 2, 8000);
     let mut tally = Tally::new("axis, output, thermometer", bench.seed);
-    // A driver keeps its link: only another one opens it again.
-    let driver = |middle: &Middle| ZaberDriver::new(Arc::new(middle.clone()));
+    // A registry keeps its links: only another one opens them again.
+    let driver = |middle: &Middle| ZaberDriver::new(Ports::new(Arc::new(middle.clone())));
     let mut open = controller(&mut tally, &driver(&bench.middle)).await;
     let mut homed = false;
     while bench.middle.exchanges() < bench.wanted {
@@ -378,9 +383,12 @@ async fn the_spectroradiometer_gives_the_spectrum_of_the_moment() {
     quiet.spectroradiometer.read_noise_counts = 0.0;
     quiet.spectroradiometer.electrons_per_count = 1e12;
     let quiet = Room::new(quiet);
-    let driver = OceanOoiDriver::new(Arc::new(bench.middle.clone()));
     let spectro_at = target("ocean-ooi:memory:spectrometer");
-    let open = async || driver.open_spectroradiometer(&spectro_at).await;
+    let middle = bench.middle.clone();
+    let open = async || {
+        let driver = OceanOoiDriver::new(Ports::new(Arc::new(middle.clone())));
+        driver.open_spectroradiometer(&spectro_at).await
+    };
     let mut spectro = opened(&mut tally, open).await;
     properties(&mut tally, &bench.room, spectro.as_ref());
     while bench.middle.exchanges() < bench.wanted {

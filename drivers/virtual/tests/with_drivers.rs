@@ -11,7 +11,7 @@ use isolux_device::{
 };
 use isolux_luxmeter::T10aDriver;
 use isolux_spectroradiometer::OceanOoiDriver;
-use isolux_transport::{MemoryLinks, SystemLinks};
+use isolux_transport::{MemoryLinks, Ports, SystemLinks};
 use isolux_units::AxisAngle;
 use isolux_virtual::outlet::{Offer, offer};
 use isolux_virtual::{BUILT_IN, Instrument, Serving, Switches, VirtualRoom};
@@ -33,8 +33,8 @@ async fn bench(darkroom: &str) -> Bench {
     let room = VirtualRoom::open(Darkroom::parse(darkroom).unwrap());
     let links = MemoryLinks::default();
     let serving = room.listen(&links).unwrap();
-    let links = Arc::new(links);
-    let zaber = ZaberDriver::new(links.clone());
+    let ports = Ports::new(Arc::new(links));
+    let zaber = ZaberDriver::new(ports.clone());
     let angle = |deg: f64| AxisAngle::new(deg).unwrap();
     let scale = AxisScale::new(12_800, 3, angle(0.0), Sense::Positive).unwrap();
     let settings = AxisSettings::new(scale, (angle(-180.0), angle(360.0)), 20.0, 40.0).unwrap();
@@ -51,7 +51,7 @@ async fn bench(darkroom: &str) -> Bench {
         lamp: zaber.open_switch(&target("zaber:memory:axes?do=1")).await.unwrap(),
         shutter: zaber.open_switch(&target("zaber:memory:axes?do=2")).await.unwrap(),
         baffle: zaber.open_switch(&target("zaber:memory:axes?do=3")).await.unwrap(),
-        meter: T10aDriver::new(links)
+        meter: T10aDriver::new(ports)
             .open_lux_meter(&target("konica-t10a:memory:luxmeter?head=0"))
             .await
             .unwrap(),
@@ -202,7 +202,7 @@ async fn the_spectrum_leads_back_to_the_irradiance_at_the_entrance() {
     let links = MemoryLinks::default();
     let _serving = room.listen(&links).unwrap();
     let target = Target::parse("ocean-ooi:memory:spectrometer").unwrap();
-    let driver = OceanOoiDriver::new(Arc::new(links));
+    let driver = OceanOoiDriver::new(Ports::new(Arc::new(links)));
     let instrument = driver.open_spectroradiometer(&target).await.unwrap();
     let lit = Switches {
         lamp: true,
@@ -256,7 +256,7 @@ async fn twins_answer_on_real_links() {
         let settings = AxisSettings::new(scale, (angle(-180.0), angle(360.0)), 2000.0, 20_000.0).unwrap();
         // A second client after the first finds the same axis where it was left.
         for at in [30.0, 60.0] {
-            let driver = ZaberDriver::new(Arc::new(SystemLinks::default()));
+            let driver = ZaberDriver::new(Ports::new(Arc::new(SystemLinks::default())));
             let axis = driver.open_axis(&target, settings).await.unwrap();
             if at == 30.0 {
                 axis.home(soon()).await.unwrap();

@@ -2,32 +2,17 @@
 
 use std::time::{Duration, Instant};
 
+use isolux_conversation::{Conversation, Event, Start};
+
 use crate::{Answer, Endpoint, Frame, Framer, Request};
 
 /// How long the line must have been silent after a failed short request. A spectrum that was given up may still come for as
-/// long as its integration lasts; [`Conversation::abandon`] takes that time.
+/// long as its integration lasts; [`Host`] takes that time.
 const QUIET: Duration = Duration::from_millis(300);
 
-/// What came of the bytes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Event {
-    /// The answer to the request in flight.
-    Answer(Answer),
-    /// The request in flight met bytes that are no answer to it. It is over, and the line is in quarantine.
-    Damaged {
-        /// What is wrong with them.
-        reason: String,
-        /// The bytes.
-        frame: Vec<u8>,
-    },
-}
-
 /// The host's side of the line.
-///
-/// Contract: do not [`start`](Self::start) before [`ready_at`](Self::ready_at); feed every byte that arrives, also between
-/// requests, to [`handle_input`](Self::handle_input); [`abandon`](Self::abandon) when the deadline has passed.
 #[derive(Debug, Default)]
-pub struct Conversation {
+pub struct Host {
     framer: Framer,
     waiting: Option<Request>,
     quarantine: Option<Instant>,
@@ -37,14 +22,16 @@ pub struct Conversation {
     exposing: Duration,
 }
 
-impl Conversation {
-    /// Earliest moment for the next request.
-    pub fn ready_at(&self, now: Instant) -> Instant {
+impl Conversation for Host {
+    type Request = Request;
+    /// `None` for a request that nobody answers.
+    type Answer = Option<Answer>;
+
+    fn ready_at(&self, now: Instant) -> Instant {
         self.quarantine.filter(|until| *until > now).unwrap_or(now)
     }
 
-    /// Begins a request; returns its frame, and whether it will be answered.
-    pub fn start(&mut self, request: Request) -> (Vec<u8>, bool) {
+    fn start(&mut self, _: Instant, request: Request) -> Start<Self::Answer> {
         self.quarantine = None;
         self.framer.clear();
         if let Request::IntegrationTime(us) = request {
@@ -54,18 +41,39 @@ impl Conversation {
         }
         let answered = request.is_answered();
         self.waiting = answered.then_some(request);
-        (
-            Frame {
-                endpoint: Endpoint::Command,
-                payload: request.encode(),
-            }
-            .encode(),
-            answered,
-        )
+        let frame = Frame {
+            endpoint: Endpoint::Command,
+            payload: request.encode(),
+        };
+        Start {
+            frame: frame.encode(),
+            at_once: (!answered).then_some(None),
+        }
     }
 
-    /// Takes bytes in whatever pieces they arrive.
-    pub fn handle_input(&mut self, now: Instant, bytes: &[u8]) -> Option<Event> {
+    fn handle_input(&mut self, now: Instant, bytes: &[u8]) -> Vec<Event<Self::Answer>> {
+        self.heard(now, bytes).into_iter().collect()
+    }
+
+    /// A spectrum given up holds the line for its integration time.
+    fn abandon(&mut self, now: Instant) -> Vec<u8> {
+        let exposing = if self.waiting == Some(Request::Spectrum) {
+            self.integration
+        } else {
+            Duration::ZERO
+        };
+        self.waiting = None;
+        self.quarantine = Some(now + QUIET + exposing);
+        let pending = self.framer.pending().to_vec();
+        self.framer.clear();
+        pending
+    }
+}
+
+type Heard = Event<<Host as Conversation>::Answer>;
+
+impl Host {
+    fn heard(&mut self, now: Instant, bytes: &[u8]) -> Option<Heard> {
         let Some(request) = self.waiting else {
             // Nobody asked: the rest of something late. Let it end.
             self.quarantine = Some(now + QUIET);
@@ -98,33 +106,19 @@ impl Conversation {
                 if request == Request::Spectrum {
                     self.exposing = self.integration;
                 }
-                Some(Event::Answer(answer))
+                Some(Event::Answer(Some(answer)))
             }
             Err(error) => Some(self.damaged(now, &error.reason, &frame.payload)),
         }
     }
 
-    /// Gives the request in flight up; returns what had arrived. A spectrum given up holds the line for its integration time.
-    pub fn abandon(&mut self, now: Instant) -> Vec<u8> {
-        let exposing = if self.waiting == Some(Request::Spectrum) {
-            self.integration
-        } else {
-            Duration::ZERO
-        };
-        self.waiting = None;
-        self.quarantine = Some(now + QUIET + exposing);
-        let pending = self.framer.pending().to_vec();
-        self.framer.clear();
-        pending
-    }
-
-    fn damaged(&mut self, now: Instant, reason: &str, payload: &[u8]) -> Event {
+    fn damaged(&mut self, now: Instant, reason: &str, payload: &[u8]) -> Heard {
         let pending = self.framer.pending().to_vec();
         // What was damaged has arrived: nothing is exposing any more.
         self.waiting = None;
         self.abandon(now);
         let frame = if payload.is_empty() { pending } else { payload.to_vec() };
-        Event::Damaged {
+        Event::Malformed {
             reason: reason.to_owned(),
             frame,
         }
@@ -136,6 +130,16 @@ mod tests {
     use super::*;
     use crate::PIXELS;
     use proptest::prelude::*;
+
+    fn start(host: &mut Host, request: Request) -> Start<Option<Answer>> {
+        host.start(Instant::now(), request)
+    }
+
+    fn hear(host: &mut Host, now: Instant, bytes: &[u8]) -> Option<Heard> {
+        let mut events = host.handle_input(now, bytes);
+        assert!(events.len() < 2, "{events:?}");
+        events.pop()
+    }
 
     fn control(payload: &[u8]) -> Vec<u8> {
         Frame {
@@ -158,13 +162,16 @@ mod tests {
     #[test]
     fn a_late_spectrum_is_swallowed() {
         let now = Instant::now();
-        let mut talk = Conversation::default();
+        let mut talk = Host::default();
         assert_eq!(
-            talk.start(Request::IntegrationTime(2_000_000)),
-            (b"\x01\x05\x00\x02\x80\x84\x1e\x00".to_vec(), false)
+            start(&mut talk, Request::IntegrationTime(2_000_000)),
+            Start {
+                frame: b"\x01\x05\x00\x02\x80\x84\x1e\x00".to_vec(),
+                at_once: Some(None)
+            }
         );
-        talk.start(Request::Spectrum);
-        assert_eq!(talk.handle_input(now, &spectrum(1)[..1000]), None);
+        start(&mut talk, Request::Spectrum);
+        assert_eq!(hear(&mut talk, now, &spectrum(1)[..1000]), None);
         assert_eq!(talk.abandon(now).len(), 1000);
         assert_eq!(
             talk.ready_at(now),
@@ -172,12 +179,12 @@ mod tests {
             "as long as the exposure may last"
         );
         let later = now + Duration::from_secs(2);
-        assert_eq!(talk.handle_input(later, &spectrum(1)[1000..]), None);
+        assert_eq!(hear(&mut talk, later, &spectrum(1)[1000..]), None);
         assert_eq!(talk.ready_at(later), later + QUIET);
-        talk.start(Request::Spectrum);
+        start(&mut talk, Request::Spectrum);
         assert_eq!(
-            talk.handle_input(later, &spectrum(7)),
-            Some(Event::Answer(Answer::Spectrum(vec![7; PIXELS])))
+            hear(&mut talk, later, &spectrum(7)),
+            Some(Event::Answer(Some(Answer::Spectrum(vec![7; PIXELS]))))
         );
     }
 
@@ -192,9 +199,9 @@ mod tests {
             vec![0x81, 0xFF, 0xFF],
             [control(&[4, 1, 2]), control(&[4, 1, 2])].concat(),
         ] {
-            let mut talk = Conversation::default();
-            talk.start(Request::Register(4));
-            assert!(matches!(talk.handle_input(now, &bytes), Some(Event::Damaged { .. })));
+            let mut talk = Host::default();
+            start(&mut talk, Request::Register(4));
+            assert!(matches!(hear(&mut talk, now, &bytes), Some(Event::Malformed { .. })));
             assert_eq!(talk.ready_at(now), now + QUIET);
         }
     }
@@ -203,24 +210,24 @@ mod tests {
         #[test]
         fn the_pieces_do_not_matter(cuts in proptest::collection::vec(1..600_usize, 1..40), counts: u16) {
             let now = Instant::now();
-            let mut talk = Conversation::default();
-            talk.start(Request::Spectrum);
+            let mut talk = Host::default();
+            start(&mut talk, Request::Spectrum);
             let bytes = spectrum(counts);
             let (mut rest, mut cuts, mut event) = (&bytes[..], cuts.into_iter().cycle(), None);
             while !rest.is_empty() {
                 prop_assert_eq!(&event, &None);
                 let (piece, after) = rest.split_at(cuts.next().unwrap_or(1).min(rest.len()));
-                event = talk.handle_input(now, piece);
+                event = hear(&mut talk, now, piece);
                 rest = after;
             }
-            prop_assert_eq!(event, Some(Event::Answer(Answer::Spectrum(vec![counts; PIXELS]))));
+            prop_assert_eq!(event, Some(Event::Answer(Some(Answer::Spectrum(vec![counts; PIXELS])))));
         }
 
         #[test]
         fn noise_is_no_spectrum(bytes in proptest::collection::vec(any::<u8>(), 0..5000)) {
-            let mut talk = Conversation::default();
-            talk.start(Request::Spectrum);
-            let event = talk.handle_input(Instant::now(), &bytes);
+            let mut talk = Host::default();
+            start(&mut talk, Request::Spectrum);
+            let event = hear(&mut talk, Instant::now(), &bytes);
             prop_assert!(!matches!(event, Some(Event::Answer(_))));
         }
     }

@@ -12,7 +12,7 @@ mod frame;
 mod request;
 
 pub use answer::{Answer, BlockTag, EepromSlot, InstrumentStatus, NotAnAnswer, slots};
-pub use conversation::{Conversation, Event};
+pub use conversation::Host;
 pub use frame::{Endpoint, Frame, Framer, NotAFrame};
 pub use request::{NotARequest, Request};
 

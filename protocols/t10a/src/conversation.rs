@@ -2,55 +2,59 @@
 
 use std::time::{Duration, Instant};
 
+use isolux_conversation::{Conversation, Event, Start};
+
 use crate::{Answer, Request, STX};
 
 /// How long the line must have been silent after a failure before it is used again. The meter answers within some
 /// 100 ms of the request, at most a conversion (500 ms) later.
 pub const QUIET: Duration = Duration::from_secs(1);
 
-/// What came of the bytes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Event {
-    /// The answer to the request in flight, and its bytes.
-    Answer(Answer, Vec<u8>),
-    /// The request in flight met bytes that are no answer to it. It is over, and the line is in quarantine.
-    Damaged {
-        /// What is wrong with them.
-        reason: String,
-        /// The bytes.
-        frame: Vec<u8>,
-    },
-}
-
 /// The host's side of the line.
 ///
-/// Contract: do not [`start`](Self::start) before [`ready_at`](Self::ready_at); feed every byte that arrives, also between
-/// requests, to [`handle_input`](Self::handle_input); [`abandon`](Self::abandon) when the deadline has passed. The
-/// language has no request numbers, so after a timeout or a damaged answer anything that arrives might be the answer
+/// The language has no request numbers, so after a timeout or a damaged answer anything that arrives might be the answer
 /// that was given up: it is thrown away, and each byte of it makes the silence begin anew.
 #[derive(Debug, Default)]
-pub struct Conversation {
+pub struct Host {
     waiting: Option<(u8, u8)>,
     frame: Vec<u8>,
     quarantine: Option<Instant>,
 }
 
-impl Conversation {
-    /// Earliest moment for the next request.
-    pub fn ready_at(&self, now: Instant) -> Instant {
+impl Conversation for Host {
+    type Request = Request;
+    /// The answer and its bytes; `None` for a request that nobody answers.
+    type Answer = Option<(Answer, Vec<u8>)>;
+
+    fn ready_at(&self, now: Instant) -> Instant {
         self.quarantine.filter(|until| *until > now).unwrap_or(now)
     }
 
-    /// Begins a request; returns its frame, and whether it will be answered.
-    pub fn start(&mut self, request: Request) -> (Vec<u8>, bool) {
+    fn start(&mut self, _: Instant, request: Request) -> Start<Self::Answer> {
         self.quarantine = None;
         self.frame.clear();
         self.waiting = request.answered_as();
-        (request.encode(), self.waiting.is_some())
+        Start {
+            frame: request.encode(),
+            at_once: self.waiting.is_none().then_some(None),
+        }
     }
 
-    /// Takes bytes in whatever pieces they arrive.
-    pub fn handle_input(&mut self, now: Instant, bytes: &[u8]) -> Option<Event> {
+    fn handle_input(&mut self, now: Instant, bytes: &[u8]) -> Vec<Event<Self::Answer>> {
+        self.heard(now, bytes).into_iter().collect()
+    }
+
+    fn abandon(&mut self, now: Instant) -> Vec<u8> {
+        self.waiting = None;
+        self.quarantine = Some(now + QUIET);
+        std::mem::take(&mut self.frame)
+    }
+}
+
+type Heard = Event<<Host as Conversation>::Answer>;
+
+impl Host {
+    fn heard(&mut self, now: Instant, bytes: &[u8]) -> Option<Heard> {
         let Some(expected) = self.waiting else {
             // Nobody asked: the rest of something late. Let it end.
             self.quarantine = Some(now + QUIET);
@@ -71,7 +75,7 @@ impl Conversation {
             Ok(answer) if answer.to() == expected => {
                 self.waiting = None;
                 self.frame.clear();
-                Some(Event::Answer(answer, frame))
+                Some(Event::Answer(Some((answer, frame))))
             }
             Ok(answer) => {
                 let ((head, command), (asked_head, asked)) = (answer.to(), expected);
@@ -82,15 +86,8 @@ impl Conversation {
         }
     }
 
-    /// Gives the request in flight up; returns what had arrived.
-    pub fn abandon(&mut self, now: Instant) -> Vec<u8> {
-        self.waiting = None;
-        self.quarantine = Some(now + QUIET);
-        std::mem::take(&mut self.frame)
-    }
-
-    fn damaged(&mut self, now: Instant, reason: &str) -> Event {
-        Event::Damaged {
+    fn damaged(&mut self, now: Instant, reason: &str) -> Heard {
+        Event::Malformed {
             reason: reason.to_owned(),
             frame: self.abandon(now),
         }
@@ -102,6 +99,16 @@ mod tests {
     use super::*;
     use crate::{Range, frame};
     use proptest::prelude::*;
+
+    fn start(host: &mut Host, request: Request) -> Start<Option<(Answer, Vec<u8>)>> {
+        host.start(Instant::now(), request)
+    }
+
+    fn hear(host: &mut Host, now: Instant, bytes: &[u8]) -> Option<Heard> {
+        let mut events = host.handle_input(now, bytes);
+        assert!(events.len() < 2, "{events:?}");
+        events.pop()
+    }
 
     const READ: Request = Request::Read {
         head: 0,
@@ -116,18 +123,18 @@ mod tests {
     #[test]
     fn a_late_answer_is_swallowed_and_prolongs_the_silence() {
         let now = Instant::now();
-        let mut talk = Conversation::default();
+        let mut talk = Host::default();
         assert_eq!(talk.ready_at(now), now);
-        talk.start(READ);
-        assert_eq!(talk.handle_input(now, &answer(1)[..5]), None);
+        start(&mut talk, READ);
+        assert_eq!(hear(&mut talk, now, &answer(1)[..5]), None);
         assert_eq!(talk.abandon(now), &answer(1)[..5]);
         assert_eq!(talk.ready_at(now), now + QUIET);
         let later = now + Duration::from_millis(900);
-        assert_eq!(talk.handle_input(later, &answer(1)[5..]), None);
+        assert_eq!(hear(&mut talk, later, &answer(1)[5..]), None);
         assert_eq!(talk.ready_at(later), later + QUIET);
-        talk.start(READ);
+        start(&mut talk, READ);
         assert!(matches!(
-            talk.handle_input(later + QUIET, &answer(2)),
+            hear(&mut talk, later + QUIET, &answer(2)),
             Some(Event::Answer(..))
         ));
     }
@@ -136,47 +143,48 @@ mod tests {
     fn the_answer_of_another_head_or_command_is_none() {
         let now = Instant::now();
         for body in ["01100 20+34002            ", "00110 20+34002            ", "0054    "] {
-            let mut talk = Conversation::default();
-            talk.start(READ);
+            let mut talk = Host::default();
+            start(&mut talk, READ);
             assert!(
                 matches!(
-                    talk.handle_input(now, &frame(body.as_bytes())),
-                    Some(Event::Damaged { .. })
+                    hear(&mut talk, now, &frame(body.as_bytes())),
+                    Some(Event::Malformed { .. })
                 ),
                 "{body}"
             );
             assert_eq!(talk.ready_at(now), now + QUIET);
         }
-        let mut talk = Conversation::default();
-        assert!(!talk.start(Request::Hold(false)).1, "nobody answers a broadcast");
+        let mut talk = Host::default();
+        let sent = start(&mut talk, Request::Hold(false));
+        assert_eq!(sent.at_once, Some(None), "nobody answers a broadcast");
     }
 
     #[test]
     fn two_answers_at_once_are_none() {
         let now = Instant::now();
-        let mut talk = Conversation::default();
-        talk.start(READ);
+        let mut talk = Host::default();
+        start(&mut talk, READ);
         let both = [answer(1), answer(2)].concat();
-        assert!(matches!(talk.handle_input(now, &both), Some(Event::Damaged { .. })));
+        assert!(matches!(hear(&mut talk, now, &both), Some(Event::Malformed { .. })));
     }
 
     proptest! {
         #[test]
         fn the_pieces_do_not_matter(cut in 1..32_usize, digits in 0..10_000_u16) {
             let now = Instant::now();
-            let mut talk = Conversation::default();
-            talk.start(READ);
+            let mut talk = Host::default();
+            start(&mut talk, READ);
             let bytes = answer(digits);
-            let first = talk.handle_input(now, &bytes[..cut]);
-            let second = if cut < 32 { talk.handle_input(now, &bytes[cut..]) } else { None };
+            let first = hear(&mut talk, now, &bytes[..cut]);
+            let second = if cut < 32 { hear(&mut talk, now, &bytes[cut..]) } else { None };
             prop_assert!(matches!(first.or(second), Some(Event::Answer(..))));
         }
 
         #[test]
         fn noise_is_never_an_answer(bytes in proptest::collection::vec(any::<u8>(), 0..100)) {
-            let mut talk = Conversation::default();
-            talk.start(READ);
-            let event = talk.handle_input(Instant::now(), &bytes);
+            let mut talk = Host::default();
+            start(&mut talk, READ);
+            let event = hear(&mut talk, Instant::now(), &bytes);
             prop_assert!(!matches!(event, Some(Event::Answer(..))));
         }
     }

@@ -3,7 +3,7 @@
 //! 9600 baud, 7 data bits, even parity, 1 stop bit. A request is `STX head command parameter ETX BCC CR LF`, 14 bytes; an
 //! answer is the same with a status for the parameter, or 32 bytes with three values of six characters. BCC is the
 //! exclusive or of all bytes after STX up to and including ETX, as two hexadecimal digits. There is no request number:
-//! after a timeout the line must be quiet before the next request, which is what [`Conversation`] sees to.
+//! after a timeout the line must be quiet before the next request, which is what [`Host`] sees to.
 //! Source: Konica Minolta "T-10A communication manual" (T-10-E.pdf), sections 3 to 5.
 
 mod answer;
@@ -11,7 +11,7 @@ mod conversation;
 mod request;
 
 pub use answer::{Answer, HeadError, Measurement, NotAnAnswer, Status, Value};
-pub use conversation::{Conversation, Event, QUIET};
+pub use conversation::{Host, QUIET};
 pub use request::{BROADCAST, NotARequest, Range, Request};
 
 pub(crate) const STX: u8 = 0x02;

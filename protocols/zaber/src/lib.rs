@@ -13,7 +13,7 @@ mod framer;
 mod message;
 
 pub use command::{Command, InvalidCommand, NotACommand};
-pub use conversation::{CHECKSUMS_ON, Conversation, Event};
+pub use conversation::{CHECKSUMS_ON, Host};
 pub use flags::{Severity, WarningFlag};
 pub use framer::{Damaged, Framer, MAX_LINE};
 pub use message::{Alert, Info, Message, NotAMessage, Rejection, Reply, Status};

@@ -144,7 +144,7 @@ fn the_domain_reaches_no_instrument_clock_or_screen() {
 
 /// Codecs speak wire words alone; they share the trait that says what a codec is, and what all text lines have in common.
 #[test]
-fn protocols_depend_on_no_crate_of_the_house() {
+fn protocols_depend_on_no_crate_of_the_house_but_the_conversation() {
     let house = House::new();
     for package in house.metadata.workspace_packages() {
         if package

@@ -17,7 +17,7 @@ use isolux_device::{
 };
 use isolux_luxmeter::T10aDriver;
 use isolux_spectroradiometer::OceanOoiDriver;
-use isolux_transport::{Links, MemoryLinks, Recorder, Trace};
+use isolux_transport::{Links, MemoryLinks, Ports, Recorder, Trace};
 use isolux_units::AxisAngle;
 use isolux_virtual::{BUILT_IN, VirtualRoom};
 use tokio::time::Instant;
@@ -32,7 +32,7 @@ fn angle(degrees: f64) -> AxisAngle {
 
 /// Home, move, read back, switch, read the temperature, stop: what an operator does first. Returns what was found.
 async fn zaber(links: Arc<dyn Links>) -> Vec<String> {
-    let driver = ZaberDriver::new(links);
+    let driver = ZaberDriver::new(Ports::new(links));
     let scale = AxisScale::new(12_800, 3, angle(0.0), Sense::Positive).unwrap();
     let settings = AxisSettings::new(scale, (angle(-90.0), angle(90.0)), 20.0, 40.0).unwrap();
     let axis = driver
@@ -65,7 +65,7 @@ async fn zaber(links: Arc<dyn Links>) -> Vec<String> {
 }
 
 async fn t10a(links: Arc<dyn Links>) -> Vec<String> {
-    let meter = T10aDriver::new(links)
+    let meter = T10aDriver::new(Ports::new(links))
         .open_lux_meter(&target("konica-t10a:memory:luxmeter?head=0"))
         .await
         .unwrap();
@@ -84,7 +84,7 @@ async fn t10a(links: Arc<dyn Links>) -> Vec<String> {
 }
 
 async fn ooi(links: Arc<dyn Links>) -> Vec<String> {
-    let driver = OceanOoiDriver::new(links);
+    let driver = OceanOoiDriver::new(Ports::new(links));
     let spectro = driver
         .open_spectroradiometer(&target("ocean-ooi:memory:spectrometer"))
         .await

@@ -32,7 +32,7 @@ pub fn run(arguments: &Devices) -> Result<(), Failure> {
             driver.kinds.join(", ")
         ))?;
         screen::say(format_args!("  {:12} seen with: {}", "", driver.seen_with))?;
-        for example in driver.examples {
+        for example in &driver.examples {
             screen::say(format_args!("  {:12} open = \"{example}\"", ""))?;
         }
     }

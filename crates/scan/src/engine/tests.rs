@@ -234,7 +234,7 @@ async fn even_a_defect_of_the_program_stops_the_axes() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn damaged_answers_are_asked_again_and_never_recorded() {
+async fn answers_that_a_driver_asked_for_again_are_counted() {
     let (mut devices, room) = bench();
     let plan = plan(DAY);
     let (_keep, path, mut run) = run_dir(&devices, &plan);
@@ -249,6 +249,20 @@ async fn damaged_answers_are_asked_again_and_never_recorded() {
             .iter()
             .all(|row| row.quality == Quality::Ok)
     );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_meter_whose_driver_has_given_up_is_not_asked_again() {
+    let (mut devices, room) = bench();
+    let plan = plan(DAY);
+    let (_keep, _, mut run) = run_dir(&devices, &plan);
+    room.lock().unwrap().meter_silent_after = Some(50);
+    let error = scan(&mut devices, &plan, &mut run, &Cancel::new(), None)
+        .await
+        .unwrap_err();
+    assert!(matches!(&error, ScanError::Device { role: "luxmeter", .. }), "{error}");
+    assert_eq!(room.lock().unwrap().reads, 51);
+    assert!(at_rest(&room));
 }
 
 #[tokio::test(start_paused = true)]

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use isolux_device::{DeviceError, ErrorKind, Identity, Target};
-use isolux_protocol_zaber::{CHECKSUMS_ON, Command, Conversation, Event, Reply, Status, WarningFlag};
-use isolux_transport::{Bus, Outcome};
+use isolux_device::{DeviceError, Identity, Target};
+use isolux_protocol_zaber::{CHECKSUMS_ON, Command, Host, Status, WarningFlag};
+use isolux_transport::Bus;
 use tokio::time::Instant;
 
 /// A reply takes a few milliseconds at 115200 baud, some 100 ms at 9600.
@@ -13,52 +13,8 @@ const ANSWER: Duration = Duration::from_millis(500);
 /// Answers to one question within which two in a row must be the same.
 const MOST_ANSWERS: usize = 6;
 
-/// Every command used here may be repeated: it asks, sets a value, or moves to an absolute place.
-const TRIES: usize = 3;
-
-/// The codec as the owner of a bus.
-#[derive(Default)]
-pub(crate) struct Talk(Conversation);
-
-impl isolux_transport::Conversation for Talk {
-    type Request = Command;
-    type Answer = Reply;
-
-    /// Ids tell late replies apart: nothing needs to be waited for.
-    fn ready_at(&self, now: Instant) -> Instant {
-        now
-    }
-
-    fn start(&mut self, _: Instant, request: Command) -> (Vec<u8>, Option<Reply>) {
-        (self.0.start(request), None)
-    }
-
-    fn handle_input(&mut self, _: Instant, bytes: &[u8]) -> Option<Outcome<Reply>> {
-        let mut outcome = None;
-        for event in self.0.handle_input(bytes) {
-            match event {
-                Event::Answer(reply) => outcome = Some(Outcome::Answer(reply)),
-                Event::Damaged(damaged) => {
-                    outcome = Some(Outcome::Malformed {
-                        reason: damaged.reason,
-                        frame: damaged.line,
-                    });
-                }
-                Event::Alert(alert) => tracing::warn!(?alert, "alert"),
-                Event::Stray(reply) => tracing::warn!(?reply, "late reply dropped"),
-            }
-        }
-        outcome
-    }
-
-    fn surplus(&self) -> u64 {
-        self.0.surplus()
-    }
-
-    fn abandon(&mut self, _: Instant) -> Vec<u8> {
-        self.0.abandon()
-    }
-}
+/// Until the line is free: another instrument on it may be drained first.
+const LINE: Duration = Duration::from_secs(5);
 
 /// What a device said: data, moving or not, the flag that came along, and the frame as evidence.
 #[derive(Debug, Clone)]
@@ -72,7 +28,7 @@ pub(crate) struct Said {
 /// A device on a bus.
 #[derive(Clone)]
 pub(crate) struct Controller {
-    bus: Bus<Talk>,
+    bus: Bus<Host>,
     device: u8,
     name: String,
     identity: Identity,
@@ -80,7 +36,7 @@ pub(crate) struct Controller {
 
 impl Controller {
     /// Turns checksums on and asks who is there.
-    pub async fn open(bus: Bus<Talk>, device: u8, target: &Target) -> Result<Self, DeviceError> {
+    pub async fn open(bus: Bus<Host>, device: u8, target: &Target) -> Result<Self, DeviceError> {
         let identity = Identity {
             driver: super::NAME,
             target: target.to_string(),
@@ -108,20 +64,6 @@ impl Controller {
 
     pub fn name(&self) -> &str {
         &self.name
-    }
-
-    /// Asks `axis` (0: the device), again if the line damaged or lost the answer.
-    pub async fn ask(&self, axis: u8, text: &str) -> Result<Said, DeviceError> {
-        let mut tries = 1;
-        loop {
-            match self.ask_once(axis, text).await {
-                Err(error) if tries < TRIES && matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Malformed) => {
-                    tracing::warn!(%error, tries, "asking again");
-                    tries += 1;
-                }
-                result => return result,
-            }
-        }
     }
 
     /// Asks for what does not change, until two answers in a row are the same. Message ids repeat after a hundred requests, and
@@ -182,14 +124,16 @@ impl Controller {
         }
     }
 
-    async fn ask_once(&self, axis: u8, text: &str) -> Result<Said, DeviceError> {
+    /// Asks `axis` (0: the device), again if the line damaged or lost the answer: every command used here may be repeated, it
+    /// asks, sets a value, or moves to an absolute place.
+    pub async fn ask(&self, axis: u8, text: &str) -> Result<Said, DeviceError> {
         let action = if text.is_empty() { "status" } else { text };
         let command = Command::new(self.device, axis, text).map_err(|error| DeviceError::Unsupported {
             device: self.name.clone(),
             action: action.to_owned(),
             reason: error.to_string(),
         })?;
-        let reply = self.bus.ask(command, Instant::now() + ANSWER).await;
+        let reply = self.bus.ask_again(command, None, ANSWER, Instant::now() + LINE).await;
         let reply = reply.map_err(|error| error.during(&self.name, action))?;
         let frame = reply.encode();
         match reply.outcome {

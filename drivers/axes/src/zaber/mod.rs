@@ -2,49 +2,95 @@
 //!
 //! `zaber:LINK?axis=1` is an axis, `zaber:LINK?do=1` a switch, `zaber:LINK?ai=1&c_at_0v=-50&c_at_10v=100` a 0–10 V
 //! temperature transmitter. `device=N` chooses the device of a daisy chain (default 1), `baud=9600` firmware 6 lines
-//! (default 115200, firmware 7). All of a link share one owner task.
+//! (default 115200, firmware 7). All of a port share one conversation.
 
 mod axis;
 mod controller;
 mod io;
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use async_trait::async_trait;
 use isolux_device::{
-    Axis, AxisFactory, AxisSettings, OpenError, Switch, SwitchFactory, Target, Thermometer, ThermometerFactory,
+    Axis, AxisFactory, AxisSettings, Factories, Kind, OpenError, Switch, SwitchFactory, Target, Thermometer,
+    ThermometerFactory,
 };
-use isolux_transport::{Bus, LineSettings, Links, Parity};
-use tokio::sync::Mutex;
+use isolux_protocol_zaber::Host;
+use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, no_display};
 
 use axis::ZaberAxis;
-use controller::{Controller, Talk};
+use controller::Controller;
 use io::{ZaberSwitch, ZaberThermometer};
 
 /// Name of the driver in `open = "zaber:…"`.
 pub(crate) const NAME: &str = "zaber";
 
-/// Opens what hangs on Zaber controllers; devices on one link share it.
+/// Zaber controllers and what hangs on them.
+pub const ZABER: Driver = Driver {
+    name: NAME,
+    speaks_to: "Zaber controllers and stages in the ASCII language, firmware 6 and 7",
+    examples: &[
+        (Kind::Axis, "zaber:/dev/ttyUSB0?axis=1"),
+        (Kind::Switch, "zaber:/dev/ttyUSB0?do=1"),
+        (Kind::Thermometer, "zaber:/dev/ttyUSB0?ai=1&c_at_0v=-50&c_at_10v=100"),
+    ],
+    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    usb: &[],
+    place: |target, kind| Ok(Address::parse(target, kind)?.place),
+    display_lx: no_display,
+    factories: |ports| {
+        let driver = Arc::new(ZaberDriver::new(ports));
+        Factories {
+            axis: Some(driver.clone()),
+            switch: Some(driver.clone()),
+            thermometer: Some(driver),
+            ..Factories::default()
+        }
+    },
+};
+
+/// Opens what hangs on Zaber controllers.
 pub struct ZaberDriver {
-    links: Arc<dyn Links>,
-    buses: Mutex<HashMap<String, Bus<Talk>>>,
+    ports: Arc<Ports>,
 }
 
-impl ZaberDriver {
-    /// A driver that opens its links through `links`.
-    pub fn new(links: Arc<dyn Links>) -> Self {
-        Self {
-            links,
-            buses: Mutex::default(),
-        }
-    }
+/// A target in the words of the language.
+struct Address {
+    device: u8,
+    /// Of the axis, the output or the input.
+    number: u8,
+    /// °C at 0 V and at 10 V.
+    scale: (f64, f64),
+    place: Place,
+}
 
-    /// The controller that `target` names, on the link's one bus; a lost link is opened again.
-    async fn controller(&self, target: &Target) -> Result<Controller, OpenError> {
+impl Address {
+    fn parse(target: &Target, kind: Kind) -> Result<Self, OpenError> {
+        let (key, default, thing): (&str, u8, &str) = match kind {
+            Kind::Axis => ("axis", 1, "axis"),
+            Kind::Switch => ("do", 0, "output"),
+            _ => ("ai", 0, "input"),
+        };
+        let own: &[&str] = if key == "ai" { &["c_at_0v", "c_at_10v"] } else { &[] };
+        target.only(&[&[key], own, &["device", "baud"]].concat())?;
         let device = target.number("device", 1_u8)?;
         if !(1..=99).contains(&device) {
             return Err(target.wrong(format!("device={device} is not 1 to 99")));
+        }
+        let number = target.number(key, default)?;
+        if kind == Kind::Axis && !(1..=9).contains(&number) {
+            return Err(target.wrong(format!("axis={number} is not 1 to 9")));
+        }
+        let scale = (
+            target.number("c_at_0v", f64::NAN)?,
+            target.number("c_at_10v", f64::NAN)?,
+        );
+        if kind == Kind::Switch && number == 0 {
+            return Err(target.wrong("a switch needs do=N, the number of a digital output"));
+        }
+        let scaled = scale.0.is_finite() && scale.1.is_finite() && scale.0 != scale.1;
+        if kind == Kind::Thermometer && (number == 0 || !scaled) {
+            return Err(target.wrong("a thermometer needs ai=N, and c_at_0v and c_at_10v of its transmitter"));
         }
         let line = LineSettings {
             baud: target.number("baud", 115_200)?,
@@ -52,67 +98,56 @@ impl ZaberDriver {
             parity: Parity::None,
             stop_bits: 1,
         };
-        let bus = {
-            let mut buses = self.buses.lock().await;
-            let open = buses.get(target.link()).filter(|bus| !bus.is_closed()).cloned();
-            if let Some(bus) = open {
-                bus
-            } else {
-                let link = self
-                    .links
-                    .open(target.link(), line)
-                    .await
-                    .map_err(|error| error.opening(target))?;
-                let bus = Bus::spawn(link, Talk::default());
-                buses.insert(target.link().to_owned(), bus.clone());
-                bus
-            }
-        };
-        Ok(Controller::open(bus, device, target).await?)
+        let channel = format!("{thing} {number} of device {device}");
+        Ok(Self {
+            device,
+            number,
+            scale,
+            place: Place { channel, line },
+        })
+    }
+}
+
+impl ZaberDriver {
+    /// A driver of what is on `ports`.
+    pub const fn new(ports: Arc<Ports>) -> Self {
+        Self { ports }
+    }
+
+    /// The controller that `target` names.
+    async fn controller(&self, target: &Target, address: &Address) -> Result<Controller, OpenError> {
+        let bus = self.ports.bus(target, address.place.line, Host::default).await?;
+        Ok(Controller::open(bus, address.device, target).await?)
     }
 }
 
 #[async_trait]
 impl AxisFactory for ZaberDriver {
     async fn open_axis(&self, target: &Target, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError> {
-        target.only(&["axis", "device", "baud"])?;
-        let axis = target.number("axis", 1_u8)?;
-        if !(1..=9).contains(&axis) {
-            return Err(target.wrong(format!("axis={axis} is not 1 to 9")));
-        }
-        let controller = self.controller(target).await?;
-        Ok(Box::new(ZaberAxis::open(controller, axis, settings).await?))
+        let address = Address::parse(target, Kind::Axis)?;
+        let controller = self.controller(target, &address).await?;
+        Ok(Box::new(ZaberAxis::open(controller, address.number, settings).await?))
     }
 }
 
 #[async_trait]
 impl SwitchFactory for ZaberDriver {
     async fn open_switch(&self, target: &Target) -> Result<Box<dyn Switch>, OpenError> {
-        target.only(&["do", "device", "baud"])?;
-        let output = target.number("do", 0_u8)?;
-        if output == 0 {
-            return Err(target.wrong("a switch needs do=N, the number of a digital output"));
-        }
-        Ok(Box::new(ZaberSwitch::new(self.controller(target).await?, output)))
+        let address = Address::parse(target, Kind::Switch)?;
+        let controller = self.controller(target, &address).await?;
+        Ok(Box::new(ZaberSwitch::new(controller, address.number)))
     }
 }
 
 #[async_trait]
 impl ThermometerFactory for ZaberDriver {
     async fn open_thermometer(&self, target: &Target) -> Result<Box<dyn Thermometer>, OpenError> {
-        target.only(&["ai", "c_at_0v", "c_at_10v", "device", "baud"])?;
-        let input = target.number("ai", 0_u8)?;
-        let (low, high) = (
-            target.number("c_at_0v", f64::NAN)?,
-            target.number("c_at_10v", f64::NAN)?,
-        );
-        if input == 0 || !low.is_finite() || !high.is_finite() || low == high {
-            return Err(target.wrong("a thermometer needs ai=N, and c_at_0v and c_at_10v of its transmitter"));
-        }
+        let address = Address::parse(target, Kind::Thermometer)?;
+        let controller = self.controller(target, &address).await?;
         Ok(Box::new(ZaberThermometer::new(
-            self.controller(target).await?,
-            input,
-            (low, high),
+            controller,
+            address.number,
+            address.scale,
         )))
     }
 }
