@@ -1,10 +1,12 @@
 //! Axis drivers, one module an instrument.
 
+mod oriental;
 mod zaber;
 
 use isolux_transport::Driver;
 
+pub use oriental::{ORIENTAL_AZ, OrientalAzDriver};
 pub use zaber::{ZABER, ZaberDriver};
 
 /// The drivers of this crate. A new one is one entry here.
-pub const DRIVERS: &[Driver] = &[ZABER];
+pub const DRIVERS: &[Driver] = &[ZABER, ORIENTAL_AZ];

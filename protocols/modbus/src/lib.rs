@@ -10,12 +10,14 @@
 //! Sources: MODBUS Application Protocol Specification V1.1b3 (cited as AP), MODBUS over Serial Line V1.02 (SL), MODBUS
 //! Messaging on TCP/IP Implementation Guide V1.0b (TCP).
 
+mod either;
 mod mbap;
 mod reply;
 mod request;
 mod rtu;
 mod value;
 
+pub use either::Modbus;
 pub use mbap::Mbap;
 pub use reply::{Data, Exception, Reply};
 pub use request::{Ask, NotARequest, Request};

@@ -25,6 +25,7 @@ const IMPURE: &[&str] = &[
     "isolux",
     "isolux-web",
     "isolux-transport",
+    "isolux-modbus",
     "isolux-axes",
     "isolux-luxmeter",
     "isolux-spectroradiometer",

@@ -1,0 +1,43 @@
+//! What the alarm codes mean (HM-60262E, list of alarms).
+
+/// In words what the drive reports as `code`.
+pub(crate) const fn meaning(code: u32) -> &'static str {
+    match code {
+        0x10 => "excessive position deviation: the shaft does not follow, it is blocked or overloaded",
+        0x20 => "overcurrent",
+        0x21 => "main circuit too hot",
+        0x22 => "overvoltage",
+        0x23 => "main power is off",
+        0x25 => "undervoltage",
+        0x26 => "motor too hot",
+        0x28 | 0x42 => "sensor error",
+        0x2A => "no communication with the absolute encoder",
+        0x30 => "overload: it is blocked or too heavy",
+        0x31 => "overspeed",
+        0x33 => "absolute position lost: set the home position again",
+        0x34 => "command pulses too fast",
+        0x41 | 0x44 => "memory error",
+        0x43 => "the shaft turned while power came on",
+        0x45 => "motor and drive do not belong together",
+        0x4A => "no home position is set",
+        0x60 => "both limit sensors are on",
+        0x61 => "limit sensors are exchanged",
+        0x62 => "return to home failed",
+        0x63 => "no home sensor found",
+        0x64 => "home signals do not come together",
+        0x66 => "limit sensor reached",
+        0x67 => "software limit reached",
+        0x68 => "emergency stop",
+        0x6A => "home offset runs into a limit",
+        0x6D => "mechanical limit reached",
+        0x70 => "operation data are wrong",
+        0x71 => "electronic gear is wrong",
+        0x72 => "wrap setting is wrong",
+        0x83 => "communication switches are wrong",
+        0x84 => "RS-485 communication error",
+        0x85 => "RS-485 communication timed out",
+        0x8C => "a setting is out of range",
+        0xF0 => "CPU error",
+        _ => "see the drive's manual",
+    }
+}
