@@ -1,10 +1,15 @@
 //! Lux meter drivers, one module an instrument.
 
+mod confirmed;
+mod mavo;
+mod p9710;
 mod t10a;
 
 use isolux_transport::Driver;
 
+pub use mavo::GOSSEN_MAVO_USB;
+pub use p9710::GIGAHERTZ_P9710;
 pub use t10a::{KONICA_T10A, T10aDriver};
 
 /// The drivers of this crate. A new one is one entry here.
-pub const DRIVERS: &[Driver] = &[KONICA_T10A];
+pub const DRIVERS: &[Driver] = &[KONICA_T10A, GOSSEN_MAVO_USB, GIGAHERTZ_P9710];

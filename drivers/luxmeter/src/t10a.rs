@@ -5,16 +5,13 @@
 //! interval more (manual, section 1). The driver therefore waits two intervals after `not_before` in a fixed range, three in
 //! automatic range, and more than one interval between two requests, so that no conversion is returned twice.
 //!
-//! An answer carries no number that would tie it to its request. A value is therefore given only when two exchanges in a
-//! row agree, when it fits the range it states, and when no byte arrived that nothing had asked for; such a byte discards
-//! what was read, and the line is drained and put in step again. The exchange before confirms the next one, so a series
-//! of readings of the same light costs one exchange more in all.
+//! An answer carries no number that would tie it to its request: see the module `confirmed` for when a value is believed.
 //!
 //! Several heads on one line are as many meters that share the line: while one of them waits for its answer, and for as
 //! long after it as the true answer could still come, no other request is sent; a byte that nothing had asked for discards
 //! what was read from every head. The commands 54 and 55 concern all heads alike.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use async_trait::async_trait;
@@ -23,10 +20,11 @@ use isolux_device::{
     LuxRange, LuxReading, OpenError, Target,
 };
 use isolux_protocol_t10a::{Answer, Host, Measurement, QUIET, Range, Request, Value};
-use isolux_transport::{Bus, BusError, Driver, LineSettings, Parity, Place, Ports, TRIES, worth_another_try};
+use isolux_transport::{Alone, Bus, Driver, LineSettings, Parity, Place, Ports, TRIES, worth_another_try};
 use isolux_units::Lux;
-use tokio::sync::Mutex;
-use tokio::time::{Instant, sleep, sleep_until, timeout_at};
+use tokio::time::{Instant, sleep};
+
+use crate::confirmed::{Confirmed, Meter, Pace};
 
 /// Name of the driver in `open = "konica-t10a:…"`.
 const NAME: &str = "konica-t10a";
@@ -74,9 +72,6 @@ const LINE: LineSettings = LineSettings {
 /// A new value appears this often, and integrates as long.
 const UPDATE: Duration = Duration::from_millis(500);
 
-/// Over and above the update interval between two requests: the meter's clock is not this one.
-const MARGIN: Duration = Duration::from_millis(50);
-
 /// An answer of 32 bytes takes 33 ms at 9600 baud; the meter may finish a conversion first.
 const ANSWER: Duration = Duration::from_millis(800);
 
@@ -92,13 +87,6 @@ const FULL_SCALE_LX: [f64; 5] = [29.99, 299.9, 2999.0, 29_990.0, 299_900.0];
 /// After the last answer the line is watched for so long: a request and an answer take 48 ms, so the true answer to a
 /// request that an old one seemed to answer has arrived by then.
 const GUARD: Duration = Duration::from_millis(100);
-
-/// Exchanges of one reading within which two in a row must agree.
-const MOST_EXCHANGES: usize = 12;
-
-/// Two exchanges agree when they differ by no more than this share of the value. Scatter of 0.1 %, as a stable lamp has,
-/// stays inside; a lamp that changes faster than 1 % a second is not steady.
-const AGREEMENT: f64 = 0.005;
 
 /// Opens T-10A meters.
 pub struct T10aDriver {
@@ -135,23 +123,18 @@ impl LuxMeterFactory for T10aDriver {
                 update_interval: UPDATE,
                 integration: UPDATE,
             },
-            state: Mutex::new(State {
-                range: Range::Auto,
-                asked: None,
-                in_doubt: false,
-                earlier: Vec::new(),
-                unsolicited: 0,
-            }),
+            range: Mutex::new(Range::Auto),
+            confirmed: Confirmed::default(),
         };
         let mut tries = 1;
-        while let Err(error) = meter.connect(Instant::now() + OPENING).await {
+        while let Err(error) = meter.put_in_step(Instant::now() + OPENING).await {
             if tries >= TRIES || !worth_another_try(error.kind()) {
                 return Err(error.into());
             }
             tracing::warn!(%error, tries, "asking again");
             tries += 1;
         }
-        meter.state.lock().await.unsolicited = meter.bus.unsolicited();
+        meter.confirmed.in_service(&meter).await;
         Ok(Box::new(meter))
     }
 }
@@ -162,52 +145,8 @@ struct T10a {
     head: u8,
     identity: Identity,
     properties: LuxMeterProperties,
-    state: Mutex<State>,
-}
-
-struct State {
-    range: Range,
-    /// When the last reading was asked for.
-    asked: Option<Instant>,
-    /// A reading was given up and may still come, or something came that nobody asked for.
-    in_doubt: bool,
-    /// The exchanges that may confirm the next one, the latest last; at most two.
-    earlier: Vec<Exchange>,
-    /// Count of the bus when the line was last known to be in step.
-    unsolicited: u64,
-}
-
-/// A request and its answer.
-#[derive(Clone)]
-struct Exchange {
-    asked: Instant,
-    reading: LuxReading,
-}
-
-impl Exchange {
-    /// Whether both can be readings of the same light, which one digit may separate or none. A change of range between them
-    /// is a disagreement: the meter repeats old values while it changes.
-    fn agrees(&self, other: &Self, digits: f64) -> bool {
-        let (a, b) = (&self.reading, &other.reading);
-        match (a.outcome, b.outcome) {
-            (LuxOutcome::Measured(first), LuxOutcome::Measured(second)) => {
-                let (first, second, digit) = (first.value(), second.value(), a.digit.value());
-                let allowed = (AGREEMENT * first.abs().max(second.abs())).max((digits + 1e-6) * digit);
-                a.range == b.range && a.digit == b.digit && (first - second).abs() <= allowed
-            }
-            (first, second) => first == second,
-        }
-    }
-
-    /// The exchange that confirms this one: the one before, with the same value; or, where the light lies between two values
-    /// of the display, the one before that, if the one between is a single digit away.
-    fn confirmed<'a>(&self, earlier: &'a [Self]) -> Option<&'a Self> {
-        match earlier {
-            [.., before] if self.agrees(before, 0.0) => Some(before),
-            [first, between] if self.agrees(first, 0.0) && self.agrees(between, 1.0) => Some(first),
-            _ => None,
-        }
-    }
+    range: Mutex<Range>,
+    confirmed: Confirmed,
 }
 
 #[async_trait]
@@ -221,83 +160,7 @@ impl LuxMeter for T10a {
     }
 
     async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError> {
-        let began = Instant::now();
-        let mut state = self.state.lock().await;
-        let (mut damaged, mut exchanges) = (0, 0);
-        let mut disagreed: Option<LuxReading> = None;
-        loop {
-            self.surplus(&mut state);
-            let reach = if state.range == Range::Auto { 3 } else { 2 } * UPDATE;
-            let fresh = state.asked.map_or(began, |asked| asked + UPDATE + MARGIN);
-            let at = fresh.max(not_before + reach);
-            let late = at + GUARD + MARGIN > deadline;
-            if let Some(reading) = disagreed.take_if(|_| late || exchanges >= MOST_EXCHANGES) {
-                return Ok(reading);
-            }
-            if late {
-                sleep_until(deadline).await;
-                let (device, action) = (self.name.clone(), "read".to_owned());
-                return Err(DeviceError::Timeout {
-                    device,
-                    action,
-                    waited: began.elapsed(),
-                    received: Vec::new(),
-                });
-            }
-            let tried = if state.in_doubt {
-                // The meter answers in order, so the short answer to 54 proves that no reading is still on its way; and one
-                // that was switched off and on answers nothing else.
-                let Ok(connected) = timeout_at(deadline, self.connect(deadline)).await else {
-                    continue;
-                };
-                if connected.is_ok() {
-                    state.in_doubt = false;
-                    state.unsolicited = self.bus.unsolicited();
-                }
-                connected.map(|()| None)
-            } else {
-                sleep_until(at).await;
-                // Bytes that came while nothing was asked: the line is not in step with the requests.
-                if self.surplus(&mut state) {
-                    continue;
-                }
-                self.exchange(&mut state, reach, deadline).await.map(Some)
-            };
-            let error = match tried {
-                Ok(None) => continue,
-                Ok(Some(exchange)) => {
-                    exchanges += 1;
-                    // Those before count if their light, too, fell after `not_before`.
-                    state.earlier.retain(|before| before.asked >= not_before + reach);
-                    let confirmed_by = exchange.confirmed(&state.earlier).map(|by| by.reading.outcome);
-                    let (alone, mut reading) = (state.earlier.is_empty(), exchange.reading.clone());
-                    reading.retries = damaged;
-                    state.earlier.push(exchange);
-                    if state.earlier.len() > 2 {
-                        state.earlier.remove(0);
-                    }
-                    if confirmed_by.is_some() {
-                        return Ok(LuxReading {
-                            confirmed_by,
-                            ..reading
-                        });
-                    }
-                    if !alone {
-                        tracing::warn!(outcome = ?reading.outcome, "an answer disagrees with the one before");
-                        let outcome = LuxOutcome::Unsteady;
-                        disagreed = Some(LuxReading { outcome, ..reading });
-                    }
-                    continue;
-                }
-                Err(error) => error,
-            };
-            state.earlier.clear();
-            damaged += 1;
-            if damaged >= TRIES || !worth_another_try(error.kind()) {
-                return Err(error);
-            }
-            tracing::warn!(%error, damaged, "asking again");
-        }
+        self.confirmed.read(self, not_before, deadline).await
     }
 
     async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError> {
@@ -310,89 +173,78 @@ impl LuxMeter for T10a {
                 return Err(DeviceError::Unsupported { device, action, reason });
             }
         };
-        self.state.lock().await.range = wanted;
+        // A reading under way ends in the range in which it began.
+        let _state = self.confirmed.state().await;
+        *self.range.lock().unwrap_or_else(PoisonError::into_inner) = wanted;
         Ok(())
     }
 }
 
-impl T10a {
-    /// PC mode, then all heads running; tried once. No head is asked anything before the meter is ready again.
-    async fn connect(&self, deadline: Instant) -> Result<(), DeviceError> {
-        let action = "connect (command 54)";
-        let line = self.bus.alone(deadline).await;
-        let line = line.map_err(|error| error.during(&self.name, action))?;
-        let answered = line.exchange(Request::Connect, ANSWER, deadline).await;
-        answered.map_err(|error| error.during(&self.name, action))?;
-        sleep(SETTLE).await;
-        let sent = line
-            .exchange(Request::Hold(false), ANSWER, Instant::now() + 2 * QUIET)
-            .await;
-        sent.map_err(|error| error.during(&self.name, "run (command 55)"))?;
-        sleep(SETTLE).await;
-        Ok(())
+#[async_trait]
+impl Meter for T10a {
+    type Language = Host;
+
+    fn bus(&self) -> &Bus<Host> {
+        &self.bus
     }
 
-    /// Whether bytes have arrived that answer no request. They discard what was read: any answer since may be an old one.
-    fn surplus(&self, state: &mut State) -> bool {
-        let unsolicited = self.bus.unsolicited();
-        let surplus = unsolicited != state.unsolicited;
-        if surplus {
-            tracing::warn!(
-                device = self.name,
-                "bytes arrived that nobody asked for: the line is drained"
-            );
-            state.unsolicited = unsolicited;
-            state.earlier.clear();
-            state.in_doubt = true;
-        }
-        surplus
+    fn name(&self) -> &str {
+        &self.name
     }
 
-    /// One reading asked for and answered, and the line watched for as long as a second answer could come.
-    async fn exchange(&self, state: &mut State, reach: Duration, deadline: Instant) -> Result<Exchange, DeviceError> {
-        let failed = |error: BusError| error.during(&self.name, "read");
-        let line = self.bus.alone(deadline).await.map_err(failed)?;
-        // Another head may have had its turn in between.
-        if self.surplus(state) {
-            return Err(self.malformed("read", "bytes arrived that nobody asked for", Vec::new()));
+    fn pace(&self) -> Pace {
+        Pace {
+            interval: UPDATE,
+            reach: if self.range() == Range::Auto { 3 } else { 2 } * UPDATE,
+            patience: ANSWER,
+            guard: GUARD,
         }
-        state.in_doubt = true;
+    }
+
+    async fn exchange(&self, line: &Alone<'_, Host>, deadline: Instant) -> Result<LuxReading, DeviceError> {
+        let (range, reach) = (self.range(), self.pace().reach);
         let request = Request::Read {
             head: self.head,
-            range: state.range,
+            range,
             hold: false,
         };
-        let exchanged = line.exchange(request, ANSWER, deadline).await.map_err(failed)?;
-        let asked = exchanged.sent;
-        state.asked = Some(asked);
+        let exchanged = self.ask(line, request, "read", deadline).await?;
         let (measurement, evidence) = match exchanged.answer {
             Some((Answer::Long { measurement, .. }, evidence)) => (measurement, evidence),
             Some((Answer::Short { .. }, evidence)) => return Err(self.malformed("read", "no measurement", evidence)),
             None => return Err(self.malformed("read", "nobody answers this request", Vec::new())),
         };
         // A range that was asked for and is not there yet: the value is an old one.
-        let switching = matches!(state.range, Range::Fixed(range) if measurement.status.range != range);
-        state.in_doubt = false;
-        if switching {
+        if matches!(range, Range::Fixed(range) if measurement.status.range != range) {
             return Err(self.malformed("read", "the range that was asked for is not in use yet", evidence));
         }
-        let reading = self.reading(measurement, asked - reach, evidence)?;
-        sleep(GUARD).await;
-        if self.surplus(state) {
-            let reason = "more bytes arrived than the answer to one request";
-            return Err(self.malformed("read", reason, reading.evidence));
-        }
-        Ok(Exchange { asked, reading })
+        self.reading(measurement, exchanged.sent - reach, evidence)
+    }
+
+    /// PC mode, then all heads running. The short answer to 54 proves that no reading is on its way, and a meter that was
+    /// switched off and on answers nothing else. No head is asked anything before the meter is ready again.
+    async fn put_in_step(&self, deadline: Instant) -> Result<(), DeviceError> {
+        let action = "connect (command 54)";
+        let line = self.bus.alone(deadline).await;
+        let line = line.map_err(|error| error.during(&self.name, action))?;
+        self.ask(&line, Request::Connect, action, deadline).await?;
+        sleep(SETTLE).await;
+        let running = Instant::now() + 2 * QUIET;
+        self.ask(&line, Request::Hold(false), "run (command 55)", running)
+            .await?;
+        sleep(SETTLE).await;
+        Ok(())
+    }
+}
+
+impl T10a {
+    fn range(&self) -> Range {
+        *self.range.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn reading(&self, measurement: Measurement, began: Instant, evidence: Vec<u8>) -> Result<LuxReading, DeviceError> {
         let status = measurement.status;
-        let fault = |reason: String| DeviceError::Fault {
-            device: self.name.clone(),
-            action: "read".to_owned(),
-            reason,
-            evidence: evidence.clone(),
-        };
+        let fault = |reason: String| self.fault("read", reason, evidence.clone());
         if let Some(error) = status.error {
             return Err(fault(error.to_string()));
         }
@@ -424,16 +276,6 @@ impl T10a {
             retries: 0,
             evidence,
         })
-    }
-
-    fn malformed(&self, action: &str, reason: &str, frame: Vec<u8>) -> DeviceError {
-        let (device, action, reason) = (self.name.clone(), action.to_owned(), reason.to_owned());
-        DeviceError::Malformed {
-            device,
-            action,
-            reason,
-            frame,
-        }
     }
 }
 

@@ -4,34 +4,38 @@ use std::time::Duration;
 
 use isolux_protocol_ascii::{Judgement, Language};
 
-/// One request.
+/// One request to the drive with an address, 1 to 255: a command, a report (`R(PA)`, `V`), or a command and a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Request {
-    /// A command to which no answer is awaited: before it is known whether the drive echoes.
-    Blind(String),
-    /// A command, if there is one, and a report (`R(PA)`, `V`) behind it.
-    Report {
-        /// The command, without address.
-        command: Option<String>,
-        /// The report, without address.
-        report: String,
-    },
+pub struct Request {
+    address: u8,
+    command: Option<String>,
+    report: Option<String>,
 }
 
 impl Request {
     /// A report alone.
-    pub fn report(report: &str) -> Self {
-        Self::Report {
+    pub fn report(address: u8, report: &str) -> Self {
+        Self {
+            address,
             command: None,
-            report: report.to_owned(),
+            report: Some(report.to_owned()),
         }
     }
 
     /// A command, and the user faults since the last look at them, which this look clears.
-    pub fn command(command: &str) -> Self {
-        Self::Report {
+    pub fn command(address: u8, command: &str) -> Self {
+        Self {
             command: Some(command.to_owned()),
-            report: "R(UF)".to_owned(),
+            ..Self::report(address, "R(UF)")
+        }
+    }
+
+    /// A command to which no answer is awaited: before it is known whether the drive echoes.
+    pub fn blind(address: u8, command: &str) -> Self {
+        Self {
+            address,
+            command: Some(command.to_owned()),
+            report: None,
         }
     }
 }
@@ -39,28 +43,17 @@ impl Request {
 /// The end of an exchange.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Answer {
-    /// What the drive reports, without the asterisk; empty after a [`Request::Blind`].
+    /// What the drive reports, without the asterisk; empty after a [`Request::blind`].
     pub value: String,
     /// The drive said `*E` to the command.
     pub refused: bool,
 }
 
-/// The host's side of the line to one drive.
-#[derive(Debug, Clone)]
+/// The host's side of the line, to one drive or to several.
+#[derive(Debug, Clone, Default)]
 pub struct Easi {
-    address: u8,
     /// The echoes to come before the value.
     echoes: Vec<String>,
-}
-
-impl Easi {
-    /// The drive with this address, 1 to 255.
-    pub const fn new(address: u8) -> Self {
-        Self {
-            address,
-            echoes: Vec::new(),
-        }
-    }
 }
 
 impl Language for Easi {
@@ -73,19 +66,12 @@ impl Language for Easi {
     }
 
     fn start(&mut self, request: Request) -> (Vec<u8>, Option<Answer>) {
-        let line = |text: &str| format!("{}{text}", self.address);
-        let (lines, outcome) = match request {
-            Request::Blind(command) => {
-                let outcome = Answer {
-                    value: String::new(),
-                    refused: false,
-                };
-                (vec![line(&command)], Some(outcome))
-            }
-            Request::Report { command, report } => {
-                (command.iter().chain([&report]).map(|text| line(text)).collect(), None)
-            }
-        };
+        let outcome = request.report.is_none().then(|| Answer {
+            value: String::new(),
+            refused: false,
+        });
+        let parts = request.command.iter().chain(&request.report);
+        let lines: Vec<String> = parts.map(|text| format!("{}{text}", request.address)).collect();
         let frame = lines
             .iter()
             .flat_map(|line| [line.as_bytes(), b"\r"])
@@ -149,7 +135,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn asked(request: Request) -> Easi {
-        let mut easi = Easi::new(1);
+        let mut easi = Easi::default();
         easi.start(request);
         easi
     }
@@ -164,16 +150,16 @@ mod tests {
     #[test]
     fn frames_have_an_address_no_blanks_and_end_in_cr() {
         // The manual's examples: "1R(PA)", "1D4000"; the address stands before every command.
-        let mut easi = Easi::new(12);
-        assert_eq!(easi.start(Request::report("R(PA)")), (b"12R(PA)\r".to_vec(), None));
-        assert_eq!(easi.start(Request::command("D4000")).0, b"12D4000\r12R(UF)\r");
-        let (frame, outcome) = easi.start(Request::Blind("W(EX,2)".to_owned()));
+        let mut easi = Easi::default();
+        assert_eq!(easi.start(Request::report(12, "R(PA)")), (b"12R(PA)\r".to_vec(), None));
+        assert_eq!(easi.start(Request::command(12, "D4000")).0, b"12D4000\r12R(UF)\r");
+        let (frame, outcome) = easi.start(Request::blind(12, "W(EX,2)"));
         assert_eq!((&frame[..], outcome.is_some()), (&b"12W(EX,2)\r"[..], true));
     }
 
     #[test]
     fn echoes_are_stripped_and_must_be_those_of_the_question() {
-        let easi = asked(Request::report("R(PA)"));
+        let easi = asked(Request::report(1, "R(PA)"));
         for whole in [
             &b"1R(PA)\r*-450\r\n"[..],
             b"1R(PA)\r\n*-450\r\n",
@@ -205,7 +191,7 @@ mod tests {
 
     #[test]
     fn a_command_ends_with_its_user_faults_and_may_be_refused() {
-        let easi = asked(Request::command("G"));
+        let easi = asked(Request::command(1, "G"));
         let clear = "0000_0000_0000_0000_0000_0000_0000_0000";
         assert_eq!(easi.judge(b"1G\r1R(UF)\r"), Judgement::More);
         assert_eq!(easi.judge(format!("1G\r1R(UF)\r*{clear}\r\n").as_bytes()), value(clear));
@@ -216,7 +202,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_beginning_of_an_answer_is_one(steps in any::<i32>(), command: bool) {
-            let request = if command { Request::command("S") } else { Request::report("R(PA)") };
+            let request = if command { Request::command(1, "S") } else { Request::report(1, "R(PA)") };
             let easi = asked(request);
             let whole = if command { format!("1S\r1R(UF)\r*{steps}\r\n") } else { format!("1R(PA)\r*{steps}\r\n") };
             for cut in 0..whole.len() {
@@ -227,7 +213,7 @@ mod tests {
 
         #[test]
         fn a_lost_byte_is_never_another_value(steps in -99_999..100_000_i32, at in 0..20_usize) {
-            let easi = asked(Request::report("R(PA)"));
+            let easi = asked(Request::report(1, "R(PA)"));
             let mut bytes = format!("1R(PA)\r*{steps}\r\n").into_bytes();
             prop_assume!(at < bytes.len());
             // Digits alone have no redundancy: there the driver's second look decides.
@@ -240,7 +226,7 @@ mod tests {
 
         #[test]
         fn noise_is_no_answer(bytes in proptest::collection::vec(any::<u8>(), 0..60)) {
-            prop_assert!(!matches!(asked(Request::report("R(PA)")).judge(&bytes), Judgement::Answer(_)));
+            prop_assert!(!matches!(asked(Request::report(1, "R(PA)")).judge(&bytes), Judgement::Answer(_)));
         }
     }
 }
