@@ -10,6 +10,7 @@ pub mod outlet;
 mod server;
 mod spectrometer;
 pub mod station;
+pub mod usb;
 mod world;
 mod zaber;
 

@@ -1,0 +1,83 @@
+//! A program that uses a USB link as the lines of its standard input say: `open ADDRESS FRAMING`, `send HEX`,
+//! `receive MILLISECONDS`, `close`. One line of answer each. It runs below the bridge, where libusb sees the twin.
+#![allow(clippy::print_stdout, reason = "its answers")]
+
+use std::time::Duration;
+
+use isolux_transport::{Link, UsbAddress, UsbFraming, UsbProfile, open_usb};
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
+
+const OOI: UsbProfile = UsbProfile {
+    ids: &[(0x2457, 0x101E)],
+    command: 0x01,
+    answers: &[0x81, 0x82],
+    framing: UsbFraming::Transfers,
+};
+
+const OBP: UsbProfile = UsbProfile {
+    ids: &[(0x2457, 0x4000)],
+    command: 0x01,
+    answers: &[0x81],
+    framing: UsbFraming::Bytes,
+};
+
+#[tokio::main(flavor = "current_thread")]
+async fn main() {
+    let mut lines = BufReader::new(tokio::io::stdin()).lines();
+    let mut link = None;
+    while let Ok(Some(line)) = lines.next_line().await {
+        let words: Vec<&str> = line.split(' ').collect();
+        let answer = match (&words[..], &mut link) {
+            (["open", address, language], _) => {
+                let profile = if *language == "obp" { OBP } else { OOI };
+                match open(address, profile) {
+                    Ok(opened) => {
+                        link = Some(opened);
+                        "opened".to_owned()
+                    }
+                    Err(error) => format!("error: {error}"),
+                }
+            }
+            (["close"], _) => {
+                link = None;
+                "closed".to_owned()
+            }
+            (["send", bytes], Some(link)) => match link.write_all(&from_hex(bytes)).await {
+                Ok(()) => "sent".to_owned(),
+                Err(error) => format!("error: {error}"),
+            },
+            (["receive", milliseconds], Some(link)) => receive(link, milliseconds.parse().unwrap_or(0)).await,
+            _ => format!("error: not understood, or nothing is open: {line}"),
+        };
+        println!("{answer}");
+    }
+}
+
+fn open(address: &str, profile: UsbProfile) -> Result<Box<dyn Link>, String> {
+    let address = UsbAddress::parse(address).map_err(|error| error.to_string())?;
+    let address = address.ok_or("no USB address")?;
+    open_usb(&address, &profile).map_err(|error| format!("{error} ({})", error.advice.clone().unwrap_or_default()))
+}
+
+async fn receive(link: &mut Box<dyn Link>, milliseconds: u64) -> String {
+    let mut buffer = vec![0; 65_536];
+    let wait = Duration::from_millis(milliseconds);
+    match tokio::time::timeout(wait, link.read(&mut buffer)).await {
+        Err(_) => "timeout".to_owned(),
+        Ok(Ok(0)) => "end".to_owned(),
+        Ok(Ok(count)) => buffer[..count].iter().map(|byte| format!("{byte:02x}")).collect(),
+        Ok(Err(error)) => format!("error: {error}"),
+    }
+}
+
+fn from_hex(text: &str) -> Vec<u8> {
+    let digits: Vec<u8> = text
+        .chars()
+        .filter_map(|digit| digit.to_digit(16))
+        .map(|digit| digit as u8)
+        .collect();
+    digits
+        .chunks(2)
+        .map(|pair| pair.iter().fold(0, |byte, digit| byte << 4 | digit))
+        .collect()
+}
