@@ -6,8 +6,8 @@
  * transfer of USB/IP. Ends with the program's exit status. Sources: linux/usbdevice_fs.h; the kernel's
  * Documentation/usb/usbip_protocol.rst.
  *
- * What a kernel does beyond passing transfers on (claims between programs, reset, drivers) is not here: see the guest of
- * tests/usb/guest.sh for that.
+ * What a kernel does beyond passing transfers on and keeping two claims apart (reset, drivers, hotplug) is not here: see
+ * the guest of tests/usb/guest.sh for that.
  */
 #include <arpa/inet.h>
 #include <errno.h>
@@ -26,6 +26,7 @@ enum { SUBMIT = 1, UNLINK = 2, SUBMITTED = 3, UNLINKED = 4, HEAD = 48 };
 /* A transfer of the program that has not been handed back to it. */
 struct transfer {
     uint32_t number;
+    UMockdevIoctlClient *owner;
     UMockdevIoctlData *urb;
     UMockdevIoctlData *buffer;
     gboolean ended;
@@ -38,6 +39,8 @@ static GList *transfers;
 static UMockdevTestbed *testbed;
 static gchar *device_path;
 static GMainLoop *loop;
+/* Who has the one interface. */
+static UMockdevIoctlClient *claimer;
 
 static void fail(const char *what) {
     fprintf(stderr, "bridge: %s\n", what);
@@ -69,7 +72,7 @@ static uint32_t get(const uint8_t *at) {
 
 /* Sends a transfer; returns its number. */
 static uint32_t submit(uint8_t endpoint, uint32_t flags, const uint8_t *setup, const void *data, uint32_t length) {
-    gboolean in = endpoint & USB_DIR_IN;
+    gboolean in = (endpoint & USB_DIR_IN) != 0;
     uint8_t head[HEAD] = {0};
     put(head, SUBMIT);
     put(head + 4, ++last_number);
@@ -155,11 +158,12 @@ static gboolean unplugged(gpointer nothing) {
     return G_SOURCE_REMOVE;
 }
 
-static int submit_urb(UMockdevIoctlData *data) {
+static int submit_urb(UMockdevIoctlClient *client, UMockdevIoctlData *data) {
     struct usbdevfs_urb *urb = (struct usbdevfs_urb *)data->data;
     if (gone)
         return -ENODEV;
     struct transfer *one = g_new0(struct transfer, 1);
+    one->owner = client;
     one->urb = umockdev_ioctl_data_ref(data);
     if (urb->buffer_length > 0) {
         one->buffer = umockdev_ioctl_data_resolve(data, offsetof(struct usbdevfs_urb, buffer), urb->buffer_length, NULL);
@@ -179,40 +183,63 @@ static int submit_urb(UMockdevIoctlData *data) {
     return gone ? -ENODEV : 0;
 }
 
-static int discard_urb(gulong address) {
+/* Gives a transfer up that has not ended. */
+static void discard(struct transfer *one) {
+    uint8_t head[HEAD] = {0};
+    uint32_t number = ++last_number;
+    int status;
+    put(head, UNLINK);
+    put(head + 4, number);
+    put(head + 8, 0x00010002);
+    put(head + 20, one->number);
+    all(FALSE, head, HEAD);
+    while (!gone && take(&status, NULL, NULL) != number)
+        ;
+    if (!one->ended) {
+        struct usbdevfs_urb *urb = (struct usbdevfs_urb *)one->urb->data;
+        urb->status = -ENOENT;
+        urb->actual_length = 0;
+        one->ended = TRUE;
+    }
+}
+
+static int discard_urb(UMockdevIoctlClient *client, gulong address) {
     drain(0);
     for (GList *at = transfers; at; at = at->next) {
         struct transfer *one = at->data;
-        if (one->urb->client_addr != address || one->ended)
-            continue;
-        uint8_t head[HEAD] = {0};
-        uint32_t number = ++last_number;
-        int status = -ECONNRESET;
-        put(head, UNLINK);
-        put(head + 4, number);
-        put(head + 8, 0x00010002);
-        put(head + 20, one->number);
-        all(FALSE, head, HEAD);
-        while (!gone && take(&status, NULL, NULL) != number)
-            ;
-        if (!one->ended) {
-            struct usbdevfs_urb *urb = (struct usbdevfs_urb *)one->urb->data;
-            urb->status = -ENOENT;
-            urb->actual_length = 0;
-            one->ended = TRUE;
+        if (one->owner == client && one->urb->client_addr == address && !one->ended) {
+            discard(one);
+            return 0;
         }
-        return 0;
     }
     return -EINVAL;
 }
 
+/* A program has closed the device: its transfers are given up. */
+static void vanished(UMockdevIoctlBase *base, UMockdevIoctlClient *client, gpointer nothing) {
+    (void)base, (void)nothing;
+    if (claimer == client)
+        claimer = NULL;
+    for (GList *at = transfers, *next; at; at = next) {
+        struct transfer *one = at->data;
+        next = at->next;
+        if (one->owner != client)
+            continue;
+        if (!one->ended)
+            discard(one);
+        transfers = g_list_delete_link(transfers, at);
+        umockdev_ioctl_data_unref(one->urb);
+        g_free(one);
+    }
+}
+
 /* Hands back a transfer that has ended. The mock's file always seems ready, so this waits a little where there is none. */
-static int reap(UMockdevIoctlData *data) {
+static int reap(UMockdevIoctlClient *client, UMockdevIoctlData *data) {
     drain(0);
     for (int again = 0; again < 2; again++) {
         for (GList *at = transfers; at; at = at->next) {
             struct transfer *one = at->data;
-            if (!one->ended && !gone)
+            if (one->owner != client || (!one->ended && !gone))
                 continue;
             if (!one->ended)
                 ((struct usbdevfs_urb *)one->urb->data)->status = -ENODEV;
@@ -241,14 +268,14 @@ static gboolean handle(UMockdevIoctlBase *base, UMockdevIoctlClient *client, gpo
         *(uint32_t *)data->data = USBDEVFS_CAP_ZERO_PACKET | USBDEVFS_CAP_NO_PACKET_SIZE_LIM | USBDEVFS_CAP_REAP_AFTER_DISCONNECT;
         break;
     case USBDEVFS_SUBMITURB:
-        result = submit_urb(data);
+        result = submit_urb(client, data);
         break;
     case USBDEVFS_REAPURB:
     case USBDEVFS_REAPURBNDELAY:
-        result = reap(data);
+        result = reap(client, data);
         break;
     case USBDEVFS_DISCARDURB:
-        result = discard_urb(*(gulong *)argument->data);
+        result = discard_urb(client, *(gulong *)argument->data);
         break;
     case USBDEVFS_CLEAR_HALT:
         result = control(USB_RECIP_ENDPOINT, USB_REQ_CLEAR_FEATURE, USB_ENDPOINT_HALT, *(unsigned *)data->data, NULL, &none);
@@ -257,10 +284,21 @@ static gboolean handle(UMockdevIoctlBase *base, UMockdevIoctlClient *client, gpo
         result = control(USB_RECIP_DEVICE, USB_REQ_SET_CONFIGURATION, *(unsigned *)data->data, 0, NULL, &none);
         break;
     case USBDEVFS_GETDRIVER:
+    case USBDEVFS_IOCTL: /* asks to detach a driver */
         result = -ENODATA;
         break;
     case USBDEVFS_CLAIMINTERFACE:
+        if (gone || (claimer && claimer != client))
+            result = gone ? -ENODEV : -EBUSY;
+        else
+            claimer = client;
+        break;
     case USBDEVFS_RELEASEINTERFACE:
+        if (claimer != client)
+            result = -EINVAL;
+        else
+            claimer = NULL;
+        break;
     case USBDEVFS_SETINTERFACE:
     case USBDEVFS_RESET:
         result = gone ? -ENODEV : 0;
@@ -295,31 +333,39 @@ static void add_device(const uint8_t *description) {
     if (control(USB_DIR_IN, USB_REQ_GET_DESCRIPTOR, USB_DT_DEVICE << 8, 0, descriptors, &device) ||
         control(USB_DIR_IN, USB_REQ_GET_DESCRIPTOR, USB_DT_CONFIG << 8, 0, descriptors + 18, &rest))
         fail("the device has no descriptors");
-    gchar *vendor = g_strdup_printf("%02x%02x", descriptors[9], descriptors[8]);
-    gchar *product = g_strdup_printf("%02x%02x", descriptors[11], descriptors[10]);
-    const char *speed = get(description + 296) == 3 ? "480" : "12";
-    testbed = umockdev_testbed_new();
-    device_path = umockdev_testbed_add_device(
-        testbed, "usb", "1-1", NULL, "busnum", "1", "devnum", "2", "speed", speed, "idVendor", vendor, "idProduct", product,
-        "bConfigurationValue", "1", "bNumConfigurations", "1", "devpath", "1", NULL, "DEVTYPE", "usb_device", "BUSNUM", "001",
-        "DEVNUM", "002", "DEVNAME", "/dev/bus/usb/001/002", NULL);
-    umockdev_testbed_set_attribute_binary(testbed, device_path, "descriptors", descriptors, (gint)(18 + rest));
+    GError *error = NULL;
+    /* As umockdev-record writes a device: path, node, attributes (H: binary), properties. The hub of the computer stays. */
+    GString *text = g_string_new("P: /devices/usb1\nN: bus/usb/001/001\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\n"
+                                 "E: DEVNAME=/dev/bus/usb/001/001\nA: busnum=1\\n\nA: devnum=1\\n\nA: speed=480\\n\n"
+                                 "A: bConfigurationValue=1\\n\nA: idVendor=1d6b\\n\nA: idProduct=0002\\n\nH: descriptors="
+                                 "12010002090001406B1D020015060302010109021900010100E0000904000001090000000705810304000C\n\n"
+                                 "P: /devices/usb1/1-1\nN: bus/usb/001/002\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\n"
+                                 "E: DEVNAME=/dev/bus/usb/001/002\nE: BUSNUM=001\nE: DEVNUM=002\nA: busnum=1\\n\nA: devnum=2\\n\n"
+                                 "A: bConfigurationValue=1\\n\nA: bNumConfigurations=1\\n\nA: devpath=1\\n\n");
+    g_string_append_printf(text, "A: idVendor=%02x%02x\\n\nA: idProduct=%02x%02x\\n\nA: speed=%s\\n\nH: descriptors=", descriptors[9],
+                           descriptors[8], descriptors[11], descriptors[10], get(description + 296) == 3 ? "480" : "12");
+    for (size_t at = 0; at < 18 + rest; at++)
+        g_string_append_printf(text, "%02X", descriptors[at]);
     /* The device's words, as the kernel keeps them. */
     const char *files[] = {"manufacturer", "product", "serial"};
     for (int which = 0; which < 3; which++) {
-        uint8_t text[256];
+        uint8_t words[256];
         size_t length = 255;
         if (!descriptors[14 + which] || control(USB_DIR_IN, USB_REQ_GET_DESCRIPTOR,
-                                                (USB_DT_STRING << 8) | descriptors[14 + which], 0x0409, text, &length))
+                                                (USB_DT_STRING << 8) | descriptors[14 + which], 0x0409, words, &length))
             continue;
-        GString *words = g_string_new(NULL);
+        g_string_append_printf(text, "\nA: %s=", files[which]);
         for (size_t at = 2; at + 1 < length; at += 2)
-            g_string_append_unichar(words, text[at] | text[at + 1] << 8);
-        umockdev_testbed_set_attribute(testbed, device_path, files[which], words->str);
+            g_string_append_unichar(text, words[at] | words[at + 1] << 8);
     }
+    g_string_append(text, "\n");
+    testbed = umockdev_testbed_new();
+    if (!umockdev_testbed_add_from_string(testbed, text->str, &error))
+        fail(error->message);
+    device_path = g_strdup("/sys/devices/usb1/1-1");
     UMockdevIoctlBase *handler = umockdev_ioctl_base_new();
     g_signal_connect(handler, "handle-ioctl", G_CALLBACK(handle), NULL);
-    GError *error = NULL;
+    g_signal_connect(handler, "client-vanished", G_CALLBACK(vanished), NULL);
     if (!umockdev_testbed_attach_ioctl(testbed, "/dev/bus/usb/001/002", handler, &error))
         fail(error ? error->message : "the device node cannot be served");
 }

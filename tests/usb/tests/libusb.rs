@@ -36,13 +36,21 @@ async fn transfers_become_frames_and_a_spectrum_ends_with_its_short_packet() {
     for _ in 0..2 {
         program.ask("send 01010009").await;
         let spectrum = program.ask("receive 2000").await;
-        assert_eq!(spectrum.len(), 2 * (3 + 4097), "{}", &spectrum[..spectrum.len().min(80)]);
+        assert_eq!(
+            spectrum.len(),
+            2 * (3 + 4097),
+            "{}",
+            &spectrum[..spectrum.len().min(80)]
+        );
         assert!(spectrum.starts_with("820110") && spectrum.ends_with("69"));
     }
     // Two short answers in a row stay two frames.
-    program.ask("send 010100fe010200 0500".replace(' ', "").as_str()).await;
+    program.ask("send 010100fe0102000500").await;
     let both = program.ask("receive 2000").await + &program.ask("receive 300").await;
-    assert!(both.contains("811000") && both.contains("8111000500555342322b56"), "{both}");
+    assert!(
+        both.contains("811000") && both.contains("8111000500555342322b56"),
+        "{both}"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -65,7 +73,10 @@ async fn a_stall_is_cleared_and_an_overflow_costs_its_answer_alone() {
     assert_eq!(program.ask(OPEN).await, "opened");
     twin.stall(0x81);
     program.ask("send 010100fe").await;
-    assert!(program.ask("receive 2000").await.starts_with("811000"), "the endpoint was freed");
+    assert!(
+        program.ask("receive 2000").await.starts_with("811000"),
+        "the endpoint was freed"
+    );
     twin.overflow(0x81);
     program.ask("send 010100fe").await;
     assert_eq!(program.ask("receive 500").await, "timeout", "half an answer is none");
@@ -110,7 +121,10 @@ async fn an_address_chooses_by_serial_number_and_a_link_is_opened_again() {
     let mut program = Below::start(&bridge, port);
     assert_eq!(program.ask(&format!("open usb:serial={serial} ooi")).await, "opened");
     program.ask("close").await;
-    assert_eq!(program.ask(&format!("open usb:2457:101e?serial={serial} ooi")).await, "opened");
+    assert_eq!(
+        program.ask(&format!("open usb:2457:101e?serial={serial} ooi")).await,
+        "opened"
+    );
     program.ask("send 010100fe").await;
     assert!(program.ask("receive 2000").await.starts_with("811000"));
     program.ask("close").await;
@@ -120,4 +134,17 @@ async fn an_address_chooses_by_serial_number_and_a_link_is_opened_again() {
     assert!(wrong.contains("no such USB device"), "{wrong}");
     let language = program.ask("open usb: obp").await;
     assert!(language.contains("2457:4000"), "{language}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_instrument_that_another_link_has_is_in_use() {
+    let Some(bridge) = bridge() else { return };
+    let (_, port) = usb2000().await;
+    let mut program = Below::start(&bridge, port);
+    assert_eq!(program.ask(OPEN).await, "opened");
+    // The link that is open still is replaced only once a new one is.
+    let refused = program.ask(OPEN).await;
+    assert!(refused.contains("in use") && refused.contains("2457:101e at port 1-1"), "{refused}");
+    program.ask("send 010100fe").await;
+    assert!(program.ask("receive 2000").await.starts_with("811000"), "the first is as it was");
 }

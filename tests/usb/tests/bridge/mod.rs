@@ -23,7 +23,10 @@ pub fn bridge() -> Option<PathBuf> {
 }
 
 fn compile() -> Option<PathBuf> {
-    let flags = Command::new("pkg-config").args(["--cflags", "--libs", "umockdev-1.0"]).output().ok()?;
+    let flags = Command::new("pkg-config")
+        .args(["--cflags", "--libs", "umockdev-1.0"])
+        .output()
+        .ok()?;
     if !flags.status.success() {
         return None;
     }
@@ -36,7 +39,11 @@ fn compile() -> Option<PathBuf> {
         .args(flags.split_whitespace())
         .output()
         .expect("a C compiler");
-    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+    assert!(
+        compiled.status.success(),
+        "{}",
+        String::from_utf8_lossy(&compiled.stderr)
+    );
     Some(bridge)
 }
 
@@ -73,13 +80,23 @@ impl Below {
             .expect("the bridge starts");
         let questions = process.stdin.take().expect("a pipe");
         let answers = BufReader::new(process.stdout.take().expect("a pipe")).lines();
-        Self { _process: process, questions, answers }
+        Self {
+            _process: process,
+            questions,
+            answers,
+        }
     }
 
     /// One line, and the line that answers it.
     pub async fn ask(&mut self, line: &str) -> String {
-        self.questions.write_all(format!("{line}\n").as_bytes()).await.expect("it reads");
+        self.questions
+            .write_all(format!("{line}\n").as_bytes())
+            .await
+            .expect("it reads");
         let answer = tokio::time::timeout(Duration::from_secs(60), self.answers.next_line()).await;
-        answer.expect("an answer within a minute").expect("text").expect("it is still running")
+        answer
+            .expect("an answer within a minute")
+            .expect("text")
+            .expect("it is still running")
     }
 }
