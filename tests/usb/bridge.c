@@ -179,8 +179,14 @@ static int submit_urb(UMockdevIoctlClient *client, UMockdevIoctlData *data) {
     } else {
         one->number = submit(urb->endpoint, flags, NULL, bytes, urb->buffer_length);
     }
+    /* A transfer that was refused must never be handed back: the program has freed it. */
+    if (gone) {
+        umockdev_ioctl_data_unref(one->urb);
+        g_free(one);
+        return -ENODEV;
+    }
     transfers = g_list_append(transfers, one);
-    return gone ? -ENODEV : 0;
+    return 0;
 }
 
 /* Gives a transfer up that has not ended. */
