@@ -1,6 +1,6 @@
 //! `isolux devices`: the drivers there are, the ports found, and what is missing.
 
-use isolux_transport::{PortState, UsbModel, found_ports, usb_devices};
+use isolux_transport::{PortState, UsbAccess, UsbModel, found_ports, usb_devices};
 use serde::Serialize;
 
 use crate::{Failure, catalogue};
@@ -96,13 +96,33 @@ pub fn devices() -> Result<Devices, Failure> {
     let usb = usb_devices().into_iter().filter_map(|device| {
         let id = format!("{:04x}:{:04x}", device.id.0, device.id.1);
         let (what, missing, mend) = match known(device.id)? {
-            Known::Instrument(model) => {
-                let mend = "bridge it to TCP, one frame a USB transfer (see docs: devices)".to_owned();
-                (
-                    model.to_owned(),
-                    Some("a driver of this program for USB itself".to_owned()),
-                    Some(mend),
-                )
+            Known::Instrument(model, None) => (
+                model.to_owned(),
+                Some("a driver of this program".to_owned()),
+                Some("use the maker's software, or another instrument".to_owned()),
+            ),
+            Known::Instrument(model, Some(driver)) => {
+                let named = match &device.serial {
+                    Some(serial) => format!("serial={serial}"),
+                    None => format!("port={}", device.port),
+                };
+                let what = format!("{model}, open = \"{driver}:usb:{named}\"");
+                match device.access.clone() {
+                    UsbAccess::Usable => (what, None, None),
+                    UsbAccess::Denied { advice } => (
+                        what,
+                        Some("permission: this account may not use it".to_owned()),
+                        Some(advice),
+                    ),
+                    UsbAccess::InUse(users) => {
+                        let advice = "close that program, then start again".to_owned();
+                        (
+                            what,
+                            Some(format!("it is in use: {} has it open", users.join(", "))),
+                            Some(advice),
+                        )
+                    }
+                }
             }
             Known::SerialAdapter { .. } if device.has_driver => return None,
             Known::SerialAdapter { chip, module } => {
@@ -135,8 +155,12 @@ pub fn devices() -> Result<Devices, Failure> {
 }
 
 enum Known {
-    Instrument(&'static str),
-    SerialAdapter { chip: &'static str, module: &'static str },
+    /// Its model, and the driver that opens it where there is one.
+    Instrument(&'static str, Option<&'static str>),
+    SerialAdapter {
+        chip: &'static str,
+        module: &'static str,
+    },
 }
 
 /// Instruments that no driver speaks to yet.
@@ -153,9 +177,13 @@ const WITHOUT_DRIVER: &[UsbModel] = &[
 
 /// What a USB id stands for, where it is of interest.
 fn known(id: (u16, u16)) -> Option<Known> {
-    let mut models = catalogue::drivers().flat_map(|driver| driver.usb).chain(WITHOUT_DRIVER);
-    if let Some(found) = models.find(|usb| usb.id == id) {
-        return Some(Known::Instrument(found.model));
+    for driver in catalogue::drivers() {
+        if let Some(found) = driver.usb.iter().find(|usb| usb.id == id) {
+            return Some(Known::Instrument(found.model, Some(driver.name)));
+        }
+    }
+    if let Some(found) = WITHOUT_DRIVER.iter().find(|usb| usb.id == id) {
+        return Some(Known::Instrument(found.model, None));
     }
     Some(match id {
         (0x0403, _) => Known::SerialAdapter {

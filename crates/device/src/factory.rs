@@ -184,9 +184,21 @@ impl Target {
             }
             options.push((key.to_owned(), value.to_owned()));
         }
+        // What tells one USB device from another belongs to its link, however it is written.
+        let mut link = link.to_owned();
+        if link.starts_with("usb:") {
+            let (own, others): (Vec<_>, Vec<_>) = options
+                .into_iter()
+                .partition(|(key, _)| key == "serial" || key == "port");
+            options = others;
+            for (key, value) in own {
+                let before = if link.contains('=') { '&' } else { '?' };
+                link.push_str(&format!("{before}{key}={value}"));
+            }
+        }
         Ok(Self {
             driver: driver.to_owned(),
-            link: link.to_owned(),
+            link,
             options,
         })
     }
@@ -246,7 +258,8 @@ impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}", self.driver, self.link)?;
         for (i, (key, value)) in self.options.iter().enumerate() {
-            write!(f, "{}{key}={value}", if i == 0 { '?' } else { '&' })?;
+            let first = i == 0 && !self.link.contains('?');
+            write!(f, "{}{key}={value}", if first { '?' } else { '&' })?;
         }
         Ok(())
     }
@@ -255,6 +268,26 @@ impl fmt::Display for Target {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_names_a_usb_device_is_part_of_its_link() {
+        for (open, link) in [
+            ("ocean-ooi:usb:serial=USB2+H16355", "usb:serial=USB2+H16355"),
+            ("ocean-ooi:usb:2457:101e?serial=S1", "usb:2457:101e?serial=S1"),
+        ] {
+            let target = Target::parse(open).unwrap();
+            assert_eq!(target.link(), link);
+            assert_eq!(target.only(&[]), Ok(()));
+            assert_eq!(target.to_string(), open);
+        }
+        let both = Target::parse("ocean-ooi:usb:2457:101e?port=1-2&head=3").unwrap();
+        assert_eq!(
+            (both.link(), both.option("head")),
+            ("usb:2457:101e?port=1-2", Some("3"))
+        );
+        assert_eq!(both.to_string(), "ocean-ooi:usb:2457:101e?port=1-2&head=3");
+        assert_eq!(Target::parse("ocean-ooi:usb:").unwrap().link(), "usb:");
+    }
 
     #[test]
     fn addresses_of_the_contract_are_understood() {

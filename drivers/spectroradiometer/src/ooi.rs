@@ -1,5 +1,5 @@
-//! Ocean Optics USB2000+ and Flame-S in the OOI language: `ocean-ooi:LINK`, over any byte link that carries one frame a USB
-//! transfer (see `isolux-protocol-ooi`). USB itself is not built yet.
+//! Ocean Optics USB2000+ and Flame-S in the OOI language: `ocean-ooi:usb:…`, or `ocean-ooi:LINK` over any byte link that
+//! carries one frame a USB transfer (see `isolux-protocol-ooi`).
 //!
 //! The detector integrates all the time and a request may be answered with an exposure that was begun before it, so each
 //! acquisition throws one spectrum away and returns the next (python-seabreeze issues 110 and 177).
@@ -18,7 +18,10 @@ use isolux_device::{
     SpectroradiometerFactory, SpectroradiometerProperties, Target,
 };
 use isolux_protocol_ooi::{Answer, DARK_PIXELS, FULL_SCALE, Host, INTEGRATION_LIMITS_US, PIXELS, Request};
-use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, TRIES, UsbModel, no_display, worth_another_try};
+use isolux_transport::{
+    Driver, LineSettings, Parity, Place, Ports, TRIES, UsbAddress, UsbFraming, UsbModel, UsbProfile, no_display,
+    worth_another_try,
+};
 use tokio::sync::Mutex;
 use tokio::time::{Instant, sleep};
 
@@ -46,14 +49,22 @@ const INITIALIZE: Duration = Duration::from_millis(100);
 /// Exposures of one spectrum within which two in a row must agree.
 const MOST_EXPOSURES: usize = 8;
 
+/// Commands, short answers, spectra; each a transfer of its own.
+const USB: UsbProfile = UsbProfile {
+    ids: &[(0x2457, 0x101E)],
+    command: 0x01,
+    answers: &[0x81, 0x82],
+    framing: UsbFraming::Transfers,
+};
+
 /// Ocean Optics spectrometers in the OOI language.
 pub const OCEAN_OOI: Driver = Driver {
     name: NAME,
-    speaks_to: "Ocean Optics USB2000+ and Flame-S over a byte link (USB itself: not built yet)",
-    examples: &[(Kind::Spectroradiometer, "ocean-ooi:tcp://127.0.0.1:7000")],
+    speaks_to: "Ocean Optics USB2000+ and Flame-S in the OOI language, over USB",
+    examples: &[(Kind::Spectroradiometer, "ocean-ooi:usb:serial=USB2+H16355")],
     seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
     usb: &[UsbModel {
-        id: (0x2457, 0x101E),
+        id: USB.ids[0],
         model: "Ocean Optics USB2000+ or Flame-S",
     }],
     place: |target, _| place(target),
@@ -67,6 +78,7 @@ pub const OCEAN_OOI: Driver = Driver {
 /// One instrument a link.
 fn place(target: &Target) -> Result<Place, OpenError> {
     target.only(&[])?;
+    UsbAddress::parse(target.link()).map_err(|error| target.wrong(error.reason))?;
     Ok(Place {
         channel: String::new(),
         line: LINE,
@@ -88,7 +100,10 @@ impl OceanOoiDriver {
 #[async_trait]
 impl SpectroradiometerFactory for OceanOoiDriver {
     async fn open_spectroradiometer(&self, target: &Target) -> Result<Box<dyn Spectroradiometer>, OpenError> {
-        let bus = self.ports.bus(target, place(target)?.line, Host::default).await?;
+        let bus = self
+            .ports
+            .usb_bus(target, place(target)?.line, &USB, Host::default)
+            .await?;
         let line = Line::new(bus, target.to_string());
         Ok(Box::new(OceanOoi::open(line, target).await?))
     }
@@ -130,6 +145,19 @@ impl OceanOoi {
             });
         }
         let stored = Stored::read_twice(&line).await?.checked(&line)?;
+        // The descriptors of some have no serial number, so it was not known which one was opened.
+        let wanted = UsbAddress::parse(target.link())
+            .ok()
+            .flatten()
+            .and_then(|address| address.serial);
+        if let Some(wanted) = wanted.filter(|wanted| Some(wanted) != stored.serial.as_ref()) {
+            let found = stored.serial.as_deref().unwrap_or("none");
+            return Err(DeviceError::Unsupported {
+                device: line.name,
+                action: "use this instrument".to_owned(),
+                reason: format!("its serial number is {found}, not {wanted}"),
+            });
+        }
         let identity = Identity {
             driver: NAME,
             target: target.to_string(),

@@ -29,4 +29,4 @@ pub use ports::{Ports, conflict};
 pub use record::Recorder;
 pub use replay::{Direction, Passage, Trace, TraceError};
 pub use system::{FoundPort, PortState, SystemLinks, found_ports};
-pub use usb::{UsbAddress, UsbDevice, UsbFraming, UsbId, UsbProfile, open_usb, usb_devices};
+pub use usb::{FoundUsb, UsbAccess, UsbAddress, UsbDevice, UsbFraming, UsbId, UsbProfile, find_usb, usb_devices};

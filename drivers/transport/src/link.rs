@@ -7,6 +7,8 @@ use async_trait::async_trait;
 use isolux_device::{OpenError, Target};
 use tokio::io::{AsyncRead, AsyncWrite};
 
+use crate::UsbProfile;
+
 /// A byte link.
 pub trait Link: AsyncRead + AsyncWrite + Unpin + Send {}
 
@@ -21,12 +23,35 @@ pub trait Links: Send + Sync {
     /// # Errors
     /// [`LinkError`] with what the system said and what to do.
     async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError>;
+
+    /// Opens the USB device that `address` (`usb:…`) means among those of `profile`. Links that are not the system's know
+    /// it by its address like any other.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    async fn open_usb(
+        &self,
+        address: &str,
+        line: LineSettings,
+        _profile: &'static UsbProfile,
+    ) -> Result<Box<dyn Link>, LinkError> {
+        self.open(address, line).await
+    }
 }
 
 #[async_trait]
 impl<L: Links + ?Sized> Links for Arc<L> {
     async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError> {
         (**self).open(address, line).await
+    }
+
+    async fn open_usb(
+        &self,
+        address: &str,
+        line: LineSettings,
+        profile: &'static UsbProfile,
+    ) -> Result<Box<dyn Link>, LinkError> {
+        (**self).open_usb(address, line, profile).await
     }
 }
 

@@ -14,7 +14,7 @@ use std::task::{Context, Poll};
 use isolux_lock::{Held, Lock, LockError, file_name, shared_folder};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
-use crate::{Link, LinkError};
+use crate::{Link, LinkError, UsbAddress, usb_devices};
 
 /// The lock files of what is behind `address`, none for a pipe in memory. A host with several addresses has as many.
 ///
@@ -37,6 +37,7 @@ pub async fn lock_files(address: &str) -> io::Result<Vec<PathBuf>> {
 pub async fn things(address: &str) -> io::Result<BTreeSet<String>> {
     Ok(match network_peer(address) {
         _ if address.starts_with("memory:") => [address.to_owned()].into(),
+        _ if address.starts_with("usb:") => [usb_name(address)].into(),
         Some(peer) => tokio::net::lookup_host(peer).await?.map(tcp_name).collect(),
         None => [serial_name(address)].into(),
     })
@@ -64,6 +65,26 @@ fn serial_name(path: &str) -> String {
         _ => real,
     };
     format!("serial:{real}")
+}
+
+/// The socket that a USB device is plugged into, which has one name whatever the address says. What no device or more than
+/// one fits keeps its address: opening it says what is wrong, or takes the name of the one that the driver means.
+fn usb_name(address: &str) -> String {
+    let Ok(Some(wanted)) = UsbAddress::parse(address) else {
+        return address.to_owned();
+    };
+    if let Some(port) = wanted.port {
+        return format!("usb:{port}");
+    }
+    let fitting = usb_devices().into_iter().filter(|device| {
+        wanted.id.is_none_or(|id| device.id == id)
+            && (wanted.serial.is_none() || device.serial == wanted.serial)
+            && (wanted.id.is_some() || wanted.serial.is_some())
+    });
+    match &fitting.collect::<Vec<_>>()[..] {
+        [only] => format!("usb:{}", only.port),
+        _ => address.to_owned(),
+    }
 }
 
 /// Every address of this computer is the same name: a bridge here can be called localhost, 127.0.0.1, ::1 or as the

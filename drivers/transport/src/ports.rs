@@ -9,7 +9,7 @@ use tokio::sync::Mutex;
 
 use crate::owner::things;
 use crate::port::Port;
-use crate::{Bus, LineSettings, Links};
+use crate::{Bus, LineSettings, Links, UsbProfile};
 
 /// Opens every address once and hands the port to each device on it. Two names of one port, as a link to it or another
 /// name of a host, are the same address.
@@ -49,6 +49,30 @@ impl Ports {
         line: LineSettings,
         begin: impl FnOnce() -> C,
     ) -> Result<Bus<C>, OpenError> {
+        self.join(target, line, None, begin).await
+    }
+
+    /// The same for an instrument that can also be reached over USB, as `profile` says.
+    ///
+    /// # Errors
+    /// As [`bus`](Self::bus).
+    pub async fn usb_bus<C: Conversation>(
+        &self,
+        target: &Target,
+        line: LineSettings,
+        profile: &'static UsbProfile,
+        begin: impl FnOnce() -> C,
+    ) -> Result<Bus<C>, OpenError> {
+        self.join(target, line, Some(profile), begin).await
+    }
+
+    async fn join<C: Conversation>(
+        &self,
+        target: &Target,
+        line: LineSettings,
+        profile: Option<&'static UsbProfile>,
+        begin: impl FnOnce() -> C,
+    ) -> Result<Bus<C>, OpenError> {
         // Without a name of its own it is opened by its address, which says what is wrong with it.
         let things = things(target.link())
             .await
@@ -59,7 +83,10 @@ impl Ports {
             known.shares_with(target, line)?;
             return Ok(known.port.join(begin).await);
         }
-        let link = self.links.open(target.link(), line).await;
+        let link = match profile.filter(|_| target.link().starts_with("usb:")) {
+            Some(profile) => self.links.open_usb(target.link(), line, profile).await,
+            None => self.links.open(target.link(), line).await,
+        };
         let port = Port::spawn(link.map_err(|error| error.opening(target))?, target.link());
         let bus = port.join(begin).await;
         open.push(Open {

@@ -10,7 +10,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::Instant;
 
 use crate::replay::{Direction, Passage};
-use crate::{LineSettings, Link, LinkError, Links};
+use crate::{LineSettings, Link, LinkError, Links, UsbProfile};
 
 /// Opens links through another [`Links`] and writes what passes to a trace: one line a passage, see [`Trace`](crate::Trace).
 pub struct Recorder<L> {
@@ -62,23 +62,37 @@ impl<L> Recorder<L> {
     pub fn failure(&self) -> Option<String> {
         self.sink.lock().unwrap_or_else(PoisonError::into_inner).failed.clone()
     }
-}
 
-#[async_trait]
-impl<L: Links> Links for Recorder<L> {
-    async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError> {
-        let link = self.inner.open(address, line).await?;
+    fn recorded(&self, link: Box<dyn Link>, address: &str, line: LineSettings) -> Box<dyn Link> {
         let sink = Arc::clone(&self.sink);
         sink.lock().unwrap_or_else(PoisonError::into_inner).note(
             address,
             Direction::Opened,
             line.to_string().as_bytes(),
         );
-        Ok(Box::new(Recorded {
+        Box::new(Recorded {
             link,
             address: address.to_owned(),
             sink,
-        }))
+        })
+    }
+}
+
+#[async_trait]
+impl<L: Links> Links for Recorder<L> {
+    async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError> {
+        let link = self.inner.open(address, line).await?;
+        Ok(self.recorded(link, address, line))
+    }
+
+    async fn open_usb(
+        &self,
+        address: &str,
+        line: LineSettings,
+        profile: &'static UsbProfile,
+    ) -> Result<Box<dyn Link>, LinkError> {
+        let link = self.inner.open_usb(address, line, profile).await?;
+        Ok(self.recorded(link, address, line))
     }
 }
 

@@ -11,8 +11,9 @@ use tokio::net::TcpStream;
 use tokio_serial::{SerialPortBuilderExt, SerialPortType};
 
 use crate::owner::{Locks, Owned, network_peer, port_holder};
+use crate::usb::find_usb;
 use crate::users::users_of;
-use crate::{LineSettings, Link, LinkError, Links, MemoryLinks, Parity};
+use crate::{LineSettings, Link, LinkError, Links, MemoryLinks, Parity, UsbAddress, UsbProfile};
 
 /// Opens serial lines, TCP connections and, by `memory:name`, the pipes of this process. What is behind the first two
 /// belongs to this process from then on until this is dropped; another that tries is told who has it.
@@ -72,8 +73,8 @@ impl Links for SystemLinks {
         if address.starts_with("usb:") {
             return Err(LinkError {
                 address: address.to_owned(),
-                reason: "USB links are not built yet".to_owned(),
-                advice: Some("use a serial port, a pty or tcp://host:port".to_owned()),
+                reason: "this driver's instruments are not reached over USB".to_owned(),
+                advice: Some("a serial adapter has a port: `isolux devices` lists them".to_owned()),
             });
         }
         let locks = match &self.locks {
@@ -84,6 +85,30 @@ impl Links for SystemLinks {
             Some(peer) => connect(address, peer).await?,
             None => open_serial(address, line, self.locks.is_some())?,
         };
+        Ok(Box::new(Owned { link, locks }))
+    }
+
+    async fn open_usb(
+        &self,
+        address: &str,
+        _line: LineSettings,
+        profile: &'static UsbProfile,
+    ) -> Result<Box<dyn Link>, LinkError> {
+        let failed = |reason: String| LinkError {
+            address: address.to_owned(),
+            reason,
+            advice: None,
+        };
+        let device = UsbAddress::parse(address)?.ok_or_else(|| failed("no USB address".to_owned()))?;
+        // libusb's calls block, some for seconds.
+        let finding = tokio::task::spawn_blocking(move || find_usb(&device, profile));
+        let found = finding.await.map_err(|error| failed(error.to_string()))??;
+        let locks = match &self.locks {
+            Some(locks) => locks.of(&found.place(), false).await?.0,
+            None => Vec::new(),
+        };
+        let opening = tokio::task::spawn_blocking(move || found.open());
+        let link = opening.await.map_err(|error| failed(error.to_string()))??;
         Ok(Box::new(Owned { link, locks }))
     }
 }

@@ -76,7 +76,7 @@ impl Device {
             data,
         };
         let number = urb.number;
-        if urb.endpoint & 0x7F == 0 {
+        if matches!(urb.endpoint, 0x00 | 0x80) {
             let answer = match control::answer(self, urb.setup) {
                 Some(data) if urb.endpoint & 0x80 != 0 => done(number, 0, 0, data),
                 Some(_) => done(number, 0, urb.data.len(), Vec::new()),
@@ -151,7 +151,7 @@ impl Device {
         let size = self.model.speed.packet();
         let queue = self.packets.entry(endpoint).or_default();
         queue.extend(payload.chunks(size).map(<[u8]>::to_vec));
-        if ends && payload.len() % size == 0 {
+        if ends && payload.len().is_multiple_of(size) {
             queue.push_back(Vec::new());
         }
     }
@@ -176,10 +176,9 @@ impl Device {
                     } else {
                         first.gathered.push(packet);
                         match (short, all == first.urb.length) {
-                            (_, true) => 0,
-                            (true, false) if first.urb.whole => SHORT,
-                            (true, false) => 0,
                             (false, false) => continue,
+                            (true, false) if first.urb.whole => SHORT,
+                            _ => 0,
                         }
                     }
                 };

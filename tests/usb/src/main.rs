@@ -1,10 +1,13 @@
 //! A program that uses a USB link as the lines of its standard input say: `open ADDRESS FRAMING`, `send HEX`,
-//! `receive MILLISECONDS`, `close`. One line of answer each. It runs below the bridge, where libusb sees the twin.
+//! `receive MILLISECONDS`, `close`; or as an instrument, `read OPEN MILLISECONDS`: serial number, first and last wavelength,
+//! raw counts. One line of answer each. It runs below the bridge, where libusb sees the twin.
 #![allow(clippy::print_stdout, reason = "its answers")]
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use isolux_transport::{Link, UsbAddress, UsbFraming, UsbProfile, open_usb};
+use isolux_device::Target;
+use isolux_transport::{Link, Ports, SystemLinks, UsbAddress, UsbFraming, UsbProfile, find_usb};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 
 const OOI: UsbProfile = UsbProfile {
@@ -38,6 +41,10 @@ async fn main() {
                     Err(error) => format!("error: {error}"),
                 }
             }
+            (["read", open, milliseconds], _) => {
+                let time = Duration::from_millis(milliseconds.parse().unwrap_or(0));
+                read(open, time).await.unwrap_or_else(|error| format!("error: {error}"))
+            }
             (["close"], _) => {
                 link = None;
                 "closed".to_owned()
@@ -56,7 +63,34 @@ async fn main() {
 fn open(address: &str, profile: UsbProfile) -> Result<Box<dyn Link>, String> {
     let address = UsbAddress::parse(address).map_err(|error| error.to_string())?;
     let address = address.ok_or("no USB address")?;
-    open_usb(&address, &profile).map_err(|error| format!("{error} ({})", error.advice.clone().unwrap_or_default()))
+    let opened = find_usb(&address, &profile).and_then(isolux_transport::FoundUsb::open);
+    opened.map_err(|error| format!("{error} ({})", error.advice.clone().unwrap_or_default()))
+}
+
+/// Opens an instrument by its driver and takes one spectrum.
+async fn read(open: &str, time: Duration) -> Result<String, String> {
+    let target = Target::parse(open).map_err(|error| error.to_string())?;
+    let ports = Ports::new(Arc::new(SystemLinks::beside_their_owner()));
+    let driver = isolux_spectroradiometer::DRIVERS
+        .iter()
+        .find(|driver| driver.name == target.driver());
+    let factory = driver
+        .and_then(|driver| (driver.factories)(ports).spectroradiometer)
+        .ok_or("no such driver")?;
+    let instrument = factory
+        .open_spectroradiometer(&target)
+        .await
+        .map_err(|error| error.to_string())?;
+    instrument
+        .set_integration_time(time)
+        .await
+        .map_err(|error| error.to_string())?;
+    let deadline = tokio::time::Instant::now() + Duration::from_secs(30);
+    let spectrum = instrument.acquire(deadline).await.map_err(|error| error.to_string())?;
+    let nm = &instrument.properties().wavelength_nm;
+    let (first, last) = (nm.first().copied().unwrap_or(0.0), nm.last().copied().unwrap_or(0.0));
+    let serial = instrument.identity().serial.clone().unwrap_or_default();
+    Ok(format!("{serial} {first:.3} {last:.3} {:?}", spectrum.counts))
 }
 
 async fn receive(link: &mut Box<dyn Link>, milliseconds: u64) -> String {
@@ -65,7 +99,9 @@ async fn receive(link: &mut Box<dyn Link>, milliseconds: u64) -> String {
     match tokio::time::timeout(wait, link.read(&mut buffer)).await {
         Err(_) => "timeout".to_owned(),
         Ok(Ok(0)) => "end".to_owned(),
-        Ok(Ok(count)) => buffer[..count].iter().map(|byte| format!("{byte:02x}")).collect(),
+        Ok(Ok(count)) => buffer[..count]
+            .iter()
+            .fold(String::new(), |text, byte| text + &format!("{byte:02x}")),
         Ok(Err(error)) => format!("error: {error}"),
     }
 }

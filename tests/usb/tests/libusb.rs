@@ -144,7 +144,13 @@ async fn an_instrument_that_another_link_has_is_in_use() {
     assert_eq!(program.ask(OPEN).await, "opened");
     // The link that is open still is replaced only once a new one is.
     let refused = program.ask(OPEN).await;
-    assert!(refused.contains("in use") && refused.contains("2457:101e at port 1-1"), "{refused}");
+    assert!(
+        refused.contains("in use") && refused.contains("2457:101e at port 1-1"),
+        "{refused}"
+    );
     program.ask("send 010100fe").await;
-    assert!(program.ask("receive 2000").await.starts_with("811000"), "the first is as it was");
+    assert!(
+        program.ask("receive 2000").await.starts_with("811000"),
+        "the first is as it was"
+    );
 }

@@ -2,6 +2,10 @@
 
 use std::path::Path;
 
+use super::UsbId;
+use super::open::udev_rule;
+use crate::users::users_of;
+
 /// A USB device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsbDevice {
@@ -11,16 +15,48 @@ pub struct UsbDevice {
     pub name: String,
     /// Serial number.
     pub serial: Option<String>,
+    /// The socket that it is plugged into, as Linux names it: bus, then the ports of the hubs on the way (`1-2.4`).
+    pub port: String,
+    /// Whether programs of this user can use it.
+    pub access: UsbAccess,
     /// A kernel driver is bound to one of its interfaces (a serial adapter has its port then).
     pub has_driver: bool,
 }
 
-/// The USB devices of a Linux computer (`/sys/bus/usb/devices`), sorted by id; empty where there is no such folder.
-pub fn usb_devices() -> Vec<UsbDevice> {
-    devices_below(Path::new("/sys/bus/usb/devices"))
+/// Whether a USB device can be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum UsbAccess {
+    /// It can.
+    Usable,
+    /// This account may not, and what gives it permission.
+    Denied {
+        /// A udev rule and how to put it in place.
+        advice: String,
+    },
+    /// These programs have it open, as far as the system says.
+    InUse(Vec<String>),
 }
 
-fn devices_below(folder: &Path) -> Vec<UsbDevice> {
+/// The USB devices of a Linux computer (`/sys/bus/usb/devices`), sorted by id; empty where there is no such folder.
+pub fn usb_devices() -> Vec<UsbDevice> {
+    devices_below(Path::new("/sys/bus/usb/devices"), Path::new("/dev/bus/usb"))
+}
+
+/// Opens the device's file and closes it again; nothing is sent.
+fn access(node: &Path, id: UsbId) -> UsbAccess {
+    match std::fs::OpenOptions::new().read(true).write(true).open(node) {
+        Err(error) if error.kind() == std::io::ErrorKind::PermissionDenied => {
+            UsbAccess::Denied { advice: udev_rule(id) }
+        }
+        // A file that is not there: a device that was just unplugged, or a container without it. Opening it says so.
+        _ => match users_of(&node.display().to_string()) {
+            users if users.is_empty() => UsbAccess::Usable,
+            users => UsbAccess::InUse(users),
+        },
+    }
+}
+
+fn devices_below(folder: &Path, nodes: &Path) -> Vec<UsbDevice> {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return Vec::new();
     };
@@ -39,9 +75,18 @@ fn devices_below(folder: &Path) -> Vec<UsbDevice> {
         .filter_map(|name| {
             let id = |file| u16::from_str_radix(&text(name, file)?, 16).ok();
             let interface = format!("{name}:");
+            let number = |file: &str| text(name, file)?.parse::<u32>().ok();
+            let node = format!(
+                "{:03}/{:03}",
+                number("busnum").unwrap_or(0),
+                number("devnum").unwrap_or(0)
+            );
+            let ids = (id("idVendor")?, id("idProduct")?);
             let words = [text(name, "manufacturer"), text(name, "product")];
             Some(UsbDevice {
-                id: (id("idVendor")?, id("idProduct")?),
+                id: ids,
+                port: (*name).clone(),
+                access: access(&nodes.join(node), ids),
                 name: words.into_iter().flatten().collect::<Vec<_>>().join(" "),
                 serial: text(name, "serial"),
                 has_driver: names
@@ -78,15 +123,19 @@ mod tests {
         write("1-2/serial", "USB2+H16355\n");
         write("1-3:1.0/driver/x", "");
         write("1-2:1.0/bInterfaceNumber", "00\n");
-        let found = devices_below(&folder);
+        let found = devices_below(&folder, Path::new("/no/such/folder"));
         std::fs::remove_dir_all(&folder).unwrap();
         assert_eq!(found.len(), 2);
         assert_eq!((found[0].id, found[0].has_driver), ((0x0403, 0x6001), true));
         assert_eq!((found[1].id, found[1].has_driver), ((0x2457, 0x101e), false));
+        assert_eq!((found[1].port.as_str(), &found[1].access), ("1-2", &UsbAccess::Usable));
         assert_eq!(
             (found[1].name.as_str(), found[1].serial.as_deref()),
             ("Ocean Optics Inc.", Some("USB2+H16355"))
         );
-        assert_eq!(devices_below(Path::new("/no/such/folder")), []);
+        assert_eq!(
+            devices_below(Path::new("/no/such/folder"), Path::new("/no/such/folder")),
+            []
+        );
     }
 }

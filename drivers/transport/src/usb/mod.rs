@@ -9,9 +9,8 @@ mod listing;
 mod open;
 
 pub use address::{UsbAddress, UsbId};
-pub use listing::{UsbDevice, usb_devices};
-pub(crate) use open::device_name;
-pub use open::open_usb;
+pub use listing::{UsbAccess, UsbDevice, usb_devices};
+pub use open::{FoundUsb, find_usb};
 
 /// What a driver knows of its instruments' USB interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -24,45 +24,63 @@ struct Candidate {
     serial: Result<Option<String>, Error>,
 }
 
-/// Opens the device that `address` means among those of `profile`. Blocks: a string descriptor, a driver of the kernel.
-///
-/// # Errors
-/// [`LinkError`]: no such device, more than one, no permission (with the udev rule that gives it), in use (by whom).
-pub fn open_usb(address: &UsbAddress, profile: &UsbProfile) -> Result<Box<dyn Link>, LinkError> {
-    let chosen = choose(address, profile)?;
-    let failed = |reason: String, advice: Option<String>| LinkError {
-        address: address.to_string(),
-        reason,
-        advice,
-    };
-    let handle = chosen.device.open().map_err(|error| refused(address, &chosen, error))?;
-    // Only what is not configured is configured: doing it again resets data toggles under a device that keeps its own.
-    if chosen.device.active_config_descriptor().is_err() {
-        handle
-            .set_active_configuration(1)
-            .map_err(|error| refused(address, &chosen, error))?;
-    }
-    // Where the system has no drivers to detach this says so, and there is nothing to detach.
-    let _ = handle.set_auto_detach_kernel_driver(true);
-    let (number, command, answers) = endpoints(&chosen, profile).map_err(|reason| {
-        failed(
-            reason,
-            Some("check that the driver is the right one for this instrument".to_owned()),
-        )
-    })?;
-    claim(&handle, number).map_err(|error| refused(address, &chosen, error))?;
-    let link = UsbLink::new(Interface { handle, number }, command, &answers, profile.framing)
-        .map_err(|error| failed(error.to_string(), None))?;
-    Ok(Box::new(link))
+/// The one device that an address means, not opened yet.
+pub struct FoundUsb {
+    address: UsbAddress,
+    profile: UsbProfile,
+    chosen: Candidate,
 }
 
-/// The name of the device that `address` means for the lock of its owner: where it is plugged in, which is one place
-/// whatever the address says. `None` where none or several fit, or where USB cannot be asked.
-pub(crate) fn device_name(address: &UsbAddress, ids: &[UsbId]) -> Option<String> {
-    let candidates = candidates(address, ids).ok()?;
-    match &candidates[..] {
-        [only] => Some(format!("usb:{}", only.place)),
-        _ => None,
+/// Finds the device that `address` means among those of `profile`. Blocks while devices are asked for their serial number.
+///
+/// # Errors
+/// [`LinkError`]: USB cannot be used, no such device, more than one.
+pub fn find_usb(address: &UsbAddress, profile: &UsbProfile) -> Result<FoundUsb, LinkError> {
+    Ok(FoundUsb {
+        address: address.clone(),
+        profile: *profile,
+        chosen: choose(address, profile)?,
+    })
+}
+
+impl FoundUsb {
+    /// Where it is plugged in, as an address: one, whatever the address said that it was found by.
+    pub fn place(&self) -> String {
+        format!("usb:port={}", self.chosen.place)
+    }
+
+    /// Opens it. Blocks while a driver of the kernel is detached.
+    ///
+    /// # Errors
+    /// [`LinkError`]: no permission (with the udev rule that gives it), in use (by whom), not the endpoints that the driver
+    /// expects.
+    pub fn open(self) -> Result<Box<dyn Link>, LinkError> {
+        let Self {
+            address,
+            profile,
+            chosen,
+        } = &self;
+        let failed = |reason: String, advice: Option<String>| LinkError {
+            address: address.to_string(),
+            reason,
+            advice,
+        };
+        let refused = |error: Error| refused(address, chosen, error);
+        let handle = chosen.device.open().map_err(refused)?;
+        // Only what is not configured is configured: doing it again resets data toggles under a device that keeps its own.
+        if chosen.device.active_config_descriptor().is_err() {
+            handle.set_active_configuration(1).map_err(refused)?;
+        }
+        // Where the system has no drivers to detach this says so, and there is nothing to detach.
+        let _ = handle.set_auto_detach_kernel_driver(true);
+        let (number, command, answers) = endpoints(chosen, profile).map_err(|reason| {
+            let advice = "check that the driver is the right one for this instrument";
+            failed(reason, Some(advice.to_owned()))
+        })?;
+        claim(&handle, number).map_err(refused)?;
+        let link = UsbLink::new(Interface { handle, number }, command, &answers, profile.framing)
+            .map_err(|error| failed(error.to_string(), None))?;
+        Ok(Box::new(link))
     }
 }
 
@@ -305,13 +323,13 @@ mod tests {
             serial: Some("no such serial".to_owned()),
             ..UsbAddress::default()
         };
-        let error = open_usb(&nowhere, &PROFILE).err().unwrap();
+        let error = find_usb(&nowhere, &PROFILE).err().unwrap();
         assert!(error.reason.contains("USB") && error.advice.is_some(), "{error}");
         let other = UsbAddress {
             id: Some((0x1234, 0x5678)),
             ..UsbAddress::default()
         };
-        let error = open_usb(&other, &PROFILE).err().unwrap();
+        let error = find_usb(&other, &PROFILE).err().unwrap();
         assert!(
             error.reason.contains("1234:5678") && error.reason.contains("2457:101e"),
             "{error}"
