@@ -2,14 +2,16 @@
 
 mod confirmed;
 mod mavo;
+mod modbus;
 mod p9710;
 mod t10a;
 
 use isolux_transport::Driver;
 
 pub use mavo::GOSSEN_MAVO_USB;
+pub use modbus::{MODBUS_LUX, ModbusLuxDriver};
 pub use p9710::GIGAHERTZ_P9710;
 pub use t10a::{KONICA_T10A, T10aDriver};
 
 /// The drivers of this crate. A new one is one entry here.
-pub const DRIVERS: &[Driver] = &[KONICA_T10A, GOSSEN_MAVO_USB, GIGAHERTZ_P9710];
+pub const DRIVERS: &[Driver] = &[KONICA_T10A, GOSSEN_MAVO_USB, GIGAHERTZ_P9710, MODBUS_LUX];
