@@ -151,8 +151,10 @@ impl Links for Noted {
     }
 }
 
+type Lines = Arc<Mutex<Vec<LineSettings>>>;
+
 /// A driver, the meter on its line, and the line settings that are asked for.
-fn line() -> (T10aDriver, Arc<Mutex<Meter>>, Arc<Mutex<Vec<LineSettings>>>) {
+fn line() -> (T10aDriver, Arc<Mutex<Meter>>, Lines) {
     let links = MemoryLinks::default();
     let mut listener = links.listen("meter").unwrap();
     let meter = Arc::new(Mutex::new(Meter {
