@@ -20,6 +20,7 @@ pub mod hand;
 pub mod init;
 pub mod inspect;
 pub mod investigate;
+pub mod log;
 mod memory;
 pub mod operator;
 mod overlap;

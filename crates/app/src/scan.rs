@@ -14,7 +14,7 @@ use crate::owner::TakeOver;
 use crate::progress::{Event, Progress};
 use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
-use crate::{Failure, plan, record};
+use crate::{Failure, log, plan, record};
 
 /// Where a run is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -193,6 +193,7 @@ pub async fn on(
         }
     };
     run.guard(place.lock);
+    log::keep_in(run.path());
     if let Some(taken) = taken {
         let from: Vec<&String> = taken.from.iter().chain(&place.from).collect();
         let fields = serde_json::json!({ "reason": taken.reason, "from": from });
@@ -207,6 +208,10 @@ pub async fn on(
         now_utc,
     };
     let outcome = engine.run(devices, plan, &mut run, cancel, resumed.as_ref()).await;
+    if let Err(error) = &outcome {
+        tracing::error!(%error, "the scan ended early");
+    }
+    log::leave_run();
     observer.end(match &outcome {
         Ok(summary) => format!(
             "{} readings, {} spectra in {}",

@@ -6,6 +6,7 @@ mod screen;
 use std::process::ExitCode;
 
 use clap::Parser;
+use isolux_app::log;
 
 use crate::commands::Command;
 
@@ -17,6 +18,9 @@ use crate::commands::Command;
 3 an instrument or the system failed, 130 interrupted (axes stopped first), 141 the reader of standard output closed it."
 )]
 struct Arguments {
+    /// Log to standard error what drivers do; twice: the bytes of every link too. ISOLUX_LOG chooses more finely.
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
     #[command(subcommand)]
     command: Command,
 }
@@ -26,7 +30,9 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(told) => return explained(&told),
     };
-    match commands::run(arguments.command) {
+    let directives = std::env::var(log::VARIABLE).ok();
+    let began = log::begin(arguments.verbose, directives.as_deref());
+    match began.and_then(|()| commands::run(arguments.command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             screen::complain(&failure);

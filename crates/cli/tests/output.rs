@@ -82,3 +82,23 @@ fn a_reader_that_goes_ends_the_command_quietly() {
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!((output.status.code(), said.as_str()), (Some(141), ""));
 }
+
+#[test]
+fn verbose_shows_the_bytes_of_the_links_and_a_wrong_filter_is_bad_input() {
+    let folder = Folder::new();
+    folder.isolux(&["init", "bench"], 0);
+    let log = |arguments: &[&str], filter: &str, code: i32| {
+        let output = folder.command(arguments).env("ISOLUX_LOG", filter).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?} {filter}: {said}");
+        said
+    };
+    // 00100200 is the request of a reading of head 00 of a T-10A (communication specifications, command 10).
+    let bytes = log(&["-vv", "read", "bench/station.toml"], "", 0);
+    assert!(bytes.contains("00100200") && bytes.contains("received"), "{bytes}");
+    let by_variable = log(&["read", "bench/station.toml"], "trace", 0);
+    assert!(by_variable.contains("00100200"), "{by_variable}");
+    let plain = log(&["read", "bench/station.toml"], "", 0);
+    assert!(!plain.contains("received"), "{plain}");
+    assert!(log(&["read", "bench/station.toml"], "isolux=loud", 2).contains("ISOLUX_LOG=isolux=loud"));
+}
