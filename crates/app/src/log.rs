@@ -46,7 +46,11 @@ pub fn begin(verbosity: u8, directives: Option<&str>) -> Result<(), Failure> {
         .with_ansi(false)
         .log_internal_errors(false)
         .with_filter(filter(&wanted)?);
-    let in_run = if wanted == "off" { level("debug") } else { format!("isolux=debug,{wanted}") };
+    let in_run = if wanted == "off" {
+        level("debug")
+    } else {
+        format!("isolux=debug,{wanted}")
+    };
     let file = tracing_subscriber::fmt::layer()
         .with_writer(|| RunLog)
         .with_ansi(false)

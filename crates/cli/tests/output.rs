@@ -95,7 +95,10 @@ fn verbose_shows_the_bytes_of_the_links_and_a_wrong_filter_is_bad_input() {
     };
     // 00100200 is the request of a reading of head 00 of a T-10A (communication specifications, command 10).
     let bytes = log(&["-vv", "read", "bench/station.toml"], "", 0);
-    assert!(bytes.contains("00100200") && bytes.contains("received"), "{bytes}");
+    assert!(
+        bytes.contains("sent") && bytes.contains("00100200") && bytes.contains("received"),
+        "{bytes}"
+    );
     let by_variable = log(&["read", "bench/station.toml"], "trace", 0);
     assert!(by_variable.contains("00100200"), "{by_variable}");
     let plain = log(&["read", "bench/station.toml"], "", 0);

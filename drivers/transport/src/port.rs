@@ -257,6 +257,7 @@ impl Owner {
             let reason = "this port has no conversation in that language".to_owned();
             return Err(BusError::Disconnected { reason });
         };
+        tracing::trace!(address = self.address, bytes = %frame.escape_ascii(), "sent");
         let sent = async {
             self.link.write_all(&frame).await?;
             self.link.flush().await
