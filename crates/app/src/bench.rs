@@ -60,17 +60,17 @@ impl Source {
         })
     }
 
-    /// A station from text, for the virtual darkroom; `calibration` is the text of the file that it names.
+    /// A station from text, for the virtual darkroom; `calibration` is the text of the file that it names, if it does.
     ///
     /// # Errors
     /// Bad input (exit 2) with the line.
-    pub fn from_text(station: &str, calibration: &str) -> Result<Self, Failure> {
+    pub fn from_text(station: &str, calibration: Option<&str>) -> Result<Self, Failure> {
         let file = Utf8Path::new("virtual darkroom");
         let station = Station::parse(file, station).map_err(Failure::bad_input)?;
         let name = station
             .spectroradiometer()
             .map(|spectro| Utf8PathBuf::from(&spectro.calibration));
-        let calibration = name.map(|name| (name, calibration.to_owned()));
+        let calibration = name.zip(calibration.map(str::to_owned));
         Ok(Self {
             file: file.to_owned(),
             station,

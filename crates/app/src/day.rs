@@ -15,6 +15,7 @@ use isolux_record::run::StopHow;
 use isolux_record::{Job, Run, RunError};
 use isolux_sim::simulation::{Method, Simulation};
 use isolux_spectrum::Quantities;
+use isolux_virtual::twins::Choice;
 use serde::Serialize;
 
 pub use compare::Comparison;
@@ -188,8 +189,8 @@ fn completed(folder: &Utf8Path, reread: bool) -> Result<bool, Failure> {
 
 /// The scan in the built-in virtual darkroom.
 fn virtual_scan(place: &Place<'_>, plan: DayPlan, progress: &dyn Progress) -> Result<(), Failure> {
-    let (station, calibration) = init::virtual_station()?;
-    let source = bench::Source::from_text(&station, &calibration)?;
+    let (station, calibration) = init::virtual_station(&Choice::default())?;
+    let source = bench::Source::from_text(&station, calibration.as_deref())?;
     let plan = plan.plan()?;
     stage::play(true, async {
         let stage = Stage::open(true)?;

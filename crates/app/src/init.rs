@@ -3,7 +3,9 @@
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::{BUILT_IN, Darkroom, Room};
 use isolux_record::Plan;
+use isolux_virtual::Instrument;
 use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station};
+use isolux_virtual::twins::Choice;
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
@@ -58,35 +60,42 @@ pub const SCENE: &str = include_str!("init/scene.toml");
 /// The job that names them.
 pub const JOB: &str = include_str!("init/job.toml");
 
-/// The station of the built-in virtual darkroom and the calibration that it names.
+/// The station of the built-in virtual darkroom with the twins of `choice`, and the calibration that it names, if it does.
 ///
 /// # Errors
 /// Never for the darkroom as it is shipped.
-pub fn virtual_station() -> Result<(String, String), Failure> {
+pub fn virtual_station(choice: &Choice) -> Result<(String, Option<String>), Failure> {
     let document = Darkroom::built_in().map_err(Failure::bad_input)?;
-    let text = station(&document, &in_memory());
-    Ok((text, calibration(&Room::new(document))))
+    let outlets = in_memory(choice);
+    let text = station(&document, &outlets);
+    Ok((text, calibration(&Room::new(document), &outlets)))
 }
 
 /// Writes the files into `folder`, with the plan asked for; the names written.
 ///
 /// # Errors
 /// Bad input (exit 2) when one of them exists and may not be replaced: then none is written.
-pub fn run(folder: &Utf8Path, plan: DayPlan, overwrite: Overwrite) -> Result<Vec<Utf8PathBuf>, Failure> {
-    let (station, calibration) = virtual_station()?;
+pub fn run(
+    folder: &Utf8Path,
+    plan: DayPlan,
+    instruments: &Instruments,
+    overwrite: Overwrite,
+) -> Result<Vec<Utf8PathBuf>, Failure> {
+    let (station, calibration) = virtual_station(&instruments.choice()?)?;
     let plan = plan.text();
     let station = format!("{STATION_HEAD}{station}{STATION_TAIL}");
     let files = [
-        ("station.toml", station.as_str()),
-        (CALIBRATION_FILE, calibration.as_str()),
-        ("plan.toml", plan.as_str()),
-        ("scene.toml", SCENE),
-        ("job.toml", JOB),
+        ("station.toml", Some(station.as_str())),
+        (CALIBRATION_FILE, calibration.as_deref()),
+        ("plan.toml", Some(plan.as_str())),
+        ("scene.toml", Some(SCENE)),
+        ("job.toml", Some(JOB)),
     ];
+    let files = files.into_iter().filter_map(|(name, text)| Some((name, text?)));
     if folder.is_file() {
         return Err(Failure::bad_input(format!("{folder} is a file, not a folder")));
     }
-    for (name, _) in files {
+    for (name, _) in files.clone() {
         files::refuse_existing(&folder.join(name), overwrite)?;
     }
     let mut written = Vec::new();
@@ -109,15 +118,44 @@ pub fn room(file: &Utf8Path, overwrite: Overwrite) -> Result<(), Failure> {
 /// The text of the whole built-in virtual darkroom.
 pub const ROOM: &str = BUILT_IN;
 
+/// The drivers whose twins play the instruments of the virtual darkroom; the default ones where none is named.
+#[derive(Debug, Clone, Default)]
+pub struct Instruments {
+    /// Of the axes.
+    pub axes: Option<String>,
+    /// Of the lux meter.
+    pub luxmeter: Option<String>,
+    /// Of the spectroradiometer.
+    pub spectroradiometer: Option<String>,
+}
+
+impl Instruments {
+    /// The twins.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) for a driver that has no such twin; names those that have.
+    pub(crate) fn choice(&self) -> Result<Choice, Failure> {
+        let mut choice = Choice::default();
+        let named = [
+            (Instrument::Axes, &self.axes),
+            (Instrument::Luxmeter, &self.luxmeter),
+            (Instrument::Spectroradiometer, &self.spectroradiometer),
+        ];
+        for (instrument, driver) in named {
+            if let Some(driver) = driver {
+                choice.choose(instrument, driver).map_err(Failure::bad_input)?;
+            }
+        }
+        Ok(choice)
+    }
+}
+
 const STATION_HEAD: &str = "\
 # The bench: geometry, axes, instruments. Links that begin with `memory:` are the built-in virtual darkroom, so this file
 # runs as it is, in virtual time: `isolux check station.toml`, `isolux scan station.toml plan.toml --out run`.
 #
-# For instruments of your own, change `open`:
-#   axes               zaber:/dev/ttyUSB0?axis=1     or  zaber:tcp://10.0.0.5:55550?axis=1
-#   lux meter          konica-t10a:/dev/ttyUSB1?head=0
-#   spectroradiometer  ocean-ooi:/dev/ttyUSB2
-# `isolux devices` lists what is found. Angle = zero_deg + sense × counts ÷ counts_per_deg. Lengths in mm, uncertainties k = 1.
+# For instruments of your own, change `open`, as zaber:/dev/ttyUSB0?axis=1 or zaber:tcp://10.0.0.5:55550?axis=1.
+# `isolux devices` lists drivers with examples, and what is found. Angle = zero_deg + sense × counts ÷ counts_per_deg. Lengths in mm, uncertainties k = 1.
 # A [lamp], [shutter], [baffle] or [rail] without an instrument has  prompt = \"what the person is to do\"  in place of open.
 ";
 
@@ -142,7 +180,7 @@ mod tests {
     fn what_is_written_parses_and_fits_together() {
         let keep = tempfile::tempdir().unwrap();
         let folder = Utf8Path::from_path(keep.path()).unwrap().join("bench");
-        run(&folder, DayPlan::Near, Overwrite::Never).unwrap();
+        run(&folder, DayPlan::Near, &Instruments::default(), Overwrite::Never).unwrap();
         let station = Station::load(&folder.join("station.toml")).unwrap();
         let plan = Plan::load(&folder.join("plan.toml")).unwrap();
         let day = isolux_scan::dry_run(&station, &plan).unwrap();
@@ -153,7 +191,7 @@ mod tests {
             folder.join("plan.toml")
         );
         assert!(
-            run(&folder, DayPlan::Near, Overwrite::Never).is_err(),
+            run(&folder, DayPlan::Near, &Instruments::default(), Overwrite::Never).is_err(),
             "nothing is replaced"
         );
         crate::bench::Source::load(&folder.join("station.toml")).unwrap();
@@ -163,7 +201,7 @@ mod tests {
     fn the_day_is_at_the_distance_that_a_plan_at_ten_metres_is_told_to_take() {
         let keep = tempfile::tempdir().unwrap();
         let folder = Utf8Path::from_path(keep.path()).unwrap().join("bench");
-        run(&folder, DayPlan::Published, Overwrite::Never).unwrap();
+        run(&folder, DayPlan::Published, &Instruments::default(), Overwrite::Never).unwrap();
         let planned = |name: &str| crate::plan::run(&folder.join("station.toml"), &folder.join(name)).unwrap();
         let published = planned("plan.toml");
         let distances = published.distances.as_ref().unwrap();

@@ -95,7 +95,7 @@ fn open(access: Option<&Access>) -> Option<&str> {
 }
 
 /// The roles that are opened, in the order of the station file.
-fn opened(station: &Station) -> impl Iterator<Item = (&'static str, Kind, &str)> {
+pub(crate) fn opened(station: &Station) -> impl Iterator<Item = (&'static str, Kind, &str)> {
     [
         ("axis.c.open", Kind::Axis, Some(station.axis_c().open.as_str())),
         ("axis.gamma.open", Kind::Axis, Some(station.axis_gamma().open.as_str())),
@@ -129,9 +129,10 @@ mod tests {
 
     use super::*;
     use crate::init::virtual_station;
+    use isolux_virtual::twins::Choice;
 
     fn said(from: &str, to: &str) -> Option<String> {
-        let text = virtual_station().unwrap().0;
+        let text = virtual_station(&Choice::default()).unwrap().0;
         assert!(text.contains(from), "{from} is not in {text}");
         let station = Station::parse(Utf8Path::new("s.toml"), &text.replacen(from, to, 1)).unwrap();
         distinct(&station).err().map(|fault| fault.to_string())
@@ -207,7 +208,7 @@ mod tests {
         let port = folder.join("port");
         std::fs::write(&port, "").unwrap();
         std::os::unix::fs::symlink(&port, folder.join("other")).unwrap();
-        let text = virtual_station().unwrap().0;
+        let text = virtual_station(&Choice::default()).unwrap().0;
         for (c, gamma) in [
             (format!("zaber:{port}?axis=1"), format!("zaber:{folder}/other?axis=1")),
             (

@@ -5,13 +5,15 @@ use std::sync::Arc;
 
 use camino::Utf8Path;
 use isolux_darkroom::Darkroom;
+use isolux_device::Target;
 use isolux_record::Station;
 use isolux_transport::{Links, Recorder, SystemLinks};
-use isolux_virtual::{Serving, VirtualRoom};
+use isolux_virtual::twins::Choice;
+use isolux_virtual::{Instrument, Serving, VirtualRoom};
 
 use crate::owner::{self, TakeOver};
 use crate::progress::Progress;
-use crate::{Failure, FailureKind, capture};
+use crate::{Failure, FailureKind, capture, catalogue, roles};
 
 /// Whether a station lives in the virtual darkroom of this process: all its links are `memory:`.
 pub fn is_virtual(station: &Station) -> bool {
@@ -35,7 +37,7 @@ impl Stage {
     /// Never for the built-in darkroom as it is shipped.
     pub fn open(in_memory: bool) -> Result<Self, Failure> {
         if in_memory {
-            return Self::in_room(Darkroom::built_in().map_err(Failure::bad_input)?);
+            return Self::in_room(Darkroom::built_in().map_err(Failure::bad_input)?, &Choice::default());
         }
         let system = SystemLinks::default();
         Ok(Self {
@@ -53,14 +55,18 @@ impl Stage {
     /// Bad input (exit 2) with file and line of the darkroom.
     pub fn of(station: &Station, file: &Utf8Path, progress: &dyn Progress) -> Result<Self, Failure> {
         match station.darkroom() {
-            None => Self::open(is_virtual(station)),
+            None if is_virtual(station) => {
+                let document = Darkroom::built_in().map_err(Failure::bad_input)?;
+                Self::in_room(document, &twins_of(station, file)?)
+            }
+            None => Self::open(false),
             Some(_) if !is_virtual(station) => Err(Failure::bad_input(format!(
                 "{file}: `darkroom` is the room behind memory: links, and this station has others"
             ))
             .help("remove the key, or write a station by `isolux virtual darkroom --in-memory --station-out FILE`")),
             Some(darkroom) => {
                 let darkroom = file.parent().unwrap_or(Utf8Path::new("")).join(darkroom);
-                Self::in_room(capture::document(&darkroom, progress)?)
+                Self::in_room(capture::document(&darkroom, progress)?, &twins_of(station, file)?)
             }
         }
     }
@@ -104,13 +110,13 @@ impl Stage {
         }
     }
 
-    /// In-memory links of the darkroom `document`. Must be called on the runtime.
+    /// In-memory links of the darkroom `document` with the twins of `choice`. Must be called on the runtime.
     ///
     /// # Errors
     /// Exit 3 when the twins cannot listen.
-    pub fn in_room(document: Darkroom) -> Result<Self, Failure> {
+    pub fn in_room(document: Darkroom, choice: &Choice) -> Result<Self, Failure> {
         let links = SystemLinks::default();
-        let room = VirtualRoom::open(document);
+        let room = VirtualRoom::open_with(document, choice);
         let serving = room.listen(&links.memory).map_err(Failure::instrument)?;
         Ok(Self {
             links: Arc::new(links.clone()),
@@ -119,6 +125,41 @@ impl Stage {
             _serving: Some(serving),
         })
     }
+}
+
+/// The twins that answer the drivers of a station: `DRIVER:memory:luxmeter` is the lux meter's twin that speaks to DRIVER.
+///
+/// # Errors
+/// Bad input (exit 2) for a driver that has no twin of that instrument, and for two drivers on one twin.
+fn twins_of(station: &Station, file: &Utf8Path) -> Result<Choice, Failure> {
+    let mut choice = Choice::default();
+    let mut chosen: Vec<(Instrument, &str, String)> = Vec::new();
+    for (key, _, open) in roles::opened(station) {
+        // What is no address, or names no driver or no pipe, is told when it is opened.
+        let Ok(target) = Target::parse(open) else { continue };
+        let pipe = target.link().strip_prefix("memory:");
+        let instrument = Instrument::ALL
+            .into_iter()
+            .find(|one| pipe == Some(VirtualRoom::pipe(*one)));
+        let (Some(instrument), Some(_)) = (instrument, catalogue::driver(target.driver())) else {
+            continue;
+        };
+        let wrong = |message: String| Failure::bad_input(format!("{file}: {key}: `{open}`: {message}"));
+        match chosen.iter().find(|(known, ..)| *known == instrument) {
+            Some((_, _, driver)) if driver == target.driver() => {}
+            Some((_, other, driver)) => {
+                let message = format!("{other} has driver {driver} there, and one twin speaks one language");
+                return Err(wrong(message));
+            }
+            None => {
+                choice
+                    .choose(instrument, target.driver())
+                    .map_err(|error| wrong(error.to_string()))?;
+                chosen.push((instrument, key, target.driver().to_owned()));
+            }
+        }
+    }
+    Ok(choice)
 }
 
 /// Runs `work` on a runtime of its own: in virtual time, hours in seconds, if `in_memory`.

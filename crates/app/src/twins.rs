@@ -6,9 +6,11 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_virtual::outlet::{self, Offer, Outlet};
 use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station, station_in};
+use isolux_virtual::twins::TWINS;
 use isolux_virtual::{Instrument, Switches, VirtualRoom};
 
 use crate::files::{self, Overwrite};
+use crate::init::Instruments;
 use crate::progress::Progress;
 use crate::signals::OnSignals;
 use crate::{Failure, FailureKind, capture};
@@ -20,6 +22,8 @@ pub struct Wishes {
     pub darkroom: Option<Utf8PathBuf>,
     /// The twins to serve.
     pub twins: Twins,
+    /// The drivers that they answer.
+    pub instruments: Instruments,
     /// TCP port on the loopback address, 0 for any; none: a pty each.
     pub tcp_port: Option<u16>,
     /// Where to write a station file for them.
@@ -67,6 +71,7 @@ pub fn serve(
         Some(path) => capture::document(path, progress)?,
         None => Darkroom::built_in().map_err(Failure::bad_input)?,
     };
+    let choice = wishes.instruments.choice()?;
     if let Some(path) = &wishes.station_out {
         files::refuse_existing(path, wishes.overwrite)?;
         files::refuse_existing(&beside(path), wishes.overwrite)?;
@@ -77,12 +82,12 @@ pub fn serve(
         .map_err(Failure::instrument)?;
     let signals = OnSignals::listen()?;
     runtime.block_on(async {
-        let room = VirtualRoom::open(document.clone());
-        let instruments: &[Instrument] = match wishes.twins {
-            Twins::All => &[Instrument::Axes, Instrument::Luxmeter, Instrument::Spectroradiometer],
-            Twins::Axes => &[Instrument::Axes],
-            Twins::LuxMeter => &[Instrument::Luxmeter],
-            Twins::Spectroradiometer => &[Instrument::Spectroradiometer],
+        let room = VirtualRoom::open_with(document.clone(), &choice);
+        let instruments: Vec<Instrument> = match wishes.twins {
+            Twins::All => room.instruments().collect(),
+            Twins::Axes => vec![Instrument::Axes, Instrument::Outputs],
+            Twins::LuxMeter => vec![Instrument::Luxmeter],
+            Twins::Spectroradiometer => vec![Instrument::Spectroradiometer],
         };
         if matches!(wishes.twins, Twins::LuxMeter | Twins::Spectroradiometer) {
             // Nobody is there to switch the lamp on.
@@ -94,16 +99,12 @@ pub fn serve(
             room.with_world(|world, now_s| world.set_switches(lit, now_s));
         }
         let offer = wishes.tcp_port.map_or(Offer::Pty, |port| Offer::Tcp { port });
-        let (outlets, _serving) = outlet::offer(&room, instruments, offer).await.map_err(|error| {
+        let (outlets, _serving) = outlet::offer(&room, &instruments, offer).await.map_err(|error| {
             Failure::instrument(format!("cannot offer the twins: {error}"))
                 .help("try --tcp 0 for any free port on the loopback address")
         })?;
         if let Some(path) = &wishes.station_out {
-            files::write(
-                &beside(path),
-                calibration(&Room::new(document.clone())).as_bytes(),
-                wishes.overwrite,
-            )?;
+            write_calibration(path, document.clone(), &outlets, wishes.overwrite)?;
             files::write(path, station(&document, &outlets).as_bytes(), wishes.overwrite)?;
         }
         ready(&outlets.iter().map(reachable).collect::<Vec<_>>())?;
@@ -130,6 +131,7 @@ pub fn serve(
 /// Bad input (exit 2) with file and line, or where the station could not name the room; exit 3 when the disk refuses.
 pub fn write_in_memory(
     darkroom: Option<&Utf8Path>,
+    instruments: &Instruments,
     out: &Utf8Path,
     overwrite: Overwrite,
     progress: &dyn Progress,
@@ -138,6 +140,7 @@ pub fn write_in_memory(
         Some(path) => capture::document(path, progress)?,
         None => Darkroom::built_in().map_err(Failure::bad_input)?,
     };
+    let outlets = in_memory(&instruments.choice()?);
     files::refuse_existing(out, overwrite)?;
     files::refuse_existing(&beside(out), overwrite)?;
     // A station names its room from where it stands itself.
@@ -156,8 +159,8 @@ pub fn write_in_memory(
             Some(absolute.into_string())
         }
     };
-    let text = station_in(named.as_deref(), &document, &in_memory());
-    files::write(&beside(out), calibration(&Room::new(document)).as_bytes(), overwrite)?;
+    let text = station_in(named.as_deref(), &document, &outlets);
+    write_calibration(out, document, &outlets, overwrite)?;
     files::write(out, text.as_bytes(), overwrite)
 }
 
@@ -165,17 +168,31 @@ fn beside(station: &Utf8Path) -> Utf8PathBuf {
     station.with_file_name(CALIBRATION_FILE)
 }
 
+/// Writes what the spectroradiometer among `outlets` needs beside the station, if it keeps no calibration of its own.
+fn write_calibration(
+    station: &Utf8Path,
+    document: Darkroom,
+    outlets: &[Outlet],
+    overwrite: Overwrite,
+) -> Result<(), Failure> {
+    match calibration(&Room::new(document), outlets) {
+        Some(text) => files::write(&beside(station), text.as_bytes(), overwrite),
+        None => Ok(()),
+    }
+}
+
 fn reachable(outlet: &Outlet) -> Reachable {
-    let Outlet { instrument, address } = outlet;
-    let (instrument, open) = match instrument {
-        Instrument::Axes => ("axes", format!("zaber:{address}?axis=1")),
-        Instrument::Luxmeter => ("luxmeter", format!("konica-t10a:{address}?head=0")),
-        Instrument::Spectroradiometer => ("spectroradiometer", format!("ocean-ooi:{address}")),
-    };
-    Reachable {
+    let Outlet {
         instrument,
+        driver,
+        address,
+    } = outlet;
+    let twin = TWINS.iter().find(|twin| twin.driver == *driver);
+    let rest = twin.and_then(|twin| twin.opens.first()).map_or("", |(_, rest)| rest);
+    Reachable {
+        instrument: instrument.name(),
         address: address.clone(),
-        open,
+        open: format!("{driver}:{address}{rest}"),
     }
 }
 
@@ -184,6 +201,7 @@ mod tests {
     use super::*;
     use crate::progress::Silent;
     use isolux_record::Station;
+    use isolux_virtual::twins::Choice;
 
     #[test]
     fn the_station_of_a_room_is_a_station() {
@@ -191,14 +209,30 @@ mod tests {
         let path = Utf8PathBuf::try_from(folder.path().to_owned()).unwrap();
         let (darkroom, out) = (path.join("darkroom.toml"), path.join("station.toml"));
         std::fs::write(&darkroom, "[flaws]\ngamma_zero = { offset_deg = 0.2 }\n").unwrap();
-        write_in_memory(Some(&darkroom), &out, Overwrite::Never, &Silent).unwrap();
+        write_in_memory(
+            Some(&darkroom),
+            &Instruments::default(),
+            &out,
+            Overwrite::Never,
+            &Silent,
+        )
+        .unwrap();
         let station = Station::load(&out).unwrap();
         assert_eq!(station.darkroom(), Some(Utf8Path::new("darkroom.toml")));
         assert!(crate::stage::is_virtual(&station));
         let calibration = isolux_record::document::read_text(&path.join(CALIBRATION_FILE)).unwrap();
         isolux_record::spectra::parse_calibration(&path, &calibration).unwrap();
-        assert!(write_in_memory(Some(&darkroom), &out, Overwrite::Never, &Silent).is_err());
-        let text = station_in(None, &Darkroom::default(), &in_memory());
+        assert!(
+            write_in_memory(
+                Some(&darkroom),
+                &Instruments::default(),
+                &out,
+                Overwrite::Never,
+                &Silent
+            )
+            .is_err()
+        );
+        let text = station_in(None, &Darkroom::default(), &in_memory(&Choice::default()));
         assert_eq!(Station::parse(&out, &text).unwrap().darkroom(), None);
     }
 }

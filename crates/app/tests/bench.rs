@@ -13,6 +13,7 @@ use isolux_record::run::StopHow;
 use isolux_record::{Plan, Quality, ReadingKind, Role, Run};
 use isolux_scan::Cancel;
 use isolux_virtual::BUILT_IN;
+use isolux_virtual::twins::Choice;
 
 const PLAN: &str = r#"format = "isolux-plan/1"
 [[block]]
@@ -54,11 +55,11 @@ fn scan_in(
     target: Target<'_>,
     cancel_s: Option<f64>,
 ) -> Result<scan::ScanSummary, isolux_app::Failure> {
-    let (station, calibration) = init::virtual_station().unwrap();
-    let source = Source::from_text(&station, &calibration).unwrap();
+    let (station, calibration) = init::virtual_station(&Choice::default()).unwrap();
+    let source = Source::from_text(&station, calibration.as_deref()).unwrap();
     let plan = Plan::parse(Utf8Path::new("plan.toml"), PLAN).unwrap();
     stage::play(true, async {
-        let stage = Stage::in_room(isolux_darkroom::Darkroom::parse(darkroom).unwrap())?;
+        let stage = Stage::in_room(isolux_darkroom::Darkroom::parse(darkroom).unwrap(), &Choice::default())?;
         let cancel = Cancel::new();
         if let Some(seconds) = cancel_s {
             let cancel = cancel.clone();

@@ -18,6 +18,7 @@ use isolux_record::{Plan, Quality, Role, Run};
 use isolux_scan::Cancel;
 use isolux_transport::{LineSettings, Links, Parity};
 use isolux_virtual::station::{calibration, in_memory, station};
+use isolux_virtual::twins::Choice;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
@@ -96,11 +97,12 @@ async fn hand(links: Arc<dyn Links>, command: &str) {
 /// Scans, and at each of these moments (s) somebody sends a command.
 fn scan_beside(target: Target<'_>, hands: Vec<(f64, &'static str)>) -> Result<ScanSummary, Failure> {
     let document = Darkroom::parse(ROOM).unwrap();
-    let text = station(&document, &in_memory());
-    let source = Source::from_text(&text, &calibration(&Room::new(document.clone()))).unwrap();
+    let outlets = in_memory(&Choice::default());
+    let text = station(&document, &outlets);
+    let source = Source::from_text(&text, calibration(&Room::new(document.clone()), &outlets).as_deref()).unwrap();
     let plan = Plan::parse(Utf8Path::new("plan.toml"), PLAN).unwrap();
     stage::play(true, async {
-        let stage = Stage::in_room(document)?;
+        let stage = Stage::in_room(document, &Choice::default())?;
         for (moment, command) in hands {
             let links = stage.links.clone();
             tokio::spawn(async move {

@@ -14,6 +14,7 @@ use isolux_record::{Plan, Run};
 use isolux_reduce::Options;
 use isolux_scan::Cancel;
 use isolux_virtual::BUILT_IN;
+use isolux_virtual::twins::Choice;
 
 /// The distribution and the stray light of the day, at a distance, every second half-plane.
 fn plan(distance_mm: f64) -> Plan {
@@ -59,12 +60,12 @@ fn errors_cd(seed: u64, distance_mm: f64) -> (f64, f64) {
     let path = Utf8PathBuf::try_from(keep.path().join("run")).unwrap();
     let room = Darkroom::parse(&BUILT_IN.replace("seed = 1", &format!("seed = {seed}"))).unwrap();
     assert_eq!(room.seed, seed);
-    let (station, calibration) = init::virtual_station().unwrap();
-    let source = Source::from_text(&station, &calibration).unwrap();
+    let (station, calibration) = init::virtual_station(&Choice::default()).unwrap();
+    let source = Source::from_text(&station, calibration.as_deref()).unwrap();
     let plan = plan(distance_mm);
     let inside = room.clone();
     stage::play(true, async {
-        let stage = Stage::in_room(inside)?;
+        let stage = Stage::in_room(inside, &Choice::default())?;
         let catalogue = Catalogue::new(stage.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();

@@ -345,7 +345,7 @@ fn one() -> f64 {
 }
 
 /// An instrument of the room.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Instrument {
     /// The axes and the switches on their controller.
@@ -354,6 +354,23 @@ pub enum Instrument {
     Luxmeter,
     /// The spectroradiometer.
     Spectroradiometer,
+    /// A second controller, for lamp, shutter, baffle, rail and thermometer, where that of the axes has none of them.
+    Outputs,
+}
+
+impl Instrument {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Axes, Self::Luxmeter, Self::Spectroradiometer, Self::Outputs];
+
+    /// Its name, as a darkroom's document writes it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Axes => "axes",
+            Self::Luxmeter => "luxmeter",
+            Self::Spectroradiometer => "spectroradiometer",
+            Self::Outputs => "outputs",
+        }
+    }
 }
 
 /// What a link can do to a reply.

@@ -12,7 +12,13 @@ use crate::{LineSettings, Link, LinkError, Links};
 /// The pipes of this process, by name. Clones share them.
 #[derive(Debug, Clone, Default)]
 pub struct MemoryLinks {
-    listeners: Arc<Mutex<HashMap<String, mpsc::UnboundedSender<DuplexStream>>>>,
+    listeners: Arc<Mutex<HashMap<String, Listening>>>,
+}
+
+#[derive(Debug)]
+struct Listening {
+    streams: mpsc::UnboundedSender<DuplexStream>,
+    line: Option<LineSettings>,
 }
 
 /// The twin's end: hands out one stream each time somebody opens the name, as a TCP listener does.
@@ -38,20 +44,25 @@ impl MemoryLinks {
     /// # Errors
     /// [`NameTaken`] while another listener lives.
     pub fn listen(&self, name: &str) -> Result<MemoryListener, NameTaken> {
-        let mut listeners = self.listeners.lock().unwrap_or_else(PoisonError::into_inner);
-        if listeners.get(name).is_some_and(|sender| !sender.is_closed()) {
-            return Err(NameTaken { name: name.to_owned() });
-        }
-        let (sender, incoming) = mpsc::unbounded_channel();
-        listeners.insert(name.to_owned(), sender);
-        Ok(MemoryListener { incoming })
+        self.listen_as(name, None)
     }
 
-    fn connect(&self, name: &str) -> Option<DuplexStream> {
-        let listeners = self.listeners.lock().unwrap_or_else(PoisonError::into_inner);
-        let (host, twin) = tokio::io::duplex(CAPACITY);
-        listeners.get(name)?.send(twin).ok()?;
-        Some(host)
+    /// The same for an instrument whose line is set so: opened with other settings it would understand nothing, and is refused.
+    ///
+    /// # Errors
+    /// [`NameTaken`].
+    pub fn listen_at(&self, name: &str, line: LineSettings) -> Result<MemoryListener, NameTaken> {
+        self.listen_as(name, Some(line))
+    }
+
+    fn listen_as(&self, name: &str, line: Option<LineSettings>) -> Result<MemoryListener, NameTaken> {
+        let mut listeners = self.listeners.lock().unwrap_or_else(PoisonError::into_inner);
+        if listeners.get(name).is_some_and(|known| !known.streams.is_closed()) {
+            return Err(NameTaken { name: name.to_owned() });
+        }
+        let (streams, incoming) = mpsc::unbounded_channel();
+        listeners.insert(name.to_owned(), Listening { streams, line });
+        Ok(MemoryListener { incoming })
     }
 }
 
@@ -64,24 +75,31 @@ impl MemoryListener {
 
 #[async_trait]
 impl Links for MemoryLinks {
-    async fn open(&self, address: &str, _: LineSettings) -> Result<Box<dyn Link>, LinkError> {
-        let failed = |reason: &str| LinkError {
+    async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError> {
+        let failed = |reason: String, advice: Option<&str>| LinkError {
             address: address.to_owned(),
-            reason: reason.to_owned(),
-            advice: None,
+            reason,
+            advice: advice.map(str::to_owned),
         };
         let name = address
             .strip_prefix("memory:")
-            .ok_or_else(|| failed("not a memory: address"))?;
-        let stream = self.connect(name).ok_or_else(|| {
-            let advice =
-                "memory: links lead to the twins of the virtual darkroom, in the process that runs it".to_owned();
-            LinkError {
-                advice: Some(advice),
-                ..failed("nobody listens there")
-            }
-        })?;
-        Ok(Box::new(stream))
+            .ok_or_else(|| failed("not a memory: address".to_owned(), None))?;
+        let nobody = || {
+            let advice = "memory: links lead to the twins of the virtual darkroom, in the process that runs it";
+            failed("nobody listens there".to_owned(), Some(advice))
+        };
+        let listeners = self.listeners.lock().unwrap_or_else(PoisonError::into_inner);
+        let listening = listeners.get(name).ok_or_else(nobody)?;
+        if let Some(expected) = listening.line.filter(|expected| *expected != line) {
+            let reason = format!("the line was asked for with {line}, and the instrument is set to {expected}");
+            return Err(failed(
+                reason,
+                Some("correct the options of `open`, as baud=, to the instrument's settings"),
+            ));
+        }
+        let (host, twin) = tokio::io::duplex(CAPACITY);
+        listening.streams.send(twin).map_err(|_| nobody())?;
+        Ok(Box::new(host))
     }
 }
 
@@ -112,6 +130,18 @@ mod tests {
         }
         drop(listener);
         assert!(links.open("memory:axes", LINE).await.is_err());
+        let _meter = links.listen_at("meter", LINE).unwrap();
+        links
+            .open("memory:meter", LINE)
+            .await
+            .map_err(|error| error.to_string())
+            .unwrap();
+        let even = LineSettings {
+            parity: crate::Parity::Even,
+            ..LINE
+        };
+        let reason = links.open("memory:meter", even).await.err().unwrap().reason;
+        assert!(reason.contains("9600 8E1") && reason.contains("9600 8N1"), "{reason}");
         assert!(links.listen("axes").is_ok(), "a dropped listener frees its name");
     }
 }

@@ -1,7 +1,7 @@
 //! The ports of one session: links belong to addresses, not to drivers.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 use isolux_conversation::Conversation;
 use isolux_device::{OpenError, Target};
@@ -15,13 +15,19 @@ use crate::{Bus, LineSettings, Links, UsbProfile};
 /// name of a host, are the same address.
 pub struct Ports {
     links: Arc<dyn Links>,
-    open: Mutex<Vec<Open>>,
+    known: std::sync::Mutex<Vec<Arc<Known>>>,
+}
+
+/// An address that was asked for.
+struct Known {
+    /// What is behind it, by all its names.
+    things: BTreeSet<String>,
+    /// Kept while it is opened: one that does not open must not keep others waiting.
+    open: Mutex<Option<Open>>,
 }
 
 /// A port that is open.
 struct Open {
-    /// What is behind the address, by all its names.
-    things: BTreeSet<String>,
     /// Who opened it.
     first: Target,
     line: LineSettings,
@@ -33,7 +39,7 @@ impl Ports {
     pub fn new(links: Arc<dyn Links>) -> Arc<Self> {
         Arc::new(Self {
             links,
-            open: Mutex::default(),
+            known: std::sync::Mutex::default(),
         })
     }
 
@@ -73,15 +79,11 @@ impl Ports {
         profile: Option<&'static UsbProfile>,
         begin: impl FnOnce() -> C,
     ) -> Result<Bus<C>, OpenError> {
-        // Without a name of its own it is opened by its address, which says what is wrong with it.
-        let things = things(target.link())
-            .await
-            .unwrap_or_else(|_| [target.link().to_owned()].into());
-        let mut open = self.open.lock().await;
-        open.retain(|open| !open.port.is_closed());
-        if let Some(known) = open.iter().find(|open| !open.things.is_disjoint(&things)) {
-            known.shares_with(target, line)?;
-            return Ok(known.port.join(begin).await);
+        let known = self.known(target.link()).await;
+        let mut open = known.open.lock().await;
+        if let Some(open) = open.as_ref().filter(|open| !open.port.is_closed()) {
+            open.shares_with(target, line)?;
+            return Ok(open.port.join(begin).await);
         }
         let link = match profile.filter(|_| target.link().starts_with("usb:")) {
             Some(profile) => self.links.open_usb(target.link(), line, profile).await,
@@ -89,13 +91,27 @@ impl Ports {
         };
         let port = Port::spawn(link.map_err(|error| error.opening(target))?, target.link());
         let bus = port.join(begin).await;
-        open.push(Open {
-            things,
+        *open = Some(Open {
             first: target.clone(),
             line,
             port,
         });
         Ok(bus)
+    }
+
+    async fn known(&self, address: &str) -> Arc<Known> {
+        // Without a name of its own it is opened by its address, which says what is wrong with it.
+        let things = things(address).await.unwrap_or_else(|_| [address.to_owned()].into());
+        let mut all = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = all.iter().find(|known| !known.things.is_disjoint(&things)) {
+            return Arc::clone(known);
+        }
+        let known = Arc::new(Known {
+            things,
+            open: Mutex::default(),
+        });
+        all.push(Arc::clone(&known));
+        known
     }
 }
 
@@ -227,6 +243,36 @@ mod tests {
         assert_eq!(pipes.opened.lock().unwrap().len(), 2);
         let elsewhere = ports.bus(&target("b:/dev/zero"), LINE, Mute::<2>::default).await;
         assert!(elsewhere.is_ok() && pipes.opened.lock().unwrap().len() == 3);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_port_that_does_not_open_keeps_no_other_waiting() {
+        /// One address takes an hour.
+        struct Slow(MemoryLinks);
+
+        #[async_trait]
+        impl Links for Slow {
+            async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError> {
+                if address == "memory:slow" {
+                    tokio::time::sleep(std::time::Duration::from_secs(3600)).await;
+                }
+                self.0.open(address, line).await
+            }
+        }
+
+        let memory = MemoryLinks::default();
+        let _twin = memory.listen("x").unwrap();
+        let ports = Ports::new(Arc::new(Slow(memory)));
+        let (slow, quick) = (target("a:memory:slow"), target("a:memory:x"));
+        let waiting = ports.bus(&slow, LINE, Mute::<1>::default);
+        let answered = async {
+            tokio::task::yield_now().await;
+            ports.bus(&quick, LINE, Mute::<1>::default).await
+        };
+        tokio::select! {
+            _ = waiting => panic!("the slow one came first"),
+            quick = answered => assert!(quick.is_ok()),
+        }
     }
 
     #[tokio::test]

@@ -1,8 +1,8 @@
 //! Twins of the instruments: each answers the real bytes of its instrument from the truth of one virtual room.
 //!
-//! [`VirtualRoom`] is the room with its switches, axes and clock. [`VirtualRoom::listen`] serves its three instruments on
+//! [`VirtualRoom`] is the room with its switches, axes and clock. [`VirtualRoom::listen`] serves its instruments on
 //! pipes inside the process: on a runtime whose clock is paused a day of hours takes seconds. [`outlet`] serves them on
-//! a pty or over TCP for other programs. The twins share no codec with the drivers, so that both must be right.
+//! a pty or over TCP for other programs. [`twins`] is the table of twins. They share no codec with the drivers, so that both must be right.
 
 pub mod fault;
 mod luxmeter;
@@ -10,6 +10,7 @@ pub mod outlet;
 mod server;
 mod spectrometer;
 pub mod station;
+pub mod twins;
 pub mod usb;
 mod world;
 mod zaber;

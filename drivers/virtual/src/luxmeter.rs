@@ -3,10 +3,28 @@
 //! A new value every half second; commands 10 (read), 28, 54 (PC mode), 55 (hold, broadcast). Frames and status characters
 //! after "T-10 Communication specifications".
 
+use isolux_darkroom::document::Instrument;
 use isolux_darkroom::meter;
+use isolux_transport::{LineSettings, Parity};
 
 use crate::server::{Answer, Twin};
+use crate::twins::TwinKind;
 use crate::world::World;
+
+/// In the table of twins.
+pub(crate) const TWIN: TwinKind = TwinKind {
+    instrument: Instrument::Luxmeter,
+    driver: "konica-t10a",
+    line: LineSettings {
+        baud: 9600,
+        data_bits: 7,
+        parity: Parity::Even,
+        stop_bits: 1,
+    },
+    opens: &[("luxmeter", "?head=0")],
+    calibration: None,
+    start: |_| Box::new(T10A::new()),
+};
 
 const STX: u8 = 0x02;
 const ETX: u8 = 0x03;

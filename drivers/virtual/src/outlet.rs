@@ -5,11 +5,13 @@ use tokio::task::JoinSet;
 
 use crate::server::{Serving, VirtualRoom};
 
-/// Where an instrument can be reached from another program.
+/// Where an instrument can be reached.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Outlet {
     /// The instrument.
     pub instrument: Instrument,
+    /// The driver that speaks to it.
+    pub driver: &'static str,
     /// Address as a station's `open` takes it after the driver: `tcp://127.0.0.1:4001`, `/dev/pts/3`.
     pub address: String,
 }
@@ -38,6 +40,7 @@ pub async fn offer(
     let mut tasks = JoinSet::new();
     let mut outlets = Vec::new();
     for (place, &instrument) in instruments.iter().enumerate() {
+        let Some(twin) = room.twin(instrument) else { continue };
         let address = match offer {
             Offer::Tcp { port } => {
                 let port = if port == 0 {
@@ -49,7 +52,11 @@ pub async fn offer(
             }
             Offer::Pty => pty(room, instrument, &mut tasks)?,
         };
-        outlets.push(Outlet { instrument, address });
+        outlets.push(Outlet {
+            instrument,
+            driver: twin.driver,
+            address,
+        });
     }
     Ok((outlets, Serving::of(tasks)))
 }

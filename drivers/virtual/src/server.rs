@@ -1,5 +1,6 @@
 //! Pumps bytes between links and twins, on the clock of the runtime.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -11,10 +12,8 @@ use tokio::task::JoinSet;
 use tokio::time::Instant;
 
 use crate::fault::{Fate, LinkFaults};
-use crate::luxmeter::T10A;
-use crate::spectrometer::Usb2000;
+use crate::twins::{Choice, TwinKind};
 use crate::world::World;
-use crate::zaber::Controller;
 
 /// An instrument that answers bytes.
 pub(crate) trait Twin: Send {
@@ -43,26 +42,15 @@ pub(crate) enum Answer {
 pub struct VirtualRoom {
     world: Arc<Mutex<World>>,
     epoch: Instant,
-    axes: Device,
-    luxmeter: Device,
-    spectrometer: Device,
+    devices: BTreeMap<Instrument, Device>,
 }
 
 /// One twin and its link's faults.
 #[derive(Clone)]
 struct Device {
-    twin: Arc<Mutex<dyn Twin>>,
+    kind: &'static TwinKind,
+    twin: Arc<Mutex<Box<dyn Twin>>>,
     faults: Arc<Mutex<LinkFaults>>,
-}
-
-impl Device {
-    fn new(twin: impl Twin + 'static, instrument: Instrument, document: &Darkroom) -> Self {
-        let faults = LinkFaults::new(&document.fault, instrument, document.seed);
-        Self {
-            twin: Arc::new(Mutex::new(twin)),
-            faults: Arc::new(Mutex::new(faults)),
-        }
-    }
 }
 
 /// The tasks that serve a room; dropping it ends them and frees their names.
@@ -87,39 +75,60 @@ fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl VirtualRoom {
-    /// Name of the axes' pipe, and of the switches and the thermometer on their controller.
-    pub const AXES: &str = "axes";
-    /// Name of the lux meter's pipe.
-    pub const LUXMETER: &str = "luxmeter";
-    /// Name of the spectroradiometer's pipe.
-    pub const SPECTROMETER: &str = "spectrometer";
+    /// Name of the pipe of an instrument.
+    pub const fn pipe(instrument: Instrument) -> &'static str {
+        match instrument {
+            Instrument::Spectroradiometer => "spectrometer",
+            other => other.name(),
+        }
+    }
 
-    /// Opens the room that `document` describes; its clock starts now, on the clock of the present runtime.
+    /// Opens the room that `document` describes, with the default twins; its clock starts now, on the clock of the present
+    /// runtime.
     pub fn open(document: Darkroom) -> Self {
+        Self::open_with(document, &Choice::default())
+    }
+
+    /// The same, with the twins of `choice`.
+    pub fn open_with(document: Darkroom, choice: &Choice) -> Self {
         let world = World::new(document);
         let document = world.room().document();
+        let device = |instrument: Instrument| {
+            let kind = choice.twin(instrument)?;
+            let faults = LinkFaults::new(&document.fault, instrument, document.seed);
+            let device = Device {
+                kind,
+                twin: Arc::new(Mutex::new((kind.start)(&world))),
+                faults: Arc::new(Mutex::new(faults)),
+            };
+            Some((instrument, device))
+        };
         Self {
-            axes: Device::new(Controller::new(&world), Instrument::Axes, document),
-            luxmeter: Device::new(T10A::new(), Instrument::Luxmeter, document),
-            spectrometer: Device::new(Usb2000::new(), Instrument::Spectroradiometer, document),
+            devices: choice.instruments().filter_map(device).collect(),
             epoch: Instant::now(),
             world: Arc::new(Mutex::new(world)),
         }
     }
 
-    /// Serves the three instruments as `memory:axes`, `memory:luxmeter` and `memory:spectrometer` of `links`, on the
-    /// present runtime.
+    /// The twin that plays `instrument`; none where the room has no such instrument.
+    pub fn twin(&self, instrument: Instrument) -> Option<&'static TwinKind> {
+        self.devices.get(&instrument).map(|device| device.kind)
+    }
+
+    /// The instruments of the room, in a fixed order.
+    pub fn instruments(&self) -> impl Iterator<Item = Instrument> + '_ {
+        self.devices.keys().copied()
+    }
+
+    /// Serves the instruments as `memory:axes`, `memory:luxmeter`, `memory:spectrometer` and, where there is one,
+    /// `memory:outputs` of `links`, on the present runtime. A pipe opened with other line settings than the instrument has is refused.
     ///
     /// # Errors
     /// A name is served already.
     pub fn listen(&self, links: &MemoryLinks) -> Result<Serving, NameTaken> {
         let mut tasks = JoinSet::new();
-        for (name, instrument) in [
-            (Self::AXES, Instrument::Axes),
-            (Self::LUXMETER, Instrument::Luxmeter),
-            (Self::SPECTROMETER, Instrument::Spectroradiometer),
-        ] {
-            let mut listener = links.listen(name)?;
+        for (&instrument, device) in &self.devices {
+            let mut listener = links.listen_at(Self::pipe(instrument), device.kind.line)?;
             let room = self.clone();
             tasks.spawn(async move {
                 let mut open = JoinSet::new();
@@ -136,10 +145,8 @@ impl VirtualRoom {
 
     /// Answers on one stream until it ends.
     pub async fn serve<S: AsyncRead + AsyncWrite + Unpin>(&self, instrument: Instrument, mut stream: S) {
-        let device = match instrument {
-            Instrument::Axes => &self.axes,
-            Instrument::Luxmeter => &self.luxmeter,
-            Instrument::Spectroradiometer => &self.spectrometer,
+        let Some(device) = self.devices.get(&instrument) else {
+            return;
         };
         if lock(&device.faults).refuses(self.now_s()) {
             return;

@@ -3,10 +3,45 @@
 //! A frame on a byte link is `endpoint u8, length u16 little-endian, payload`: 0x01 host to device, 0x81 control answers,
 //! 0x82 spectra. The irradiance calibration in the instrument (command 6D) is W/(m² nm) for one linear count per second.
 
-use isolux_darkroom::spectrograph::{Exposure, PIXELS, linearity_coefficients};
+use isolux_darkroom::Room;
+use isolux_darkroom::document::Instrument;
+use isolux_darkroom::spectrograph::{Exposure, PIXELS, linearity_coefficients, wavelength_nm};
+use isolux_transport::{LineSettings, Parity};
 
 use crate::server::{Answer, Twin};
+use crate::twins::TwinKind;
 use crate::world::World;
+
+/// In the table of twins. A serial adapter that carries the frames has this line; the instrument itself has none.
+pub(crate) const TWIN: TwinKind = TwinKind {
+    instrument: Instrument::Spectroradiometer,
+    driver: "ocean-ooi",
+    line: LineSettings {
+        baud: 115_200,
+        data_bits: 8,
+        parity: Parity::None,
+        stop_bits: 1,
+    },
+    opens: &[("spectroradiometer", "")],
+    calibration: Some(calibration),
+    start: |_| Box::new(Usb2000::new()),
+};
+
+/// The pixels that have a responsivity.
+fn calibration(room: &Room) -> String {
+    let coefficients = room.document().spectroradiometer.wavelength_nm;
+    let mut text = String::from("wavelength_nm,factor\n");
+    for pixel in 0..PIXELS {
+        let factor = room.calibration(pixel);
+        if factor > 0.0 {
+            text.push_str(&format!(
+                "{:.4},{factor:.6e}\n",
+                wavelength_nm(coefficients, pixel as f64)
+            ));
+        }
+    }
+    text
+}
 
 const CONTROL: u8 = 0x81;
 const SPECTRA: u8 = 0x82;

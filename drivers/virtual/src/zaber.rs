@@ -6,10 +6,36 @@
 
 use std::collections::BTreeSet;
 
+use isolux_darkroom::document::Instrument;
 use isolux_darkroom::noise::{Noise, Stream};
+use isolux_transport::{LineSettings, Parity};
 
 use crate::server::{Answer, Twin};
+use crate::twins::TwinKind;
 use crate::world::{AxisName, Switches, World};
+
+/// In the table of twins.
+pub(crate) const TWIN: TwinKind = TwinKind {
+    instrument: Instrument::Axes,
+    driver: "zaber",
+    line: LineSettings {
+        baud: 115_200,
+        data_bits: 8,
+        parity: Parity::None,
+        stop_bits: 1,
+    },
+    opens: &[
+        ("axis.c", "?axis=1"),
+        ("axis.gamma", "?axis=2"),
+        ("lamp", "?do=1"),
+        ("shutter", "?do=2"),
+        ("baffle", "?do=3"),
+        ("rail", "?axis=3"),
+        ("ambient", "?ai=1&c_at_0v=-50&c_at_10v=100"),
+    ],
+    calibration: None,
+    start: |world| Box::new(Controller::new(world)),
+};
 
 /// Data of `set maxspeed` are microsteps per second times this.
 const SPEED_DATA: f64 = 1.6384;

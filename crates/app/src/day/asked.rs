@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::{Job, RunHeader, Station};
+use isolux_virtual::twins::Choice;
 use toml::{Table, Value};
 
 use crate::files::{self, Overwrite};
@@ -186,7 +187,7 @@ fn unknown(day: &Utf8Path) -> Failure {
 /// the day came so far.
 fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
     let header = RunHeader::read(day).map_err(Failure::bad_input)?;
-    let (station, _) = init::virtual_station()?;
+    let (station, _) = init::virtual_station(&Choice::default())?;
     let station = Station::parse(Utf8Path::new("built-in"), &station).map_err(Failure::bad_input)?;
     if header.station != station || built_in_plan(day)?.is_none() {
         return Ok(false);

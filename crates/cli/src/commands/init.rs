@@ -5,6 +5,7 @@ use clap::Args;
 use isolux_app::files::Overwrite;
 use isolux_app::{Failure, init};
 
+use super::twins::Played;
 use crate::screen;
 
 /// A station, plan, scene and job file to start from, commented; they run as they are, in the virtual darkroom.
@@ -30,6 +31,8 @@ pub struct Init {
     /// Replace files that exist.
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    played: Played,
 }
 
 /// Runs the command.
@@ -44,6 +47,7 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
         Some(folder) => init::run(
             folder,
             init::DayPlan::named(&arguments.plan).unwrap_or_default(),
+            &arguments.played.instruments(),
             overwrite,
         )?,
         None => Vec::new(),

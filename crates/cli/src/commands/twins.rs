@@ -7,6 +7,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use isolux_app::Failure;
 use isolux_app::capture::{self, CaptureUnit, Series};
 use isolux_app::files::Overwrite;
+use isolux_app::init::Instruments;
 use isolux_app::twins::{self, Twins};
 
 use crate::screen;
@@ -59,6 +60,33 @@ struct Serve {
     /// Replace an existing station file.
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    played: Played,
+}
+
+/// Which twins play the instruments of the room; `isolux devices` lists the drivers.
+#[derive(Debug, Args)]
+pub struct Played {
+    /// Driver whose twin plays the axes.
+    #[arg(long, value_name = "DRIVER")]
+    axes: Option<String>,
+    /// Driver whose twin plays the lux meter.
+    #[arg(long, value_name = "DRIVER")]
+    luxmeter: Option<String>,
+    /// Driver whose twin plays the spectroradiometer.
+    #[arg(long, value_name = "DRIVER")]
+    spectroradiometer: Option<String>,
+}
+
+impl Played {
+    /// As the use cases take them.
+    pub fn instruments(&self) -> Instruments {
+        Instruments {
+            axes: self.axes.clone(),
+            luxmeter: self.luxmeter.clone(),
+            spectroradiometer: self.spectroradiometer.clone(),
+        }
+    }
 }
 
 /// What a camera in the virtual darkroom records: maps.toml and maps.csv.
@@ -130,6 +158,7 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
         }
         twins::write_in_memory(
             arguments.darkroom.as_deref(),
+            &arguments.played.instruments(),
             station,
             Overwrite::asked(arguments.force),
             &screen::Bars::default(),
@@ -147,6 +176,7 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
     let wishes = twins::Wishes {
         darkroom: arguments.darkroom.clone(),
         twins,
+        instruments: arguments.played.instruments(),
         tcp_port: arguments.tcp,
         station_out: arguments.station_out.clone(),
         overwrite: Overwrite::asked(arguments.force),

@@ -1,0 +1,157 @@
+//! The table of twins: by which driver an instrument of the room can be reached, and which twin answers that driver.
+
+use std::collections::BTreeMap;
+
+use isolux_darkroom::Room;
+use isolux_darkroom::document::Instrument;
+use isolux_transport::LineSettings;
+
+use crate::server::Twin;
+use crate::world::World;
+use crate::{luxmeter, spectrometer, zaber};
+
+/// All twins; of those that play one instrument the first is the default. A new twin is one entry here.
+pub const TWINS: &[TwinKind] = &[zaber::TWIN, luxmeter::TWIN, spectrometer::TWIN];
+
+/// A twin, for servers and for the writer of station files.
+pub struct TwinKind {
+    /// The instrument of the room that it plays.
+    pub instrument: Instrument,
+    /// The driver that speaks to it: `open = "driver:address…"`.
+    pub driver: &'static str,
+    /// How its line must be set; asked for otherwise, it is not reached.
+    pub line: LineSettings,
+    /// The parts of a station that it can be, and what follows its address in their `open`: `("axis.c", "?axis=1")`.
+    pub opens: &'static [(&'static str, &'static str)],
+    /// Text of the calibration file that its driver needs, `wavelength_nm,factor` in W/(m² nm) for one linear count per second;
+    /// none where the instrument keeps its own calibration, and for every instrument but a spectroradiometer.
+    pub calibration: Option<fn(&Room) -> String>,
+    /// The twin at power-up.
+    pub(crate) start: fn(&World) -> Box<dyn Twin>,
+}
+
+impl TwinKind {
+    /// What follows the address in the `open` of `part`; none where it is no such part.
+    pub fn open(&self, part: &str) -> Option<&'static str> {
+        self.opens.iter().find(|(name, _)| *name == part).map(|(_, rest)| *rest)
+    }
+}
+
+/// Parts of a station that hang on the axes' controller where it has outputs and inputs.
+const OUTPUTS: [&str; 5] = ["rail", "lamp", "shutter", "baffle", "ambient"];
+
+/// Which twin plays which instrument.
+#[derive(Clone)]
+pub struct Choice(BTreeMap<Instrument, &'static TwinKind>);
+
+/// A driver without a twin of that instrument.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("driver {driver} has no twin that plays the {}; those with one: {known}", instrument.name())]
+pub struct NoTwin {
+    /// The driver.
+    pub driver: String,
+    /// The instrument.
+    pub instrument: Instrument,
+    /// Drivers with a twin of it.
+    pub known: String,
+}
+
+impl Default for Choice {
+    fn default() -> Self {
+        let mut choice = Self(BTreeMap::new());
+        for twin in TWINS {
+            choice.0.entry(twin.instrument).or_insert(twin);
+        }
+        choice.complete();
+        choice
+    }
+}
+
+impl Choice {
+    /// The twin that answers `driver` plays `instrument`.
+    ///
+    /// # Errors
+    /// [`NoTwin`] names the drivers that could be chosen.
+    pub fn choose(&mut self, instrument: Instrument, driver: &str) -> Result<(), NoTwin> {
+        // What hangs on a controller of axes is played by such a controller.
+        let plays = |twin: &&TwinKind| match instrument {
+            Instrument::Outputs => {
+                twin.instrument == Instrument::Axes && OUTPUTS.iter().all(|part| twin.open(part).is_some())
+            }
+            _ => twin.instrument == instrument,
+        };
+        let mut able = TWINS.iter().filter(plays);
+        let Some(twin) = able.clone().find(|twin| twin.driver == driver) else {
+            let known: Vec<&str> = able.by_ref().map(|twin| twin.driver).collect();
+            return Err(NoTwin {
+                driver: driver.to_owned(),
+                instrument,
+                known: known.join(", "),
+            });
+        };
+        self.0.insert(instrument, twin);
+        if instrument == Instrument::Axes {
+            self.0.remove(&Instrument::Outputs);
+            self.complete();
+        }
+        Ok(())
+    }
+
+    /// Where the axes' controller cannot switch the lamp, or lacks another of the outputs, a controller that can stands beside.
+    fn complete(&mut self) {
+        let lacks = |twin: &TwinKind| OUTPUTS.iter().any(|part| twin.open(part).is_none());
+        if self.0.get(&Instrument::Axes).is_none_or(|twin| lacks(twin))
+            && let Some(twin) = TWINS
+                .iter()
+                .find(|twin| twin.instrument == Instrument::Axes && !lacks(twin))
+        {
+            self.0.entry(Instrument::Outputs).or_insert(twin);
+        }
+    }
+
+    /// The twin of an instrument; none where the room has no such instrument.
+    pub fn twin(&self, instrument: Instrument) -> Option<&'static TwinKind> {
+        self.0.get(&instrument).copied()
+    }
+
+    /// The instruments that are played, in a fixed order.
+    pub fn instruments(&self) -> impl Iterator<Item = Instrument> + '_ {
+        self.0.keys().copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_has_every_part_once_and_no_second_controller() {
+        let choice = Choice::default();
+        assert!(choice.twin(Instrument::Outputs).is_none());
+        for part in ["axis.c", "axis.gamma", "luxmeter", "spectroradiometer"]
+            .iter()
+            .chain(&OUTPUTS)
+        {
+            let able = choice.0.values().filter(|twin| twin.open(part).is_some()).count();
+            assert_eq!(able, 1, "{part}");
+        }
+    }
+
+    #[test]
+    fn every_twin_can_be_chosen_and_every_part_is_played() {
+        for twin in TWINS {
+            let mut choice = Choice::default();
+            choice.choose(twin.instrument, twin.driver).unwrap();
+            assert_eq!(choice.twin(twin.instrument).unwrap().driver, twin.driver);
+            for part in OUTPUTS {
+                assert!(
+                    choice.0.values().any(|twin| twin.open(part).is_some()),
+                    "{}: {part}",
+                    twin.driver
+                );
+            }
+        }
+        let error = Choice::default().choose(Instrument::Luxmeter, "zaber").unwrap_err();
+        assert!(error.to_string().contains("konica-t10a"), "{error}");
+    }
+}
