@@ -1,14 +1,14 @@
 //! A station file becomes open instruments.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_device::{Axis, AxisScale, AxisSettings, OpenError, Sense};
+use isolux_device::{Axis, AxisScale, AxisSettings, Coordinate, OpenError, Sense};
 use isolux_record::document::{self, Fault};
 use isolux_record::run::RunHeader;
 use isolux_record::spectra::{SpectralCalibration, parse_calibration};
 use isolux_record::station::{self, Access};
 use isolux_record::{Plan, Station};
 use isolux_scan::{CalibratedSpectro, Devices, TwoState, spectrum};
-use isolux_units::AxisAngle;
+use isolux_units::Millimetre;
 use sha2::{Digest, Sha256};
 
 use crate::catalogue::{Catalogue, open_failure};
@@ -211,7 +211,7 @@ pub async fn open_axis(
 ///
 /// # Errors
 /// Bad input (exit 2) or exit 3, with the key of the station.
-pub async fn open_rail(catalogue: &Catalogue, station: &Station) -> Result<Option<Box<dyn Axis>>, Failure> {
+pub async fn open_rail(catalogue: &Catalogue, station: &Station) -> Result<Option<Box<dyn Axis<Millimetre>>>, Failure> {
     let Some(rail) = station.rail().and_then(station::Rail::driven) else {
         return Ok(None);
     };
@@ -225,32 +225,32 @@ pub async fn open_rail(catalogue: &Catalogue, station: &Station) -> Result<Optio
         dynamics,
     )?;
     catalogue
-        .axis(rail.open, settings)
+        .linear_axis(rail.open, settings)
         .await
         .map(Some)
         .map_err(|error| failed("rail", error))
 }
 
-fn settings(
+fn settings<P: Coordinate>(
     role: &str,
     ratio: station::Ratio,
     zero: f64,
     sense: i8,
     limit: [f64; 2],
     (speed, acceleration): (f64, f64),
-) -> Result<AxisSettings, Failure> {
+) -> Result<AxisSettings<P>, Failure> {
     let bad = |error: &dyn std::fmt::Display| Failure::bad_input(format!("{role}: {error}"));
     let part = |value: i64| u32::try_from(value).map_err(|_| bad(&format!("counts ratio {ratio} is too large")));
-    let angle = |value: f64| AxisAngle::new(value).map_err(|error| bad(&error));
+    let place = |value: f64| P::at(value).map_err(|error| bad(&error));
     let sense = if sense < 0 { Sense::Negative } else { Sense::Positive };
     let scale = AxisScale::new(
         part(ratio.numerator())?,
         part(ratio.denominator())?,
-        angle(zero)?,
+        place(zero)?,
         sense,
     )
     .map_err(|error| bad(&error))?;
-    AxisSettings::new(scale, (angle(limit[0])?, angle(limit[1])?), speed, acceleration).map_err(|error| bad(&error))
+    AxisSettings::new(scale, (place(limit[0])?, place(limit[1])?), speed, acceleration).map_err(|error| bad(&error))
 }
 
 async fn two_state(

@@ -6,6 +6,7 @@ use isolux_device::{
     Axis, AxisSettings, ErrorKind, Factories, Kind, LuxMeter, OpenError, Spectroradiometer, Switch, Target, Thermometer,
 };
 use isolux_transport::{Driver, Links, Ports};
+use isolux_units::Millimetre;
 
 use crate::Failure;
 
@@ -56,6 +57,19 @@ impl Catalogue {
     pub async fn axis(&self, open: &str, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError> {
         let (target, factory) = self.factory(open, Kind::Axis, |opens| opens.axis.as_ref())?;
         factory.open_axis(&target, settings).await
+    }
+
+    /// Opens an axis that moves along a line.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub async fn linear_axis(
+        &self,
+        open: &str,
+        settings: AxisSettings<Millimetre>,
+    ) -> Result<Box<dyn Axis<Millimetre>>, OpenError> {
+        let (target, factory) = self.factory(open, Kind::Axis, |opens| opens.axis.as_ref())?;
+        factory.open_linear_axis(&target, settings).await
     }
 
     /// Opens a lux meter.

@@ -1,7 +1,7 @@
 //! `check`: talk to every instrument, read identity, limits and dark; move nothing.
 
 use camino::Utf8Path;
-use isolux_device::{Axis, Identity};
+use isolux_device::{Axis, Coordinate, Identity};
 use isolux_record::station::Access;
 use serde::Serialize;
 
@@ -77,12 +77,12 @@ pub fn run(
         let station = &source.station;
         for (role, axis) in [("axis.c", station.axis_c()), ("axis.gamma", station.axis_gamma())] {
             let opened = bench::open_axis(&catalogue, role, axis).await;
-            report.instruments.push(of_axis(role, &axis.open, opened, "°").await);
+            report.instruments.push(of_axis(role, &axis.open, opened).await);
         }
         if let Some(open) = station.rail().and_then(|rail| rail.open.clone())
             && let Some(rail) = bench::open_rail(&catalogue, station).await.transpose()
         {
-            report.instruments.push(of_axis("rail", &open, rail, " mm").await);
+            report.instruments.push(of_axis("rail", &open, rail).await);
         }
         light(&source, &catalogue, &mut report).await;
         spectro(&source, &catalogue, &mut report).await;
@@ -101,7 +101,8 @@ pub fn run(
     })
 }
 
-async fn of_axis(role: &'static str, open: &str, opened: Result<Box<dyn Axis>, Failure>, unit: &str) -> Found {
+async fn of_axis<P: Coordinate>(role: &'static str, open: &str, opened: Result<Box<dyn Axis<P>>, Failure>) -> Found {
+    let unit = P::UNIT;
     let mut found = blank(role, open);
     match opened {
         Err(error) => found.error = Some(said(&error)),
@@ -110,14 +111,14 @@ async fn of_axis(role: &'static str, open: &str, opened: Result<Box<dyn Axis>, F
             let (low, high) = axis.settings().limit();
             found
                 .facts
-                .push(format!("limits {}{unit} to {}{unit}", low.value(), high.value()));
+                .push(format!("limits {}{unit} to {}{unit}", low.number(), high.number()));
             match axis.position().await {
                 Ok(position) => {
                     let homed = if position.homed { "homed" } else { "not homed" };
                     let moving = if position.moving { ", MOVING" } else { ", at rest" };
                     found
                         .facts
-                        .push(format!("at {:.4}{unit}, {homed}{moving}", position.angle.value()));
+                        .push(format!("at {:.4}{unit}, {homed}{moving}", position.place.number()));
                     found.ok = true;
                 }
                 Err(error) => found.error = Some(error.to_string()),

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use camino::Utf8Path;
-use isolux_device::{Axis, Target};
+use isolux_device::{Axis, Coordinate, Target};
 use isolux_lock::{Held, Holder, Lock, LockError, ProcessState};
 use isolux_record::Station;
 use isolux_scan::motion;
@@ -102,16 +102,16 @@ fn axis_links(station: &Station) -> BTreeSet<String> {
 }
 
 /// Stops one axis; where it rests, or why that could not be verified.
-async fn halt(
+async fn halt<P: Coordinate>(
     role: &'static str,
-    opened: impl Future<Output = Result<Option<Box<dyn Axis>>, Failure>>,
+    opened: impl Future<Output = Result<Option<Box<dyn Axis<P>>>, Failure>>,
 ) -> Result<Option<f64>, String> {
     let unverified = |why: &dyn std::fmt::Display| format!("{role} could not be verified at rest ({why})");
     let Some(axis) = opened.await.map_err(|failure| unverified(&failure))? else {
         return Ok(None);
     };
     let rest = motion::stop(role, axis.as_ref()).await;
-    rest.map(|position| Some(position.angle.value()))
+    rest.map(|position| Some(position.place.number()))
         .map_err(|(_, error)| unverified(&error))
 }
 

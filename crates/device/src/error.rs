@@ -72,16 +72,18 @@ pub enum DeviceError {
         frame: Vec<u8>,
     },
     /// Outside the travel of the axis.
-    #[error("{device}: {wanted_deg}° is outside its travel of {from_deg}° to {to_deg}°; nothing moved")]
+    #[error("{device}: {wanted}{unit} is outside its travel of {from}{unit} to {to}{unit}; nothing moved")]
     OutOfTravel {
         /// Driver and target.
         device: String,
-        /// The angle asked for.
-        wanted_deg: f64,
+        /// The position asked for.
+        wanted: f64,
         /// Lower limit.
-        from_deg: f64,
+        from: f64,
         /// Upper limit.
-        to_deg: f64,
+        to: f64,
+        /// The unit, as it follows a number.
+        unit: &'static str,
     },
     /// Not something this instrument can do.
     #[error("{device}: cannot {action}: {reason}")]

@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use async_trait::async_trait;
+use isolux_units::Millimetre;
 
 use crate::{Axis, AxisSettings, DeviceError, LuxMeter, Spectroradiometer, Switch, Thermometer};
 
@@ -15,6 +16,16 @@ pub trait AxisFactory: Send + Sync {
     /// # Errors
     /// [`OpenError`].
     async fn open_axis(&self, target: &Target, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError>;
+
+    /// The same for an axis that moves along a line.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    async fn open_linear_axis(
+        &self,
+        target: &Target,
+        settings: AxisSettings<Millimetre>,
+    ) -> Result<Box<dyn Axis<Millimetre>>, OpenError>;
 }
 
 /// Opens lux meters of one driver.

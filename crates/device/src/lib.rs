@@ -18,7 +18,7 @@ mod switch;
 mod thermometer;
 
 pub use axis::{Axis, AxisPosition, AxisSettings, InvalidSettings, Motion};
-pub use axis_scale::{AxisScale, InvalidScale, Sense};
+pub use axis_scale::{AxisScale, Coordinate, InvalidScale, Sense};
 pub use error::{DeviceError, ErrorKind};
 pub use factory::{
     AxisFactory, Factories, Kind, LuxMeterFactory, OpenError, SpectroradiometerFactory, SwitchFactory, Target,

@@ -5,6 +5,7 @@ use isolux_device::{Axis, Identity, LuxMeter, Spectroradiometer, Switch, Thermom
 use isolux_record::run::DeviceRecord;
 use isolux_record::spectra::SpectralCalibration;
 use isolux_record::{ReadingKind, Station};
+use isolux_units::Millimetre;
 
 /// Every instrument that a scan uses.
 pub struct Devices {
@@ -22,8 +23,8 @@ pub struct Devices {
     pub shutter: Option<TwoState>,
     /// Baffle; on = in the beam.
     pub baffle: Option<TwoState>,
-    /// The detector's carriage, where it is driven: an axis whose positions are millimetres.
-    pub rail: Option<Box<dyn Axis>>,
+    /// The detector's carriage, where it is driven.
+    pub rail: Option<Box<dyn Axis<Millimetre>>>,
     /// The room's thermometer.
     pub ambient: Option<Box<dyn Thermometer>>,
 }

@@ -20,16 +20,18 @@ pub enum ScanError {
         source: DeviceError,
     },
     /// An axis stands elsewhere than it was sent.
-    #[error("{role} stands at {found_deg}, sent to {target_deg} (tolerance {tolerance_deg}; degrees, mm for the rail)")]
+    #[error("{role} stands at {found}{unit}, sent to {target}{unit} (tolerance {tolerance}{unit})")]
     Position {
         /// The axis.
         role: &'static str,
         /// Where it was sent.
-        target_deg: f64,
+        target: f64,
         /// Where it stands.
-        found_deg: f64,
+        found: f64,
         /// What would be allowed.
-        tolerance_deg: f64,
+        tolerance: f64,
+        /// The unit, as it follows a number.
+        unit: &'static str,
     },
     /// The lamp did not become stable.
     #[error(

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use isolux_device::{Axis, AxisPosition, DeviceError, ErrorKind};
+use isolux_device::{Axis, AxisPosition, Coordinate, DeviceError, ErrorKind};
 use isolux_record::Station;
-use isolux_units::AxisAngle;
+use isolux_units::{AxisAngle, Millimetre};
 use tokio::time::{Instant, sleep, timeout_at};
 
 use crate::devices::Devices;
@@ -63,8 +63,8 @@ impl<'a> Axes<'a> {
     /// [`ScanError::Disturbed`] for an axis that moves, stands elsewhere or has lost its reference; what the drives report.
     pub async fn hold(&self) -> Result<(), ScanError> {
         if let Some((c_deg, gamma_deg)) = self.target {
-            holds("axis.c", self.c, (c_deg, self.tolerance_c_deg), "°").await?;
-            holds("axis.gamma", self.gamma, (gamma_deg, self.tolerance_gamma_deg), "°").await?;
+            holds("axis.c", self.c, (c_deg, self.tolerance_c_deg)).await?;
+            holds("axis.gamma", self.gamma, (gamma_deg, self.tolerance_gamma_deg)).await?;
         }
         Ok(())
     }
@@ -110,8 +110,8 @@ impl<'a> Axes<'a> {
         let c = self.c.position().await.map_err(ScanError::device("axis.c"))?;
         let gamma = self.gamma.position().await.map_err(ScanError::device("axis.gamma"))?;
         Ok(Pose {
-            c_deg: c.angle.value(),
-            gamma_deg: gamma.angle.value(),
+            c_deg: c.place.value(),
+            gamma_deg: gamma.place.value(),
             rest_at: c.at.max(gamma.at),
         })
     }
@@ -125,12 +125,7 @@ impl<'a> Axes<'a> {
         let angle = |role: &'static str, axis: &dyn Axis, degrees: f64| {
             AxisAngle::new(degrees).map_err(|_| ScanError::Device {
                 role,
-                source: DeviceError::OutOfTravel {
-                    device: axis.identity().target.clone(),
-                    wanted_deg: degrees,
-                    from_deg: axis.settings().limit().0.value(),
-                    to_deg: axis.settings().limit().1.value(),
-                },
+                source: axis.settings().out_of_travel(&axis.identity().target, degrees),
             })
         };
         let to_c = angle("axis.c", self.c, c_deg)?;
@@ -143,7 +138,7 @@ impl<'a> Axes<'a> {
             .await
             .map_err(ScanError::device("axis.gamma"))?;
         let scale = self.gamma.settings().scale();
-        let way = motion_gamma.target.value() - scale.angle(motion_gamma.from_steps).value();
+        let way = motion_gamma.target.value() - scale.place(motion_gamma.from_steps).value();
         if motion_gamma.target_steps != motion_gamma.from_steps {
             self.travel = if way > 0.0 { 1 } else { -1 };
         }
@@ -173,7 +168,7 @@ impl<'a> Axes<'a> {
             let c = self.c.position().await.map_err(ScanError::device("axis.c"))?;
             let gamma = self.gamma.position().await.map_err(ScanError::device("axis.gamma"))?;
             let near = |position: &AxisPosition, target: f64, tolerance: f64| {
-                !position.moving && (position.angle.value() - target).abs() <= tolerance
+                !position.moving && (position.place.value() - target).abs() <= tolerance
             };
             let at_rest = near(&c, target.0, self.tolerance_c_deg) && near(&gamma, target.1, self.tolerance_gamma_deg);
             if at_rest {
@@ -181,24 +176,25 @@ impl<'a> Axes<'a> {
                 let rest_at = *since.get_or_insert(c.at.max(gamma.at));
                 if in_tolerance == POSITIONS_IN_TOLERANCE {
                     return Ok(Pose {
-                        c_deg: c.angle.value(),
-                        gamma_deg: gamma.angle.value(),
+                        c_deg: c.place.value(),
+                        gamma_deg: gamma.place.value(),
                         rest_at,
                     });
                 }
             } else {
                 (since, in_tolerance) = (None, 0);
                 if Instant::now() > deadline {
-                    let (role, target_deg, found_deg, tolerance_deg) = if near(&c, target.0, self.tolerance_c_deg) {
-                        ("axis.gamma", target.1, gamma.angle.value(), self.tolerance_gamma_deg)
+                    let (role, target, found, tolerance) = if near(&c, target.0, self.tolerance_c_deg) {
+                        ("axis.gamma", target.1, gamma.place.value(), self.tolerance_gamma_deg)
                     } else {
-                        ("axis.c", target.0, c.angle.value(), self.tolerance_c_deg)
+                        ("axis.c", target.0, c.place.value(), self.tolerance_c_deg)
                     };
                     return Err(ScanError::Position {
                         role,
-                        target_deg,
-                        found_deg,
-                        tolerance_deg,
+                        target,
+                        found,
+                        tolerance,
+                        unit: <AxisAngle as Coordinate>::UNIT,
                     });
                 }
             }
@@ -232,28 +228,25 @@ pub async fn stop_all(devices: &Devices) -> Result<(), Vec<(&'static str, Device
 ///
 /// # Errors
 /// What the drive reports; [`ScanError::Position`] when it rests elsewhere.
-pub async fn drive_rail(rail: &dyn Axis, distance_mm: f64) -> Result<f64, ScanError> {
+pub async fn drive_rail(rail: &dyn Axis<Millimetre>, distance_mm: f64) -> Result<f64, ScanError> {
     let tolerance = rail_tolerance_mm(rail);
-    let to = AxisAngle::new(distance_mm).map_err(|_| ScanError::Position {
+    let elsewhere = |found: f64| ScanError::Position {
         role: "rail",
-        target_deg: distance_mm,
-        found_deg: f64::NAN,
-        tolerance_deg: tolerance,
-    })?;
+        target: distance_mm,
+        found,
+        tolerance,
+        unit: <Millimetre as Coordinate>::UNIT,
+    };
+    let to = Millimetre::new(distance_mm).map_err(|_| elsewhere(f64::NAN))?;
     let motion = rail.start_move(to).await.map_err(ScanError::device("rail"))?;
     let finished = timeout_at(motion.deadline + DRIVER_GRACE, rail.finish_move(motion)).await;
     finished
         .map_err(|_| dead("rail", rail, "finish a move"))?
         .map_err(ScanError::device("rail"))?;
     let position = rail.position().await.map_err(ScanError::device("rail"))?;
-    let found = position.angle.value();
+    let found = position.place.value();
     if position.moving || (found - distance_mm).abs() > tolerance {
-        return Err(ScanError::Position {
-            role: "rail",
-            target_deg: distance_mm,
-            found_deg: found,
-            tolerance_deg: tolerance,
-        });
+        return Err(elsewhere(found));
     }
     Ok(found)
 }
@@ -262,24 +255,24 @@ pub async fn drive_rail(rail: &dyn Axis, distance_mm: f64) -> Result<f64, ScanEr
 ///
 /// # Errors
 /// [`ScanError::Disturbed`] if it moves or stands elsewhere; what the drive reports.
-pub async fn rail_holds(rail: &dyn Axis, distance_mm: f64) -> Result<(), ScanError> {
-    holds("rail", rail, (distance_mm, rail_tolerance_mm(rail)), " mm").await
+pub async fn rail_holds(rail: &dyn Axis<Millimetre>, distance_mm: f64) -> Result<(), ScanError> {
+    holds("rail", rail, (distance_mm, rail_tolerance_mm(rail))).await
 }
 
-fn rail_tolerance_mm(rail: &dyn Axis) -> f64 {
-    0.05_f64.max(1.5 * rail.settings().scale().step_deg())
+fn rail_tolerance_mm(rail: &dyn Axis<Millimetre>) -> f64 {
+    0.05_f64.max(1.5 * rail.settings().scale().step())
 }
 
-async fn holds(
+async fn holds<P: Coordinate>(
     role: &'static str,
-    axis: &dyn Axis,
+    axis: &dyn Axis<P>,
     (target, tolerance): (f64, f64),
-    unit: &str,
 ) -> Result<(), ScanError> {
+    let unit = <P as Coordinate>::UNIT;
     let mut looks = 0;
     loop {
         let position = axis.position().await.map_err(ScanError::device(role))?;
-        let found = position.angle.value();
+        let found = position.place.number();
         let state = if position.moving {
             "moving at"
         } else if !position.homed {
@@ -306,7 +299,10 @@ async fn holds(
 ///
 /// # Errors
 /// Its role, and why it could not be verified at rest.
-pub async fn stop(role: &'static str, axis: &dyn Axis) -> Result<AxisPosition, (&'static str, DeviceError)> {
+pub async fn stop<P: Coordinate>(
+    role: &'static str,
+    axis: &dyn Axis<P>,
+) -> Result<AxisPosition<P>, (&'static str, DeviceError)> {
     let deadline = Instant::now() + STOP_WITHIN;
     loop {
         let error = match timeout_at(deadline, axis.stop()).await {
@@ -343,7 +339,7 @@ pub async fn stop(role: &'static str, axis: &dyn Axis) -> Result<AxisPosition, (
     }
 }
 
-fn dead(role: &'static str, axis: &dyn Axis, action: &str) -> ScanError {
+fn dead<P: Coordinate>(role: &'static str, axis: &dyn Axis<P>, action: &str) -> ScanError {
     let device = axis.identity().target.clone();
     let source = DeviceError::Timeout {
         device,

@@ -188,7 +188,7 @@ impl FakeAxis {
         let now = Instant::now();
         let drive = self.room.lock().unwrap().axes[self.index];
         AxisPosition {
-            angle: self.settings.scale().angle(drive.steps(now)),
+            place: self.settings.scale().place(drive.steps(now)),
             steps: drive.steps(now),
             moving: drive.moving(now),
             homed: drive.homed,
@@ -221,7 +221,7 @@ impl Axis for FakeAxis {
         let mut room = self.room.lock().unwrap();
         let from = room.axes[self.index].steps(now);
         let target_steps = self.settings.scale().steps(to);
-        let target = self.settings.scale().angle(target_steps);
+        let target = self.settings.scale().place(target_steps);
         let expected = self.settings.duration((target_steps - from) as f64 / 1000.0);
         let stalls = room.stall_at_deg == Some(target.value()) && self.index == 1;
         let ends = now

@@ -384,7 +384,7 @@ async fn opens_homes_moves_and_reads_back() {
     );
     assert!(axis.position().await.unwrap().moving);
     let there = axis.finish_move(motion).await.unwrap();
-    assert_eq!((there.steps, there.angle, there.moving), (16_000, angle(12.5), false));
+    assert_eq!((there.steps, there.place, there.moving), (16_000, angle(12.5), false));
     assert_eq!(
         axis.move_to(angle(12.5)).await.unwrap().steps,
         16_000,

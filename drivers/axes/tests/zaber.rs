@@ -12,7 +12,7 @@ use isolux_device::{
     ThermometerFactory,
 };
 use isolux_transport::{MemoryLinks, Ports, TRIES};
-use isolux_units::AxisAngle;
+use isolux_units::{AxisAngle, Millimetre};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::Instant;
 
@@ -279,7 +279,7 @@ async fn opens_homes_moves_and_reads_back() {
     // Speed 1280·1.6384 = 2097.152 and acceleration 12800·1.6384/10000 = 2.097 device units, rounded down.
     assert_eq!(room.lock().unwrap().maxspeed, 2097.0);
     assert_eq!(room.lock().unwrap().accel, 2.0);
-    assert!(axis.settings().speed_deg_s() <= 1.0 && axis.settings().speed_deg_s() > 0.999);
+    assert!(axis.settings().speed() <= 1.0 && axis.settings().speed() > 0.999);
 
     assert!(!axis.position().await.unwrap().homed);
     let refused = axis.move_to(angle(10.0)).await.unwrap_err();
@@ -301,7 +301,7 @@ async fn opens_homes_moves_and_reads_back() {
     );
     assert!(axis.position().await.unwrap().moving);
     let there = axis.finish_move(motion).await.unwrap();
-    assert_eq!((there.steps, there.angle, there.moving), (16_000, angle(12.5), false));
+    assert_eq!((there.steps, there.place, there.moving), (16_000, angle(12.5), false));
     // 12.5° at 1 °/s: the driver waited for it, not for a fixed time.
     assert_eq!(
         axis.move_to(angle(12.5)).await.unwrap().steps,
@@ -629,4 +629,50 @@ async fn a_dead_controller_is_asked_as_often_as_is_stated() {
         assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
         assert_eq!(room.lock().unwrap().heard.len(), TRIES as usize, "{action}");
     }
+}
+
+/// What the driver says of a rail is in millimetres.
+#[tokio::test(start_paused = true)]
+async fn a_rail_is_no_angle_in_any_message() {
+    let (driver, room) = bench();
+    let mm = |value: f64| Millimetre::new(value).unwrap();
+    let scale = AxisScale::new(100, 1, mm(0.0), Sense::Positive).unwrap();
+    let rail = |limit: (f64, f64), acceleration: f64| {
+        AxisSettings::new(scale, (mm(limit.0), mm(limit.1)), 10.0, acceleration).unwrap()
+    };
+    let target = Target::parse("zaber:memory:axes?axis=3").unwrap();
+    let mut said = Vec::new();
+    for settings in [rail((100.0, 9000.0), 200.0), rail((100.0, 900.0), 1e-9)] {
+        said.push(
+            driver
+                .open_linear_axis(&target, settings)
+                .await
+                .err()
+                .unwrap()
+                .to_string(),
+        );
+    }
+    let axis = driver
+        .open_linear_axis(&target, rail((100.0, 900.0), 200.0))
+        .await
+        .unwrap();
+    axis.home(Instant::now() + Duration::from_secs(60)).await.unwrap();
+    said.push(axis.start_move(mm(50.0)).await.unwrap_err().to_string());
+    let there = axis.move_to(mm(150.0)).await.unwrap();
+    assert_eq!((there.steps, there.place), (15_000, mm(150.0)));
+    said.push(there.place.to_string());
+    room.lock().unwrap().stall_at = Some(20_000.0);
+    said.push(axis.move_to(mm(300.0)).await.unwrap_err().to_string());
+    for text in &said {
+        assert!(!text.contains('°') && !text.contains("deg"), "{text}");
+    }
+    assert!(
+        said[0].contains("limit_mm") && said[0].contains("9000 mm is outside"),
+        "{}",
+        said[0]
+    );
+    assert!(
+        said[1].contains("accel_mm_s2") && said[2].contains("100 mm to 900 mm"),
+        "{said:?}"
+    );
 }

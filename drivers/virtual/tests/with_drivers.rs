@@ -80,8 +80,8 @@ impl Bench {
         self.room.with_world(|world, now_s| Observation {
             kind: Kind::Lit,
             time_s: world.lamp_time_s(now_s).unwrap(),
-            c_deg: c.angle.value(),
-            gamma_deg: gamma.angle.value(),
+            c_deg: c.place.value(),
+            gamma_deg: gamma.place.value(),
             distance_mm: 10_000.0,
             travel: 1.0,
             range: 0,
@@ -261,9 +261,9 @@ async fn twins_answer_on_real_links() {
             if at == 30.0 {
                 axis.home(soon()).await.unwrap();
             } else {
-                assert_eq!(axis.position().await.unwrap().angle.value(), 30.0);
+                assert_eq!(axis.position().await.unwrap().place.value(), 30.0);
             }
-            assert_eq!(axis.move_to(angle(at)).await.unwrap().angle.value(), at);
+            assert_eq!(axis.move_to(angle(at)).await.unwrap().place.value(), at);
             // The driver's link closes when its owner task has seen that nobody is left.
             drop((axis, driver));
             tokio::time::sleep(Duration::from_millis(100)).await;

@@ -56,7 +56,7 @@ async fn zaber(links: Arc<dyn Links>) -> Vec<String> {
     // The clock of a replay does not run as that of the recording did: one look at the end, when both have arrived.
     tokio::time::sleep(2 * motion.expected).await;
     let there = axis.finish_move(motion).await.unwrap();
-    found.push(format!("at {} = {}, moving {}", there.steps, there.angle, there.moving));
+    found.push(format!("at {} = {}, moving {}", there.steps, there.place, there.moving));
     lamp.set(true).await.unwrap();
     found.push(format!("lamp {}", lamp.state().await.unwrap()));
     found.push(format!("room {:.3}", thermometer.read().await.unwrap().temperature));

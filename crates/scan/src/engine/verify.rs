@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use isolux_device::{Axis, Switch};
+use isolux_units::Millimetre;
 use tokio::sync::Notify;
 use tokio::time::sleep;
 
@@ -28,7 +29,7 @@ pub(super) struct Output<'a> {
 pub(super) struct Left<'b, 'a> {
     pub axes: &'b Axes<'a>,
     /// The rail and where it was driven to.
-    pub rail: Option<(&'a dyn Axis, f64)>,
+    pub rail: Option<(&'a dyn Axis<Millimetre>, f64)>,
     pub outputs: Vec<Output<'a>>,
 }
 
@@ -51,7 +52,7 @@ impl<'a> Session<'a> {
     }
 
     /// The rail, where it is driven, and its distance.
-    pub fn rail_left(&self) -> Option<(&'a dyn Axis, f64)> {
+    pub fn rail_left(&self) -> Option<(&'a dyn Axis<Millimetre>, f64)> {
         self.devices.rail.as_deref().zip(self.rail_mm)
     }
 

@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use async_trait::async_trait;
-use isolux_device::{Axis, AxisPosition, AxisSettings, DeviceError, Identity, Motion};
-use isolux_units::AxisAngle;
+use isolux_device::{Axis, AxisPosition, AxisSettings, Coordinate, DeviceError, Identity, Motion};
 use tokio::time::{Instant, sleep};
 
 use super::drive::{Drive, Dynamics, Look, STOP, ZHOME};
@@ -21,16 +20,16 @@ const MOST_POSITIONS: usize = 8;
 /// Between the two equal positions that prove standstill.
 const STANDSTILL: Duration = Duration::from_millis(50);
 
-pub(crate) struct AzAxis {
+pub(crate) struct AzAxis<P> {
     drive: Drive,
-    settings: AxisSettings,
+    settings: AxisSettings<P>,
     dynamics: Dynamics,
     tolerance_steps: u64,
 }
 
-impl AzAxis {
+impl<P: Coordinate> AzAxis<P> {
     /// Releases the inputs, checks the limits, sets speed and rates. Moves nothing.
-    pub async fn open(drive: Drive, settings: AxisSettings, tolerance_steps: u64) -> Result<Self, DeviceError> {
+    pub async fn open(drive: Drive, settings: AxisSettings<P>, tolerance_steps: u64) -> Result<Self, DeviceError> {
         // What an earlier program held: its STOP would make the drive ignore every move.
         drive.set_inputs(0, "release the inputs").await?;
         let scale = settings.scale();
@@ -39,15 +38,16 @@ impl AzAxis {
             tracing::warn!(device = drive.name(), "the drive's software limits are off");
             whole
         });
-        let ends = [scale.angle(own_min).value(), scale.angle(own_max).value()];
+        let ends = [scale.place(own_min).number(), scale.place(own_max).number()];
         let (lower, upper) = settings.limit();
         for wanted in [lower, upper] {
             if !(own_min..=own_max).contains(&scale.steps(wanted)) {
                 return Err(DeviceError::OutOfTravel {
-                    device: format!("{} (limit_deg)", drive.name()),
-                    wanted_deg: wanted.value(),
-                    from_deg: ends[0].min(ends[1]),
-                    to_deg: ends[0].max(ends[1]),
+                    device: format!("{} ({})", drive.name(), P::KEYS[1]),
+                    wanted: wanted.number(),
+                    from: ends[0].min(ends[1]),
+                    to: ends[0].max(ends[1]),
+                    unit: P::UNIT,
                 });
             }
         }
@@ -56,18 +56,19 @@ impl AzAxis {
             action: "set speed and rates".to_owned(),
             reason,
         };
-        let steps_per_deg = scale.steps_per_deg();
+        let steps_per_unit = scale.steps_per_unit();
         let dynamics = Dynamics::new(
-            settings.speed_deg_s() * steps_per_deg,
-            settings.accel_deg_s2() * steps_per_deg,
+            P::KEYS,
+            settings.speed() * steps_per_unit,
+            settings.acceleration() * steps_per_unit,
         )
         .map_err(|(key, least, most)| {
-            let [least, most] = [least, most].map(|steps| f64::from(steps) / steps_per_deg);
+            let [least, most] = [least, most].map(|steps| f64::from(steps) / steps_per_unit);
             unsupported(format!("{key} must be {least} to {most} for this drive"))
         })?;
         drive.set_dynamics(dynamics).await?;
         let (speed, rate) = (f64::from(dynamics.speed_hz), f64::from(dynamics.rate_hz_s));
-        let settings = AxisSettings::new(*scale, settings.limit(), speed / steps_per_deg, rate / steps_per_deg);
+        let settings = AxisSettings::new(*scale, settings.limit(), speed / steps_per_unit, rate / steps_per_unit);
         let settings = settings.map_err(|error| unsupported(error.to_string()))?;
         Ok(Self {
             drive,
@@ -77,15 +78,15 @@ impl AzAxis {
         })
     }
 
-    async fn look(&self) -> Result<Look, DeviceError> {
+    async fn look(&self) -> Result<Look<P>, DeviceError> {
         self.drive.look(self.settings.scale(), self.dynamics).await
     }
 
-    fn fault(&self, action: &str, reason: impl Into<String>, look: &Look) -> DeviceError {
+    fn fault(&self, action: &str, reason: impl Into<String>, look: &Look<P>) -> DeviceError {
         self.drive.unit().fault(action, reason, look.frame.clone())
     }
 
-    fn timeout(&self, action: &str, waited: Duration, look: &Look) -> DeviceError {
+    fn timeout(&self, action: &str, waited: Duration, look: &Look<P>) -> DeviceError {
         DeviceError::Timeout {
             device: self.drive.name().to_owned(),
             action: action.to_owned(),
@@ -96,14 +97,14 @@ impl AzAxis {
 
     /// Whether two looks in a row are those of an axis at rest in one place, with no byte in between that nothing had asked
     /// for.
-    fn rests(&self, before: &Look, now: &Look) -> bool {
+    fn rests(&self, before: &Look<P>, now: &Look<P>) -> bool {
         let (a, b) = (&before.position, &now.position);
         let same = a.homed == b.homed && a.steps.abs_diff(b.steps) <= self.tolerance_steps;
         before.unsolicited.0 == now.unsolicited.1 && !a.moving && !b.moving && same
     }
 
     /// Whether three looks in a row are those of an axis on its way: the one between lies between the others.
-    fn passes(before: &Look, between: &Look, now: &Look) -> bool {
+    fn passes(before: &Look<P>, between: &Look<P>, now: &Look<P>) -> bool {
         let [a, b, c] = [before, between, now].map(|look| &look.position);
         let way = a.steps.min(c.steps)..=a.steps.max(c.steps);
         let moving = a.moving && b.moving && c.moving && a.homed == b.homed && b.homed == c.homed;
@@ -134,7 +135,7 @@ impl AzAxis {
     }
 
     /// Waits until two looks in a row show the axis at rest in one place.
-    async fn standstill(&self, action: &str, limit: Duration) -> Result<Look, DeviceError> {
+    async fn standstill(&self, action: &str, limit: Duration) -> Result<Look<P>, DeviceError> {
         let began = Instant::now();
         let mut before = self.look().await?;
         loop {
@@ -151,7 +152,7 @@ impl AzAxis {
     }
 
     /// Why an axis at rest cannot be sent anywhere.
-    fn unfit(&self, look: &Look) -> Option<String> {
+    fn unfit(&self, look: &Look<P>) -> Option<String> {
         let lost = || {
             let why = if look.outputs.coordinates_set() {
                 "the drive has been without power"
@@ -191,18 +192,18 @@ impl AzAxis {
 }
 
 #[async_trait]
-impl Axis for AzAxis {
+impl<P: Coordinate> Axis<P> for AzAxis<P> {
     fn identity(&self) -> &Identity {
         self.drive.identity()
     }
 
-    fn settings(&self) -> &AxisSettings {
+    fn settings(&self) -> &AxisSettings<P> {
         &self.settings
     }
 
-    async fn position(&self) -> Result<AxisPosition, DeviceError> {
+    async fn position(&self) -> Result<AxisPosition<P>, DeviceError> {
         const ACTION: &str = "read the position";
-        let mut earlier: Option<Look> = None;
+        let mut earlier: Option<Look<P>> = None;
         let mut before = self.look().await?;
         for _ in 1..MOST_POSITIONS {
             let now = self.look().await?;
@@ -223,7 +224,7 @@ impl Axis for AzAxis {
         Err(self.drive.unit().malformed(ACTION, reason, before.frame))
     }
 
-    async fn home(&self, deadline: Instant) -> Result<AxisPosition, DeviceError> {
+    async fn home(&self, deadline: Instant) -> Result<AxisPosition<P>, DeviceError> {
         const ACTION: &str = "home (ZHOME)";
         let began = Instant::now();
         // What is remembered of an earlier stall must not fail this homing; what comes up during it must.
@@ -268,17 +269,11 @@ impl Axis for AzAxis {
         }
     }
 
-    async fn start_move(&self, to: AxisAngle) -> Result<Motion, DeviceError> {
+    async fn start_move(&self, to: P) -> Result<Motion<P>, DeviceError> {
         let scale = self.settings.scale();
         let target_steps = scale.steps(to);
-        let (from, until) = self.settings.limit();
         let (true, Ok(steps)) = (self.settings.allows(to), i32::try_from(target_steps)) else {
-            return Err(DeviceError::OutOfTravel {
-                device: self.drive.name().to_owned(),
-                wanted_deg: to.value(),
-                from_deg: from.value(),
-                to_deg: until.value(),
-            });
+            return Err(self.settings.out_of_travel(self.drive.name(), to.number()));
         };
         let action = format!("move to {target_steps}");
         let look = self.look().await?;
@@ -289,7 +284,7 @@ impl Axis for AzAxis {
         let Dynamics { speed_hz, rate_hz_s } = self.dynamics;
         self.drive.go(steps, speed_hz, rate_hz_s, &action).await?;
         // A move begun in motion may have to brake and come back: a second ramp covers it.
-        let distance = (target_steps - from_steps) as f64 * scale.step_deg();
+        let distance = (target_steps - from_steps) as f64 * scale.step();
         let expected = self.settings.duration(distance);
         let deadline = Instant::now() + 2 * expected + Duration::from_secs(2);
         if let Err(error) = self.has_started(target_steps, &action).await {
@@ -298,13 +293,13 @@ impl Axis for AzAxis {
         Ok(Motion {
             from_steps,
             target_steps,
-            target: scale.angle(target_steps),
+            target: scale.place(target_steps),
             expected,
             deadline,
         })
     }
 
-    async fn finish_move(&self, motion: Motion) -> Result<AxisPosition, DeviceError> {
+    async fn finish_move(&self, motion: Motion<P>) -> Result<AxisPosition<P>, DeviceError> {
         let action = format!("move to {}", motion.target_steps);
         let pause = (motion.expected / 16).clamp(Duration::from_millis(10), Duration::from_millis(200));
         let began = Instant::now();
@@ -367,9 +362,9 @@ impl Axis for AzAxis {
         }
     }
 
-    async fn stop(&self) -> Result<AxisPosition, DeviceError> {
+    async fn stop(&self) -> Result<AxisPosition<P>, DeviceError> {
         self.drive.set_inputs(STOP, "stop").await?;
-        let ramp = Duration::try_from_secs_f64(self.settings.speed_deg_s() / self.settings.accel_deg_s2());
+        let ramp = Duration::try_from_secs_f64(self.settings.speed() / self.settings.acceleration());
         let limit = 2 * ramp.unwrap_or_default() + Duration::from_secs(1);
         let rest = match self.standstill("stop", limit).await {
             // R-IN5 may be assigned to something else: a move at speed 0 ends every motion, too.

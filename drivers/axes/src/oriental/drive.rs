@@ -1,6 +1,6 @@
 //! The drive's registers: what they hold, and asking for them.
 
-use isolux_device::{AxisPosition, AxisScale, DeviceError, Identity, Target};
+use isolux_device::{AxisPosition, AxisScale, Coordinate, DeviceError, Identity, Target};
 use isolux_modbus::{Registers, Table, Unit};
 use tokio::time::Instant;
 
@@ -88,8 +88,8 @@ pub(crate) struct Dynamics {
 }
 
 impl Dynamics {
-    /// Rounded down to whole units, the rate never being that at power-on; the key of the station that is out of range.
-    pub fn new(speed: f64, rate: f64) -> Result<Self, (&'static str, i32, i32)> {
+    /// Rounded down to whole units, the rate never being that at power-on; which of the station's `keys` is out of range.
+    pub fn new(keys: [&'static str; 4], speed: f64, rate: f64) -> Result<Self, (&'static str, i32, i32)> {
         let whole = |key, value: f64, most: i32| {
             let value = value.floor();
             if (1.0..=f64::from(most)).contains(&value) {
@@ -98,9 +98,9 @@ impl Dynamics {
                 Err((key, 1, most))
             }
         };
-        let rate_hz_s = whole("accel_deg_s2", rate, 1_000_000_000)?;
+        let rate_hz_s = whole(keys[3], rate, 1_000_000_000)?;
         Ok(Self {
-            speed_hz: whole("speed_deg_s", speed, 4_000_000)?,
+            speed_hz: whole(keys[2], speed, 4_000_000)?,
             rate_hz_s: if rate_hz_s == RATE_AT_POWER_ON {
                 rate_hz_s - 1
             } else {
@@ -111,10 +111,10 @@ impl Dynamics {
 }
 
 /// What the drive says of itself at one moment.
-pub(crate) struct Look {
+pub(crate) struct Look<P> {
     /// Answers in excess when this was asked, and when it was answered.
     pub unsolicited: (u64, u64),
-    pub position: AxisPosition,
+    pub position: AxisPosition<P>,
     /// Where the drive wants to be.
     pub command_steps: i64,
     pub outputs: Outputs,
@@ -122,7 +122,7 @@ pub(crate) struct Look {
     pub frame: Vec<u8>,
 }
 
-impl Look {
+impl<P> Look<P> {
     /// The alarm in words.
     pub fn fault(&self) -> Option<String> {
         let code = self.alarm?;
@@ -209,7 +209,7 @@ impl Drive {
     }
 
     /// Outputs first, then positions: an axis that had come to rest is where the second answer says.
-    pub async fn look(&self, scale: &AxisScale, dynamics: Dynamics) -> Result<Look, DeviceError> {
+    pub async fn look<P: Coordinate>(&self, scale: &AxisScale<P>, dynamics: Dynamics) -> Result<Look<P>, DeviceError> {
         let before = self.unit.unsolicited();
         let outputs = self.unit.read(Table::Holding, OUTPUTS, 2, "read the outputs").await?;
         let outputs = Outputs(long(&outputs.words, 0) as u32);
@@ -230,7 +230,7 @@ impl Drive {
         Ok(Look {
             unsolicited: (before, self.unit.unsolicited()),
             position: AxisPosition {
-                angle: scale.angle(detected.into()),
+                place: scale.place(detected.into()),
                 steps: detected.into(),
                 moving: outputs.moving(),
                 homed: outputs.coordinates_set() && powered,
@@ -286,13 +286,15 @@ fn words<const N: usize>(longs: [i32; N]) -> Vec<u16> {
 mod tests {
     use super::*;
 
+    const KEYS: [&str; 4] = <isolux_units::AxisAngle as Coordinate>::KEYS;
+
     #[test]
     fn dynamics_are_whole_and_never_those_of_power_on() {
-        let whole = Dynamics::new(1280.9, 12_800.7).unwrap();
+        let whole = Dynamics::new(KEYS, 1280.9, 12_800.7).unwrap();
         assert_eq!((whole.speed_hz, whole.rate_hz_s), (1280, 12_800));
-        assert_eq!(Dynamics::new(1.0, 1_000_000.5).unwrap().rate_hz_s, 999_999);
-        assert_eq!(Dynamics::new(0.9, 1.0), Err(("speed_deg_s", 1, 4_000_000)));
-        assert_eq!(Dynamics::new(1.0, 2e9), Err(("accel_deg_s2", 1, 1_000_000_000)));
+        assert_eq!(Dynamics::new(KEYS, 1.0, 1_000_000.5).unwrap().rate_hz_s, 999_999);
+        assert_eq!(Dynamics::new(KEYS, 0.9, 1.0), Err(("speed_deg_s", 1, 4_000_000)));
+        assert_eq!(Dynamics::new(KEYS, 1.0, 2e9), Err(("accel_deg_s2", 1, 1_000_000_000)));
     }
 
     #[test]

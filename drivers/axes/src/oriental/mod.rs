@@ -15,9 +15,10 @@ mod drive;
 use std::sync::Arc;
 
 use async_trait::async_trait;
-use isolux_device::{Axis, AxisFactory, AxisSettings, Factories, Kind, OpenError, Target};
+use isolux_device::{Axis, AxisFactory, AxisSettings, Coordinate, Factories, Kind, OpenError, Target};
 use isolux_modbus::Unit;
 use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, no_display};
+use isolux_units::Millimetre;
 
 use axis::AzAxis;
 use drive::Drive;
@@ -80,15 +81,26 @@ impl OrientalAzDriver {
     pub const fn new(ports: Arc<Ports>) -> Self {
         Self { ports }
     }
+
+    async fn axis<P: Coordinate>(&self, target: &Target, settings: AxisSettings<P>) -> Result<AzAxis<P>, OpenError> {
+        let address = Address::parse(target)?;
+        let unit = Unit::open(&self.ports, target, address.place.line).await?;
+        let drive = Drive::new(unit, target);
+        Ok(AzAxis::open(drive, settings, address.tolerance_steps.into()).await?)
+    }
 }
 
 #[async_trait]
 impl AxisFactory for OrientalAzDriver {
     async fn open_axis(&self, target: &Target, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError> {
-        let address = Address::parse(target)?;
-        let unit = Unit::open(&self.ports, target, address.place.line).await?;
-        let drive = Drive::new(unit, target);
-        let axis = AzAxis::open(drive, settings, address.tolerance_steps.into()).await?;
-        Ok(Box::new(axis))
+        Ok(Box::new(self.axis(target, settings).await?))
+    }
+
+    async fn open_linear_axis(
+        &self,
+        target: &Target,
+        settings: AxisSettings<Millimetre>,
+    ) -> Result<Box<dyn Axis<Millimetre>>, OpenError> {
+        Ok(Box::new(self.axis(target, settings).await?))
     }
 }

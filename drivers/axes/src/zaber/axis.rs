@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use async_trait::async_trait;
-use isolux_device::{Axis, AxisPosition, AxisSettings, DeviceError, Identity, Motion};
+use isolux_device::{Axis, AxisPosition, AxisSettings, Coordinate, DeviceError, Identity, Motion};
 use isolux_protocol_zaber::{Severity, WarningFlag};
-use isolux_units::AxisAngle;
 use tokio::time::{Instant, sleep};
 
 use super::controller::{Controller, Said};
@@ -25,22 +24,22 @@ const MOST_POSITIONS: usize = 8;
 /// Between the two equal positions that prove standstill.
 const STANDSTILL: Duration = Duration::from_millis(50);
 
-pub(crate) struct ZaberAxis {
+pub(crate) struct ZaberAxis<P> {
     controller: Controller,
     axis: u8,
-    settings: AxisSettings,
+    settings: AxisSettings<P>,
 }
 
 /// A position and what the axis says of itself.
-struct State {
+struct State<P> {
     /// Answers in excess when this was asked, and when it was answered.
     surplus: (u64, u64),
-    position: AxisPosition,
+    position: AxisPosition<P>,
     flags: Vec<WarningFlag>,
     said: Said,
 }
 
-impl State {
+impl<P> State<P> {
     /// The first flag that forbids to trust the axis, missing reference aside.
     fn fault(&self) -> Option<WarningFlag> {
         self.flags
@@ -50,33 +49,33 @@ impl State {
     }
 }
 
-impl ZaberAxis {
+impl<P: Coordinate> ZaberAxis<P> {
     /// Checks the limits and sets speed and acceleration. Moves nothing.
-    pub async fn open(controller: Controller, axis: u8, settings: AxisSettings) -> Result<Self, DeviceError> {
+    pub async fn open(controller: Controller, axis: u8, settings: AxisSettings<P>) -> Result<Self, DeviceError> {
         let scale = settings.scale();
         let (own_min, _) = controller.number::<i64>(axis, "get limit.min").await?;
         let (own_max, _) = controller.number::<i64>(axis, "get limit.max").await?;
-        let ends = [scale.angle(own_min).value(), scale.angle(own_max).value()];
-        let (from_deg, to_deg) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        let ends = [scale.place(own_min).number(), scale.place(own_max).number()];
+        let (from, to) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
         let (lower, upper) = settings.limit();
         for wanted in [lower, upper] {
             let steps = scale.steps(wanted);
             if steps < own_min || steps > own_max {
-                let (device, wanted_deg) = (format!("{} (limit_deg)", controller.name()), wanted.value());
                 return Err(DeviceError::OutOfTravel {
-                    device,
-                    wanted_deg,
-                    from_deg,
-                    to_deg,
+                    device: format!("{} ({})", controller.name(), P::KEYS[1]),
+                    wanted: wanted.number(),
+                    from,
+                    to,
+                    unit: P::UNIT,
                 });
             }
         }
 
-        let speed = (settings.speed_deg_s() * scale.steps_per_deg() * UNITS).floor();
-        let accel = (settings.accel_deg_s2() * scale.steps_per_deg() * UNITS / 10_000.0).floor();
+        let speed = (settings.speed() * scale.steps_per_unit() * UNITS).floor();
+        let accel = (settings.acceleration() * scale.steps_per_unit() * UNITS / 10_000.0).floor();
         let mut actual = [0.0; 2];
         let smallest = [1.0 / UNITS, 10_000.0 / UNITS];
-        for (i, (name, key, units)) in [("maxspeed", "speed_deg_s", speed), ("accel", "accel_deg_s2", accel)]
+        for (i, (name, key, units)) in [("maxspeed", P::KEYS[2], speed), ("accel", P::KEYS[3], accel)]
             .into_iter()
             .enumerate()
         {
@@ -87,7 +86,7 @@ impl ZaberAxis {
                     action: format!("set {name}"),
                     reason: format!(
                         "{key} is below the smallest this axis can do, {}",
-                        smallest[i] / scale.steps_per_deg()
+                        smallest[i] / scale.steps_per_unit()
                     ),
                 });
             }
@@ -96,7 +95,7 @@ impl ZaberAxis {
             if read != units {
                 return Err(controller.fault(&format!("set {name} {units}"), "it reads back otherwise", said.frame));
             }
-            actual[i] = read * smallest[i] / scale.steps_per_deg();
+            actual[i] = read * smallest[i] / scale.steps_per_unit();
         }
         let settings = AxisSettings::new(*scale, settings.limit(), actual[0], actual[1]);
         let settings = settings.map_err(|error| DeviceError::Unsupported {
@@ -116,7 +115,7 @@ impl ZaberAxis {
     }
 
     /// Count, motion and all flags. The reply carries one flag; only when there is one are all of them asked for.
-    async fn state(&self) -> Result<State, DeviceError> {
+    async fn state(&self) -> Result<State<P>, DeviceError> {
         let surplus = self.controller.surplus();
         let said = self.ask("get pos").await?;
         let (steps, said) = self.controller.parsed::<i64>("get pos", said)?;
@@ -128,7 +127,7 @@ impl ZaberAxis {
         }
         let homed = !flags.iter().any(WarningFlag::is_unreferenced);
         let position = AxisPosition {
-            angle: self.settings.scale().angle(steps),
+            place: self.settings.scale().place(steps),
             steps,
             moving: said.busy,
             homed,
@@ -144,7 +143,7 @@ impl ZaberAxis {
 
     /// Whether two states in a row are those of an axis at rest in one place, with no answer in between that nothing had
     /// asked for.
-    fn rests(before: &State, now: &State) -> bool {
+    fn rests(before: &State<P>, now: &State<P>) -> bool {
         let (a, b) = (&before.position, &now.position);
         let same = a.homed == b.homed && a.steps.abs_diff(b.steps) <= TOLERANCE_STEPS;
         before.surplus.0 == now.surplus.1 && !a.moving && !b.moving && same
@@ -152,7 +151,7 @@ impl ZaberAxis {
 
     /// Whether three states in a row are those of an axis on its way: the one between lies between the others. If one of the
     /// three was an old answer, the axis has still been where the middle one says.
-    fn passes(before: &State, between: &State, now: &State) -> bool {
+    fn passes(before: &State<P>, between: &State<P>, now: &State<P>) -> bool {
         let [a, b, c] = [before, between, now].map(|state| &state.position);
         let way = a.steps.min(c.steps)..=a.steps.max(c.steps);
         let moving = a.moving && b.moving && c.moving && a.homed == b.homed && b.homed == c.homed;
@@ -192,7 +191,7 @@ impl ZaberAxis {
         )
     }
 
-    fn timeout(&self, action: &str, waited: Duration, state: &State) -> DeviceError {
+    fn timeout(&self, action: &str, waited: Duration, state: &State<P>) -> DeviceError {
         let (device, received) = (self.controller.name().to_owned(), state.said.frame.clone());
         DeviceError::Timeout {
             device,
@@ -203,7 +202,7 @@ impl ZaberAxis {
     }
 
     /// Waits until two positions in a row are equal and the axis says that it is idle.
-    async fn standstill(&self, action: &str, limit: Duration) -> Result<State, DeviceError> {
+    async fn standstill(&self, action: &str, limit: Duration) -> Result<State<P>, DeviceError> {
         let began = Instant::now();
         let mut before = self.state().await?;
         loop {
@@ -222,17 +221,17 @@ impl ZaberAxis {
 }
 
 #[async_trait]
-impl Axis for ZaberAxis {
+impl<P: Coordinate> Axis<P> for ZaberAxis<P> {
     fn identity(&self) -> &Identity {
         self.controller.identity()
     }
 
-    fn settings(&self) -> &AxisSettings {
+    fn settings(&self) -> &AxisSettings<P> {
         &self.settings
     }
 
-    async fn position(&self) -> Result<AxisPosition, DeviceError> {
-        let mut earlier: Option<State> = None;
+    async fn position(&self) -> Result<AxisPosition<P>, DeviceError> {
+        let mut earlier: Option<State<P>> = None;
         let mut before = self.state().await?;
         for _ in 1..MOST_POSITIONS {
             let now = self.state().await?;
@@ -253,7 +252,7 @@ impl Axis for ZaberAxis {
         Err(self.controller.malformed("get pos", reason, before.said.frame))
     }
 
-    async fn home(&self, deadline: Instant) -> Result<AxisPosition, DeviceError> {
+    async fn home(&self, deadline: Instant) -> Result<AxisPosition<P>, DeviceError> {
         let began = Instant::now();
         // What is remembered of an earlier stall must not fail this homing; what comes up during it must.
         self.ask("warnings clear").await?;
@@ -283,15 +282,9 @@ impl Axis for ZaberAxis {
         }
     }
 
-    async fn start_move(&self, to: AxisAngle) -> Result<Motion, DeviceError> {
+    async fn start_move(&self, to: P) -> Result<Motion<P>, DeviceError> {
         if !self.settings.allows(to) {
-            let (from, until) = self.settings.limit();
-            return Err(DeviceError::OutOfTravel {
-                device: self.controller.name().to_owned(),
-                wanted_deg: to.value(),
-                from_deg: from.value(),
-                to_deg: until.value(),
-            });
+            return Err(self.settings.out_of_travel(self.controller.name(), to.number()));
         }
         let scale = self.settings.scale();
         let target_steps = scale.steps(to);
@@ -308,19 +301,19 @@ impl Axis for ZaberAxis {
         let from_steps = state.position.steps;
         self.ask(&action).await?;
         // A move begun in motion may have to brake and come back: a second ramp covers it.
-        let distance = (target_steps - from_steps) as f64 * scale.step_deg();
+        let distance = (target_steps - from_steps) as f64 * scale.step();
         let expected = self.settings.duration(distance);
         let deadline = Instant::now() + 2 * expected + Duration::from_secs(2);
         Ok(Motion {
             from_steps,
             target_steps,
-            target: scale.angle(target_steps),
+            target: scale.place(target_steps),
             expected,
             deadline,
         })
     }
 
-    async fn finish_move(&self, motion: Motion) -> Result<AxisPosition, DeviceError> {
+    async fn finish_move(&self, motion: Motion<P>) -> Result<AxisPosition<P>, DeviceError> {
         let action = format!("move abs {}", motion.target_steps);
         let pause = (motion.expected / 16).clamp(Duration::from_millis(10), Duration::from_millis(200));
         let began = Instant::now();
@@ -378,9 +371,9 @@ impl Axis for ZaberAxis {
         }
     }
 
-    async fn stop(&self) -> Result<AxisPosition, DeviceError> {
+    async fn stop(&self) -> Result<AxisPosition<P>, DeviceError> {
         self.ask("stop").await?;
-        let ramp = Duration::try_from_secs_f64(self.settings.speed_deg_s() / self.settings.accel_deg_s2());
+        let ramp = Duration::try_from_secs_f64(self.settings.speed() / self.settings.acceleration());
         let limit = 2 * ramp.unwrap_or_default() + Duration::from_secs(1);
         match self.standstill("stop", limit).await {
             Ok(state) => Ok(state.position),

@@ -12,11 +12,12 @@ use std::sync::Arc;
 
 use async_trait::async_trait;
 use isolux_device::{
-    Axis, AxisFactory, AxisSettings, Factories, Kind, OpenError, Switch, SwitchFactory, Target, Thermometer,
-    ThermometerFactory,
+    Axis, AxisFactory, AxisSettings, Coordinate, Factories, Kind, OpenError, Switch, SwitchFactory, Target,
+    Thermometer, ThermometerFactory,
 };
 use isolux_protocol_zaber::Host;
 use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, no_display};
+use isolux_units::Millimetre;
 
 use axis::ZaberAxis;
 use controller::Controller;
@@ -119,14 +120,26 @@ impl ZaberDriver {
         let bus = self.ports.bus(target, address.place.line, Host::default).await?;
         Ok(Controller::open(bus, address.device, target).await?)
     }
+
+    async fn axis<P: Coordinate>(&self, target: &Target, settings: AxisSettings<P>) -> Result<ZaberAxis<P>, OpenError> {
+        let address = Address::parse(target, Kind::Axis)?;
+        let controller = self.controller(target, &address).await?;
+        Ok(ZaberAxis::open(controller, address.number, settings).await?)
+    }
 }
 
 #[async_trait]
 impl AxisFactory for ZaberDriver {
     async fn open_axis(&self, target: &Target, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError> {
-        let address = Address::parse(target, Kind::Axis)?;
-        let controller = self.controller(target, &address).await?;
-        Ok(Box::new(ZaberAxis::open(controller, address.number, settings).await?))
+        Ok(Box::new(self.axis(target, settings).await?))
+    }
+
+    async fn open_linear_axis(
+        &self,
+        target: &Target,
+        settings: AxisSettings<Millimetre>,
+    ) -> Result<Box<dyn Axis<Millimetre>>, OpenError> {
+        Ok(Box::new(self.axis(target, settings).await?))
     }
 }
 
