@@ -2,13 +2,15 @@
 # Installs the Debian packages that building and testing need and that a fresh Debian 12 with a Rust toolchain may lack.
 # Run as root, or with sudo at hand; does nothing where everything is there.
 set -euo pipefail
+# mbpoll and Python packages (tests/peers/python.sh) speak Modbus with us (tests/modbus);
 # umockdev shows libusb the twins of USB instruments (tests/usb).
-needed=(gcc:gcc pkg-config:pkg-config)
+needed=(gcc:gcc pkg-config:pkg-config mbpoll:mbpoll python3:python3)
 missing=()
 for entry in "${needed[@]}"; do
   command -v "${entry%%:*}" >/dev/null 2>&1 || missing+=("${entry##*:}")
 done
 pkg-config --exists umockdev-1.0 2>/dev/null || missing+=(libumockdev-dev umockdev)
+python3 -c "import ensurepip, venv" 2>/dev/null || missing+=(python3-venv)
 [ "${#missing[@]}" -eq 0 ] && { echo "nothing is missing"; exit 0; }
 run=()
 [ "$(id -u)" -eq 0 ] || run=(sudo)

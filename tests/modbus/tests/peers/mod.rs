@@ -1,0 +1,88 @@
+//! Programs of others. Where they are missing a test says that it was skipped, and fails where `ISOLUX_NO_SKIP` is set.
+
+#![allow(dead_code, reason = "each test uses a part")]
+#![allow(clippy::print_stderr, reason = "a skipped test says so")]
+
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::Duration;
+
+use tokio::io::{AsyncBufReadExt, BufReader, Lines};
+use tokio::process::{Child, ChildStdout, Command};
+
+/// A program that runs, and what it says.
+pub struct Peer {
+    said: Lines<BufReader<ChildStdout>>,
+    _child: Child,
+}
+
+impl Peer {
+    /// The next line that it says.
+    pub async fn line(&mut self) -> String {
+        let line = tokio::time::timeout(Duration::from_secs(30), self.said.next_line()).await;
+        line.expect("it says something within 30 s")
+            .unwrap()
+            .expect("it goes on")
+    }
+}
+
+fn missing(what: &str) {
+    assert!(std::env::var_os("ISOLUX_NO_SKIP").is_none(), "{what}");
+    eprintln!("skipped 1 test: {what}");
+}
+
+fn python() -> Option<PathBuf> {
+    let python = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../peers-python/bin/python");
+    if !python.exists() {
+        missing("no pymodbus here (tests/peers/python.sh installs it)");
+    }
+    python.exists().then_some(python)
+}
+
+fn script() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../peers/modbus.py")
+}
+
+/// `tests/peers/modbus.py` as a server.
+pub fn pymodbus(arguments: &[&str]) -> Option<Peer> {
+    let mut child = Command::new(python()?)
+        .args(["-W", "ignore"])
+        .arg(script())
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .kill_on_drop(true)
+        .spawn()
+        .unwrap();
+    let said = BufReader::new(child.stdout.take().unwrap()).lines();
+    Some(Peer { said, _child: child })
+}
+
+/// `tests/peers/modbus.py` as a client: all that it says.
+pub async fn pymodbus_says(arguments: &[&str]) -> Option<String> {
+    let mut command = Command::new(python()?);
+    command.args(["-W", "ignore"]).arg(script()).args(arguments);
+    Some(said(command).await)
+}
+
+/// What `mbpoll` says.
+pub async fn mbpoll(arguments: &[&str]) -> Option<String> {
+    if std::process::Command::new("mbpoll").arg("-V").output().is_err() {
+        missing("no mbpoll here (Debian: apt-get install mbpoll)");
+        return None;
+    }
+    let mut command = Command::new("mbpoll");
+    command.args(arguments);
+    Some(said(command).await)
+}
+
+async fn said(mut command: Command) -> String {
+    let output = tokio::time::timeout(Duration::from_secs(60), command.kill_on_drop(true).output()).await;
+    let output = output.expect("it ends within 60 s").unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        output.status.success(),
+        "{said}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    said
+}
