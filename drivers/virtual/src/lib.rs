@@ -6,6 +6,9 @@
 
 pub mod fault;
 mod luxmeter;
+mod modbus;
+mod modbus_lux;
+mod oriental;
 pub mod outlet;
 mod server;
 mod spectrometer;

@@ -8,10 +8,16 @@ use isolux_transport::LineSettings;
 
 use crate::server::Twin;
 use crate::world::World;
-use crate::{luxmeter, spectrometer, zaber};
+use crate::{luxmeter, modbus_lux, oriental, spectrometer, zaber};
 
 /// All twins; of those that play one instrument the first is the default. A new twin is one entry here.
-pub const TWINS: &[TwinKind] = &[zaber::TWIN, luxmeter::TWIN, spectrometer::TWIN];
+pub const TWINS: &[TwinKind] = &[
+    zaber::TWIN,
+    oriental::TWIN,
+    luxmeter::TWIN,
+    modbus_lux::TWIN,
+    spectrometer::TWIN,
+];
 
 /// A twin, for servers and for the writer of station files.
 pub struct TwinKind {
