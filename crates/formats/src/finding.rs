@@ -47,6 +47,31 @@ pub struct Finding {
     pub message: Box<str>,
     /// How to mend it.
     pub fix: Option<Box<str>>,
+    /// Where else the same was found: one cause is one finding, however many lines it has.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<Place>,
+    /// Places beyond those of `also`.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub more: usize,
+}
+
+/// Where a finding stands once more.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Place {
+    /// One-based line.
+    pub line: Option<usize>,
+    /// One-based column, in characters.
+    pub column: Option<u32>,
+    /// The text that stands there.
+    pub raw: Option<Box<str>>,
+    /// What was found, where it differs from what was found first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub message: Option<Box<str>>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 impl Finding {
@@ -62,6 +87,8 @@ impl Finding {
             assumed: None,
             message: message.into().into_boxed_str(),
             fix: None,
+            also: Vec::new(),
+            more: 0,
         }
     }
 
@@ -130,7 +157,7 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Findings of one code that are kept whole.
+    /// Places of one code that are kept whole.
     pub const PER_CODE: usize = 20;
 
     /// No finding yet.
@@ -162,17 +189,55 @@ impl Findings {
         self.list.iter().any(|finding| finding.severity == Severity::Error)
     }
 
-    /// All findings in the order of their lines, those about the whole file last.
-    pub fn into_vec(mut self) -> Vec<Finding> {
-        for (code, severity, count) in self.dropped {
-            self.list.push(Finding::new(
-                severity,
-                code,
-                format!("{count} more findings of this kind"),
-            ));
+    /// One finding a code and severity, with all its places: errors first, then in the order of their lines, those about
+    /// the whole file last.
+    pub fn into_vec(self) -> Vec<Finding> {
+        let mut list = self.list;
+        list.sort_by_key(Finding::place);
+        let mut grouped: Vec<Finding> = Vec::new();
+        for finding in list {
+            match grouped.iter_mut().find(|first| first.is_like(&finding)) {
+                Some(first) => first.take(finding),
+                None => grouped.push(finding),
+            }
         }
-        self.list.sort_by_key(|finding| finding.line.unwrap_or(usize::MAX));
-        self.list
+        for (code, severity, count) in self.dropped {
+            let of_code = || grouped.iter().position(|kept| kept.code == code && kept.severity == severity);
+            if let Some(at) = of_code().or_else(|| grouped.iter().position(|kept| kept.code == code)) {
+                let kept = &mut grouped[at];
+                kept.severity = kept.severity.max(severity);
+                kept.more += count;
+            }
+        }
+        sort(&mut grouped);
+        grouped
+    }
+}
+
+/// Errors first, then warnings, each in the order of their lines.
+pub(crate) fn sort(findings: &mut [Finding]) {
+    findings.sort_by_key(|finding| (std::cmp::Reverse(finding.severity), finding.place()));
+}
+
+impl Finding {
+    /// What findings are ordered by.
+    fn place(&self) -> (usize, Option<u32>) {
+        (self.line.unwrap_or(usize::MAX), self.column)
+    }
+
+    /// Whether both have one cause.
+    fn is_like(&self, other: &Self) -> bool {
+        self.code == other.code && self.severity == other.severity && self.bytes.is_none() && other.bytes.is_none()
+    }
+
+    /// Adds the place of another finding of the same cause.
+    fn take(&mut self, other: Self) {
+        self.also.push(Place {
+            line: other.line,
+            column: other.column,
+            raw: other.raw,
+            message: (other.message != self.message).then_some(other.message),
+        });
     }
 }
 
@@ -187,11 +252,23 @@ mod tests {
             findings.push(Finding::warning("x-y", "z").at(line, 1));
         }
         let list = findings.into_vec();
-        assert_eq!(list.len(), Findings::PER_CODE + 1);
-        assert_eq!(
-            list.last().map(|last| &*last.message),
-            Some("30 more findings of this kind")
-        );
+        assert_eq!(list.len(), 1);
+        assert_eq!((list[0].also.len(), list[0].more), (Findings::PER_CODE - 1, 30));
+        assert_eq!((list[0].line, list[0].also[0].line), (Some(1), Some(2)));
+    }
+
+    #[test]
+    fn errors_come_first_and_differences_are_kept() {
+        let mut findings = Findings::new();
+        findings.push(Finding::note("a-note", "n").at(1, 1));
+        findings.push(Finding::warning("x-y", "second").at(9, 1));
+        findings.push(Finding::warning("x-y", "first").at(5, 1));
+        findings.push(Finding::error("z-error", "e").at(30, 1));
+        let list = findings.into_vec();
+        let codes: Vec<&str> = list.iter().map(|finding| finding.code).collect();
+        assert_eq!(codes, ["z-error", "x-y", "a-note"]);
+        assert_eq!(&*list[1].message, "first");
+        assert_eq!(list[1].also[0].message.as_deref(), Some("second"));
     }
 
     #[test]

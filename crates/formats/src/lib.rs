@@ -24,7 +24,7 @@ mod xml;
 
 pub use distribution::Distribution;
 pub use edit::Edit;
-pub use finding::{Finding, Findings, Severity};
+pub use finding::{Finding, Findings, Place, Severity};
 pub use isolux_photometry::Symmetry;
 pub use number::significant;
 pub use read::{

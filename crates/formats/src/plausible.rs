@@ -6,7 +6,7 @@ mod twins;
 
 use isolux_photometry::IntensityDistribution;
 
-use crate::finding::{Finding, Findings};
+use crate::finding::{Finding, Findings, Severity};
 
 /// Intensities as they stand in a file.
 #[derive(Clone, Copy)]
@@ -136,6 +136,21 @@ pub(crate) fn closing(stored: &Stored<'_>, values: &[f64]) -> Option<usize> {
     (0..ng).find(|&at| values[last + at] != values[at]).map(|at| last + at)
 }
 
+/// Two measurements of the plane at 0° and 360° scatter: so far, as a part of the peak, that is a note where most values
+/// of the two differ. One value that alone differs is no scatter.
+const SCATTER: f64 = 0.01;
+
+/// How much it weighs that the plane at 360° is not the one at 0°.
+pub(crate) fn closing_severity(opening: &[f64], closing: &[f64], peak: f64) -> Severity {
+    let apart = || opening.iter().zip(closing).map(|(a, b)| (a - b).abs());
+    let different = apart().filter(|&apart| apart > 0.0).count();
+    if 3 * different > opening.len() && apart().fold(0.0, f64::max) <= SCATTER * peak {
+        Severity::Note
+    } else {
+        Severity::Warning
+    }
+}
+
 /// The angles of the two ends.
 const POLES: [f64; 2] = [0.0, 180.0];
 
@@ -180,15 +195,15 @@ const FLUX_APART: f64 = 0.015;
 const DIMMEST: f64 = 0.1;
 
 /// The integral over the sphere against the flux that the file states. `lamp_at`: one-based line and column where that stands;
-/// `lorl_percent`: light output ratio as stated.
+/// `lorl_percent`: light output ratio as stated. Returns whether the two contradict each other.
 pub(crate) fn flux(
     grid: &IntensityDistribution,
     lamp_flux_lm: Option<f64>,
     lamp_at: Option<(usize, usize)>,
     lorl_percent: Option<(f64, usize)>,
     findings: &mut Findings,
-) {
-    let Some(lamp) = lamp_flux_lm else { return };
+) -> bool {
+    let Some(lamp) = lamp_flux_lm else { return false };
     let integral = grid.flux().value();
     let at_lamp = |finding: Finding| match lamp_at {
         Some((line, column)) => finding.at(line, column),
@@ -207,7 +222,7 @@ pub(crate) fn flux(
                     .assumed("the intensities")
                     .fix("correct the light output ratio, or look for damage in the intensities"),
             );
-            return;
+            return true;
         }
     }
     if integral > 1.1 * lamp {
@@ -216,11 +231,15 @@ pub(crate) fn flux(
             .assumed("the intensities")
             .fix("check lamp flux, number of lamps and multiplier");
         findings.push(at_lamp(finding));
+        true
     } else if integral < DIMMEST * lamp {
         let message = format!("the intensities integrate to {integral:.4} lm, hardly any of the lamps' {lamp:.1} lm");
         let finding = Finding::warning("flux-below-lamp", message)
             .assumed("the intensities")
             .fix("check lamp flux, number of lamps and multiplier");
         findings.push(at_lamp(finding));
+        true
+    } else {
+        false
     }
 }

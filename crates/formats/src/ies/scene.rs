@@ -12,6 +12,7 @@ use super::write::TiltFactors;
 use super::{Edition, GENERATION_TYPES, Photometry};
 use crate::distribution::{Luminaire, Native};
 use crate::finding::{Finding, Findings};
+use crate::plausible;
 use crate::text::Text;
 
 /// What was read, for the parts that are put together from it.
@@ -186,8 +187,10 @@ impl Scene<'_, '_> {
             let index = self.layout.candela + rows.len() * self.layout.nv + at;
             let (line, column) = self.place(index);
             let token = self.tokens.get(index).map_or("", |token| token.text);
+            let peak = rows.iter().flat_map(|(_, row)| row).fold(0.0, |most: f64, &value| most.max(value));
             findings.push(
-                Finding::warning(
+                Finding::new(
+                    plausible::closing_severity(opening, &closing, peak),
                     "ies-closing-plane",
                     format!("the planes at {first}° and {last}° are one plane, yet they differ"),
                 )

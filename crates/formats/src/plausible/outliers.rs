@@ -80,6 +80,13 @@ impl<'s, 'f> Field<'s, 'f> {
         Some(field)
     }
 
+    /// A dip at the horizon, where a luminaire is seen edge on.
+    fn edge_on(&self, index: usize) -> bool {
+        let values = self.stored.values;
+        let horizon = self.stored.poles && self.stored.angles_deg[index % self.ng] == 90.0;
+        horizon && values[index] < values[index - 1].min(values[index + 1])
+    }
+
     /// The departure of smallest size: from the cubic through the neighbours, from the lines through those on one side (light
     /// that is cut off follows one of them), from the planes beside. None for a value between its two neighbours.
     fn departure(&self, index: usize) -> Option<f64> {
@@ -124,7 +131,7 @@ impl<'s, 'f> Field<'s, 'f> {
             let value = self.stored.values[index];
             let suggested = value - self.departure(index).unwrap_or_default();
             let large = departure >= LEAST.0 * self.peak && departure >= LEAST.1 * value.abs().max(suggested.abs());
-            if !large {
+            if !large || self.edge_on(index) {
                 continue;
             }
             let prominence = departure / self.usual(index);
@@ -243,6 +250,17 @@ mod tests {
         // Every third direction in the shadow of a louvre.
         let values: Vec<f64> = (0..3 * NG).map(|at| if at % 3 == 0 { 60.0 } else { 400.0 }).collect();
         assert!(lines(&values, 3).is_empty());
+    }
+
+    #[test]
+    fn a_dip_at_the_horizon_is_the_luminaires_edge() {
+        let both = |at: usize| (2.5 * at as f64).to_radians().cos().abs();
+        let mut values: Vec<f64> = (0..73).map(|at| 60.0 + 400.0 * both(at)).collect();
+        values[36] = 5.0;
+        assert!(lines(&values, 1).is_empty());
+        values[36] = 60.0;
+        values[35] = 5.0;
+        assert_eq!(lines(&values, 1), [36]);
     }
 
     #[test]

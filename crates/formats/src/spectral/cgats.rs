@@ -67,7 +67,13 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             Section::Keywords => {
                 let (key, value) = trimmed.split_once(|c: char| c.is_whitespace()).unwrap_or((trimmed, ""));
                 let value = value.trim().trim_matches('"');
-                if key != "KEYWORD" {
+                if key == "WEIGHTING_FUNCTION" {
+                    // One line each for illuminant, observer and filter.
+                    let before = keywords.get(key).and_then(Value::as_str);
+                    let all = before.map_or(value.to_owned(), |before| format!("{before}; {value}"));
+                    keywords.insert(key.to_owned(), all.into());
+                    places.push((key.to_owned(), number));
+                } else if key != "KEYWORD" {
                     if keywords.insert(key.to_owned(), value.into()).is_some() {
                         findings.push(
                             Finding::warning("sp-keyword-repeated", format!("{key} stands here again"))

@@ -21,7 +21,7 @@ mod write;
 use isolux_spectrum::{Quantities, Spectrum, SpectrumError};
 use serde_json::{Map, Value, json};
 
-use crate::finding::Findings;
+use crate::finding::{self, Findings};
 use crate::read::{Format, Kind, Parsed, ReadOptions};
 use crate::text::Text;
 
@@ -120,9 +120,7 @@ pub fn read(bytes: &[u8], file_name: &str, options: ReadOptions) -> Option<Parse
         parsed.findings.extend(exponents::alone(&text));
         let limits = parsed.document.as_ref().map(|file| limits::check(&text, file));
         parsed.findings.extend(limits.unwrap_or_default());
-        parsed
-            .findings
-            .sort_by_key(|finding| finding.line.unwrap_or(usize::MAX));
+        finding::sort(&mut parsed.findings);
     }
     Some(parsed)
 }

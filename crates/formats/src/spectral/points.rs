@@ -22,6 +22,8 @@ pub(super) struct Point {
 #[derive(Debug)]
 pub(super) struct Draft {
     pub points: Vec<Point>,
+    /// Abscissae whose rows are there but hold no finite value.
+    pub left_out: Vec<f64>,
     /// One name a series; may be short.
     pub names: Vec<String>,
     pub axis: Option<AxisUnit>,
@@ -38,6 +40,7 @@ impl Draft {
         header.insert("encoding".into(), encoding.into());
         Self {
             points: Vec::new(),
+            left_out: Vec::new(),
             names: Vec::new(),
             axis: None,
             quantity: None,
@@ -71,7 +74,7 @@ impl Draft {
             self.whole = false;
         }
         if self.whole {
-            gaps(&self.points, findings);
+            gaps(&self.points, &self.left_out, findings);
             outliers(&self.points, findings);
             range(&self.points, findings);
             negatives(&self.points, findings);
@@ -193,6 +196,10 @@ impl Draft {
                 .assumed("converted to nm"),
             ),
         }
+        for x in &mut self.left_out {
+            *x = unit.to_nm(*x);
+        }
+        self.without_anchor(findings);
         for point in &mut self.points {
             if point.x <= 0.0 {
                 self.whole = false;
@@ -217,6 +224,21 @@ impl Draft {
         }
         self.values_per_nm(unit, findings);
         Some(())
+    }
+
+    /// A first row at zero without any light is where a program begins its interpolation, not a wavelength.
+    fn without_anchor(&mut self, findings: &mut Findings) {
+        let dark = |point: &Point| point.x == 0.0 && point.value.iter().all(|&value| value == Some(0.0));
+        if self.points.len() > 8 && dark(&self.points[0]) {
+            let row = self.points.remove(0);
+            findings.push(
+                Finding::warning("spectrum-wavelength", "a row of zeros stands at the wavelength 0")
+                    .at(row.line, row.column)
+                    .raw("0")
+                    .assumed("left out")
+                    .fix("remove the row"),
+            );
+        }
     }
 
     /// Brings values that are a density per µm, Å or 1/cm to nm, as their headings say; a density that is not said is
@@ -369,7 +391,7 @@ impl Draft {
 }
 
 /// A step out of line in a grid that is smooth around it: a lost or a damaged line.
-fn gaps(points: &[Point], findings: &mut Findings) {
+fn gaps(points: &[Point], left_out: &[f64], findings: &mut Findings) {
     let steps: Vec<f64> = points.windows(2).map(|p| p[1].x - p[0].x).collect();
     if steps.len() < 4 {
         return;
@@ -385,8 +407,9 @@ fn gaps(points: &[Point], findings: &mut Findings) {
         }
         let mean = neighbours.iter().sum::<f64>() / neighbours.len() as f64;
         let smooth = neighbours.iter().all(|s| (s - mean).abs() <= 0.05 * mean);
-        if smooth && steps[i] > 1.4 * mean {
-            let (a, b) = (&points[i], &points[i + 1]);
+        let (a, b) = (&points[i], &points[i + 1]);
+        let known = || left_out.iter().any(|&x| a.x < x && x < b.x);
+        if smooth && steps[i] > 1.4 * mean && !known() {
             findings.push(
                 Finding::warning(
                     "spectrum-gap",

@@ -4,6 +4,7 @@ mod claim;
 mod columns;
 mod preamble;
 mod rows;
+mod undefined;
 
 use serde_json::Value;
 
@@ -11,6 +12,7 @@ use self::columns::{Columns, small};
 pub(super) use self::columns::{is_radiometric, quantity_of};
 use self::preamble::{bare, believable_unit, heading, preamble};
 pub(super) use self::rows::Row;
+use self::undefined::Extent;
 use self::rows::{Lines, SEKONIC, common_width, without_nm};
 use super::SpectrumFile;
 use super::axis::{AxisUnit, is_wavelength_heading};
@@ -125,14 +127,12 @@ fn pixels(draft: &Draft, rows: &[Row<'_>], findings: &mut Findings) {
         (key.starts_with("Number of Pixels") || key.starts_with("Pixels in")).then_some(())?;
         number::read(value).ok().map(|n| (row.line, n.value))
     });
+    let lines = draft.points.len() + draft.left_out.len();
     if let (Some((line, stated)), true) = (stated, draft.whole)
-        && stated != draft.points.len() as f64
+        && stated != lines as f64
     {
-        let message = format!(
-            "the header promises {stated} pixels, {} lines of data follow",
-            draft.points.len()
-        );
-        let fewer = (draft.points.len() as f64) < stated;
+        let message = format!("the header promises {stated} pixels, {lines} lines of data follow");
+        let fewer = (lines as f64) < stated;
         findings.push(
             if fewer {
                 Finding::error("csv-pixels", message)
@@ -246,7 +246,7 @@ fn tall(
         return;
     }
     let names = if names.len() == width { names } else { Vec::new() };
-    let columns = match asked {
+    let mut columns = match asked {
         Some(asked) => match Columns::asked(asked, width) {
             Ok(columns) => columns,
             Err(finding) => {
@@ -286,6 +286,7 @@ fn tall(
         findings.push(finding);
         return;
     }
+    undefined::whole_first(&mut columns, &names, body, findings);
     draft.names = columns
         .values
         .iter()
@@ -300,7 +301,10 @@ fn tall(
             .insert("columns".into(), names.iter().map(|n| Value::from(*n)).collect());
     }
     let mut comma = None;
-    for row in without_undefined(body, &columns, findings) {
+    let extents: Vec<(usize, Extent)> = columns.values.iter().map(|&k| (k, Extent::of(body, k))).collect();
+    let (left_out, kept) = undefined::split(body, &columns, findings);
+    draft.left_out.extend(left_out.iter().filter_map(|row| undefined::number(row, columns.wavelength)?.ok()));
+    for row in kept {
         if row.comment {
             continue;
         }
@@ -342,15 +346,17 @@ fn tall(
                 }
                 Err(number::NotANumber::Blank) if k != columns.wavelength && columns.values.len() > 1 => None,
                 // NaN and infinity are how programs write what they could not compute; a spectrum's own values must be there,
-                // but for the ends of the range, which `without_undefined` leaves out.
+                // but for the ends of the range, which `undefined::split` leaves out.
                 Err(number::NotANumber::NotFinite) if k != columns.wavelength && columns.values.first() != Some(&k) => {
-                    findings.push(
-                        Finding::warning("csv-nan", "no number stands here")
-                            .at(row.line, row.column(k))
-                            .raw(cell)
-                            .assumed("missing: null in this series")
-                            .fix("write the number that was measured, or leave the cell empty"),
-                    );
+                    if !extents.iter().any(|&(column, extent)| column == k && extent.excludes(row.line)) {
+                        findings.push(
+                            Finding::warning("csv-nan", "no number stands here")
+                                .at(row.line, row.column(k))
+                                .raw(cell)
+                                .assumed("missing: null in this series")
+                                .fix("write the number that was measured, or leave the cell empty"),
+                        );
+                    }
                     None
                 }
                 Err(error) => {
@@ -423,45 +429,6 @@ fn without_footer<'r, 't>(body: &'r [Row<'t>], usual: usize) -> &'r [Row<'t>] {
     };
     let blank = (last + 1..body.len()).find(|&at| body[at].line > body[at - 1].line + 1);
     &body[..blank.unwrap_or(body.len())]
-}
-
-/// The wavelengths within which a value that is NaN or infinite is an error, unless it stands at an end of the table: where
-/// there is no light to divide by, or a function is not defined, programs write so.
-const VISIBLE_NM: std::ops::RangeInclusive<f64> = 380.0..=780.0;
-
-/// The rows without those whose value is NaN or infinite at either end of the table or outside the visible.
-fn without_undefined<'r, 't>(body: &'r [Row<'t>], columns: &Columns, findings: &mut Findings) -> Vec<&'r Row<'t>> {
-    let cell = |row: &Row<'_>, k: usize| {
-        row.cells
-            .get(k)
-            .map(|cell| number::read_up_to(without_nm(cell), LARGEST))
-    };
-    let undefined = |row: &Row<'_>| {
-        let value = columns.values.first().and_then(|&k| cell(row, k));
-        !row.comment && matches!(value, Some(Err(number::NotANumber::NotFinite)))
-    };
-    let outside = |row: &Row<'_>| {
-        let x = cell(row, columns.wavelength).and_then(Result::ok);
-        x.is_some_and(|x| !VISIBLE_NM.contains(&if x.value < 30.0 { 1e3 * x.value } else { x.value }))
-    };
-    let first = body.iter().position(|row| !undefined(row)).unwrap_or(0);
-    let last = body.iter().rposition(|row| !undefined(row)).unwrap_or(body.len());
-    let inside = |at: usize| (first..=last).contains(&at) && !outside(&body[at]);
-    let (left_out, kept): (Vec<_>, Vec<_>) = (0..body.len()).partition(|&at| undefined(&body[at]) && !inside(at));
-    if let Some(row) = left_out.first().map(|&at| &body[at]) {
-        let message = format!(
-            "{} wavelengths have no finite value, at the ends or outside the visible",
-            left_out.len()
-        );
-        findings.push(
-            Finding::warning("csv-nan", message)
-                .at(row.line, 1)
-                .raw(row.text)
-                .assumed("left out")
-                .fix("write the numbers that were measured, or remove these lines"),
-        );
-    }
-    kept.into_iter().map(|at| &body[at]).collect()
 }
 
 /// Whether all cells, read line by line, are pairs of one rising run.

@@ -10,6 +10,8 @@ use crate::spectral::axis::{AxisUnit, is_wavelength_heading};
 pub(super) struct Columns {
     pub(super) wavelength: usize,
     pub(super) values: Vec<usize>,
+    /// The first of the values was chosen for what it is.
+    pub(super) chosen: bool,
 }
 
 impl Columns {
@@ -20,6 +22,7 @@ impl Columns {
             return Ok(Self {
                 wavelength: wavelength - 1,
                 values: vec![value - 1],
+                chosen: true,
             });
         }
         let message = format!("columns {wavelength} and {value} were asked for, the table has {width}");
@@ -90,12 +93,18 @@ impl Columns {
                 );
             }
         }
-        if let Some((k, finding)) = preferred(names, &values, body) {
+        let preferred = preferred(names, &values, body);
+        let chosen = preferred.is_some();
+        if let Some((k, finding)) = preferred {
             findings.push(finding.at(body[0].line, body[0].column(k)).raw(names[k]));
             values.retain(|other| *other != k);
             values.insert(0, k);
         }
-        Self { wavelength, values }
+        Self {
+            wavelength,
+            values,
+            chosen,
+        }
     }
 }
 
@@ -138,7 +147,7 @@ fn preferred(names: &[&str], values: &[usize], body: &[Row<'_>]) -> Option<(usiz
 const CHOSEN: &str = "csv-column-chosen";
 
 /// What a detector gives before dark and calibration.
-fn is_raw(name: &str) -> bool {
+pub(super) fn is_raw(name: &str) -> bool {
     let lower = name.to_lowercase();
     ["count", "dark", "background", "adc", "raw", "reference"]
         .iter()
