@@ -56,7 +56,10 @@ pub struct Quantities {
 }
 
 /// Computes all quantities of a spectrum.
-pub fn quantities(spectrum: &Spectrum) -> Quantities {
+pub fn quantities(data: &Spectrum) -> Quantities {
+    // All but the peak and the centroid rest on the entries at whole nanometres: of fine data these are integrated once.
+    let entries = Spectrum::from_1_nm(&data.per_nm());
+    let spectrum = entries.as_ref().unwrap_or(data);
     let chromaticity = spectrum.chromaticity();
     let uv = chromaticity.map(crate::Chromaticity::uv_1976);
     let colour = chromaticity.and_then(|c| dominant(c, EQUAL_ENERGY));
@@ -74,9 +77,9 @@ pub fn quantities(spectrum: &Spectrum) -> Quantities {
         duv: spectrum.nearest_planckian().map(|c| c.duv),
         dominant_nm: colour.and_then(|d| d.dominant_nm),
         complementary_nm: colour.and_then(|d| d.complementary_nm),
-        peak_nm: spectrum.peak_nm(),
-        centroid_nm: spectrum.centroid_nm(),
-        fwhm_nm: spectrum.fwhm_nm(),
+        peak_nm: data.peak_nm(),
+        centroid_nm: data.centroid_nm(),
+        fwhm_nm: data.fwhm_nm(),
         purity: colour.map(|d| d.purity),
         ra: rendering.map(|r| r.ra),
         r: rendering.map(|r| r.r),

@@ -6,7 +6,7 @@ use isolux_app::Failure;
 use isolux_app::convert::{self, Edit, Interpolation, Photometry, Symmetry, Wishes};
 use isolux_app::files::Overwrite;
 
-use super::reading::{Reading, compiler_style};
+use super::reading::{Reading, compiler_style, unshown};
 use crate::screen;
 
 /// Any photometric or spectral format to any other, by extension; absolute candela are kept.
@@ -166,6 +166,9 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
         } else {
             for finding in &inspection.findings {
                 screen::say(compiler_style(&inspection.file, finding))?;
+                if let Some(text) = unshown(finding.also.len() + finding.more) {
+                    screen::say(text)?;
+                }
             }
             if result.is_ok() {
                 screen::say(format_args!("{} → {}", arguments.source, arguments.target))?;

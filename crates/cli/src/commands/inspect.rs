@@ -126,36 +126,38 @@ fn what(inspection: &Inspection) -> String {
 /// Findings that are shown without `--all`.
 const A_SCREEN: usize = 8;
 
-/// Errors first, then warnings; one entry a kind. Notes, and the places beyond the first of each kind, with `--all`.
+/// Errors first, then warnings, each with its first place. Notes, and all places, with `--all`.
 fn findings(inspection: &Inspection, all: bool) -> Result<(), Failure> {
-    let mut kinds: Vec<Vec<&Finding>> = Vec::new();
-    for finding in &inspection.findings {
-        match kinds.iter_mut().find(|kind| kind[0].code == finding.code) {
-            Some(kind) => kind.push(finding),
-            None => kinds.push(vec![finding]),
+    let mut list: Vec<&Finding> = inspection.findings.iter().collect();
+    list.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    let shown = if all {
+        list.len()
+    } else {
+        let loud = list.iter().filter(|finding| finding.severity > Severity::Note).count();
+        loud.min(A_SCREEN)
+    };
+    for finding in &list[..shown] {
+        screen::say(super::reading::compiler_style(&inspection.file, finding))?;
+        let others = finding.also.len() + finding.more;
+        if all {
+            for place in &finding.also {
+                screen::say(super::reading::place(&inspection.file, place))?;
+            }
+        }
+        if let Some(text) = super::reading::unshown(if all { finding.more } else { others }) {
+            screen::say(text)?;
         }
     }
-    let severity = |kind: &[&Finding]| kind.iter().map(|finding| finding.severity).max();
-    kinds.sort_by_key(|kind| std::cmp::Reverse(severity(kind)));
-    let shown = |kind: &&Vec<&Finding>| all || severity(kind) > Some(Severity::Note);
-    for kind in kinds.iter().filter(shown).take(if all { usize::MAX } else { A_SCREEN }) {
-        let said: &[&Finding] = if all { kind } else { &kind[..1] };
-        for finding in said {
-            screen::say(super::reading::compiler_style(&inspection.file, finding))?;
-        }
-        if said.len() < kind.len() {
-            screen::say(format_args!("    and {} more of this kind", kind.len() - said.len()))?;
-        }
-    }
-    let hidden = kinds.len()
-        - kinds
-            .iter()
-            .filter(shown)
-            .count()
-            .min(if all { usize::MAX } else { A_SCREEN });
+    let hidden = list.len() - shown;
     if hidden > 0 {
-        let kinds = if hidden == 1 { "kind" } else { "kinds" };
-        screen::say(format_args!("  {hidden} more {kinds} of notes and findings: --all"))?;
+        let notes = list[shown..].iter().all(|finding| finding.severity == Severity::Note);
+        let what = match (notes, hidden) {
+            (true, 1) => "note",
+            (true, _) => "notes",
+            (false, 1) => "finding",
+            (false, _) => "findings",
+        };
+        screen::say(format_args!("  {hidden} more {what}: --all"))?;
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Quantities for a person to read, each with its name and unit. Programs take `--json`, which has every key and digit.
 
 use isolux_app::Failure;
+use isolux_app::formats::spectral::SpectrumFile;
 use isolux_app::formats::{Content, Distribution, significant};
 use isolux_app::inspect::Inspection;
 use serde_json::{Map, Value};
@@ -18,7 +19,7 @@ pub fn print(inspection: &Inspection) -> Result<(), Failure> {
     let quantities = Quantities(&inspection.quantities);
     match &inspection.content {
         Some(Content::Distribution(distribution)) => quantities.distribution(distribution),
-        Some(Content::Spectrum(_)) => quantities.spectrum(),
+        Some(Content::Spectrum(file)) => quantities.spectrum(file),
         None => quantities.others(),
     }
 }
@@ -36,15 +37,27 @@ impl Quantities<'_> {
     }
 
     fn distribution(&self, distribution: &Distribution) -> Result<(), Failure> {
+        let about = &distribution.luminaire;
+        let names = [&about.manufacturer, &about.name].map(|text| text.trim());
+        let names: Vec<&str> = names.into_iter().filter(|text| !text.is_empty()).collect();
+        if !names.is_empty() {
+            line("luminaire", short(&names.join(", ")))?;
+        }
+        let units = Units::of(distribution);
         if let Some(flux) = self.number("flux_lm") {
             let stated = self.number("flux_stated_lm");
-            let stated = stated.map_or(String::new(), |lamps| format!(", of the lamps {} lm", digits(lamps)));
-            line("luminous flux", format_args!("{} lm{stated}", digits(flux)))?;
+            let stated = stated.map_or(String::new(), |lamps| {
+                format!(", of the lamps {} {}", digits(lamps), units.flux)
+            });
+            line(
+                units.flux_name,
+                format_args!("{} {}{stated}", digits(flux), units.flux),
+            )?;
         }
         if let Some(peak) = self.number("i_max_cd") {
             line(
                 "maximum intensity",
-                format_args!("{} cd at {}", digits(peak), self.direction()),
+                format_args!("{} {} at {}", digits(peak), units.intensity, self.direction()),
             )?;
         }
         self.angle("beam angle (50 %)", "beam_angle_deg", distribution)?;
@@ -61,12 +74,12 @@ impl Quantities<'_> {
             .map(|part| format!("{part:.0}"))
             .collect();
         if !code.is_empty() {
-            line("CIE flux code", code.join(" "))?;
+            line("CIE flux code", format_args!("{} (N1 to N5, %)", code.join(" ")))?;
         }
         if let Some(area) = self.number("luminous_area_mm2") {
             line("luminous area", format_args!("{} mm²", digits(area)))?;
         }
-        if let Some(Value::Object(table)) = self.0.get("ugr") {
+        if let Some(Value::Object(table)) = self.0.get("ugr").filter(|_| units.luminous()) {
             glare(table)?;
         }
         Ok(())
@@ -108,7 +121,19 @@ impl Quantities<'_> {
         Ok(())
     }
 
-    fn spectrum(&self) -> Result<(), Failure> {
+    fn spectrum(&self, file: &SpectrumFile) -> Result<(), Failure> {
+        if let (Some(first), Some(last)) = (file.wavelength_nm.first(), file.wavelength_nm.last()) {
+            let series = match file.series.len() {
+                0 | 1 => String::new(),
+                count => format!(", the first of {count} series"),
+            };
+            let points = file.wavelength_nm.len();
+            let range = format!("{} to {} nm, {points} points{series}", digits(*first), digits(*last));
+            let what = [&file.quantity, &file.unit].into_iter().flatten().map(|text| short(text));
+            let what: Vec<String> = what.collect();
+            let of = if what.is_empty() { String::new() } else { format!("{}; ", what.join(", ")) };
+            line("values", format_args!("{of}{range}"))?;
+        }
         let with_unit = |key: &str, name: &str, unit: &str| {
             self.number(key)
                 .map_or(Ok(()), |value| line(name, format_args!("{}{unit}", digits(value))))
@@ -138,7 +163,12 @@ impl Quantities<'_> {
         with_unit("fwhm_nm", "width at half maximum", " nm")?;
         with_unit("ler_lm_per_w", "luminous efficacy", " lm/W (of the radiation)")?;
         with_unit("sp_ratio", "S/P ratio", "")?;
-        with_unit("f1_prime", "f1′ as a responsivity", "")?;
+        if let Some(mismatch) = self.number("f1_prime") {
+            line(
+                "f1′",
+                format_args!("{} % (if this is a meter's responsivity)", digits(100.0 * mismatch)),
+            )?;
+        }
         with_unit("spectral_mismatch", "spectral mismatch factor", "")?;
         Ok(())
     }
@@ -155,6 +185,45 @@ impl Quantities<'_> {
         }
         Ok(())
     }
+}
+
+/// What the file's numbers are: luminous, or what its keywords say.
+struct Units {
+    flux_name: &'static str,
+    flux: String,
+    intensity: String,
+}
+
+impl Units {
+    fn of(distribution: &Distribution) -> Self {
+        match distribution.header.get("intensity_unit").and_then(Value::as_str) {
+            None => Self {
+                flux_name: "luminous flux",
+                flux: "lm".to_owned(),
+                intensity: "cd".to_owned(),
+            },
+            // A radiation type without a unit says only that it is not light.
+            Some(unit) => Self {
+                flux_name: "radiant flux",
+                flux: unit.strip_suffix("/sr").unwrap_or("in the file's unit").to_owned(),
+                intensity: if unit.ends_with("/sr") { unit } else { "in the file's unit" }.to_owned(),
+            },
+        }
+    }
+
+    fn luminous(&self) -> bool {
+        self.intensity == "cd"
+    }
+}
+
+/// As much of a text as a line of the screen has room for.
+fn short(text: &str) -> String {
+    const ROOM: usize = 72;
+    let mut cut: String = text.chars().take(ROOM).collect();
+    if cut.len() < text.len() {
+        cut.push('…');
+    }
+    cut
 }
 
 fn digits(value: f64) -> String {

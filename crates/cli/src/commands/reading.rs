@@ -1,7 +1,7 @@
 //! What `inspect` and `convert` share: decisions for the reader, and findings as a compiler prints them.
 
 use clap::{Args, ValueEnum};
-use isolux_app::formats::{Finding, ReadOptions};
+use isolux_app::formats::{Finding, Place, ReadOptions};
 
 /// Decisions that a file leaves to a person.
 #[derive(Debug, Args)]
@@ -72,6 +72,25 @@ pub fn compiler_style(file: &str, finding: &Finding) -> String {
         if let Some(content) = content {
             text.push_str(&format!("\n    {label}: {content}"));
         }
+    }
+    text
+}
+
+/// How many places of a finding were not shown.
+pub fn unshown(count: usize) -> Option<String> {
+    let places = if count == 1 { "place" } else { "places" };
+    (count > 0).then(|| format!("    and the same at {count} more {places}"))
+}
+
+/// `file:line:column: also: message`, then what stands there.
+pub fn place(file: &str, place: &Place) -> String {
+    let mut text = file.to_owned();
+    for number in [place.line, place.column.map(|column| column as usize)].into_iter().flatten() {
+        text.push_str(&format!(":{number}"));
+    }
+    text.push_str(": also");
+    for said in [&place.message, &place.raw].into_iter().flatten() {
+        text.push_str(&format!(": {said}"));
     }
     text
 }

@@ -187,7 +187,7 @@ impl Scene<'_, '_> {
             let index = self.layout.candela + rows.len() * self.layout.nv + at;
             let (line, column) = self.place(index);
             let token = self.tokens.get(index).map_or("", |token| token.text);
-            let peak = rows.iter().flat_map(|(_, row)| row).fold(0.0, |most: f64, &value| most.max(value));
+            let peak = rows.iter().flat_map(|(_, row)| row.iter()).fold(0.0, |most: f64, &value| most.max(value));
             findings.push(
                 Finding::new(
                     plausible::closing_severity(opening, &closing, peak),

@@ -303,7 +303,8 @@ fn tall(
     let mut comma = None;
     let extents: Vec<(usize, Extent)> = columns.values.iter().map(|&k| (k, Extent::of(body, k))).collect();
     let (left_out, kept) = undefined::split(body, &columns, findings);
-    draft.left_out.extend(left_out.iter().filter_map(|row| undefined::number(row, columns.wavelength)?.ok()));
+    let wavelength = |row: &&Row<'_>| Some(undefined::number(row, columns.wavelength)?.ok()?.value);
+    draft.left_out.extend(left_out.iter().filter_map(wavelength));
     for row in kept {
         if row.comment {
             continue;
@@ -404,7 +405,10 @@ fn first_table<'r, 't>(body: &'r [Row<'t>], findings: &mut Findings) -> &'r [Row
             quiet += 1;
             continue;
         }
-        if quiet >= 3
+        // A blank line, a title, and numbers that begin below all before are a table of something else.
+        let titled = || quiet >= 1 && body[i - quiet].line > body[i - quiet - 1].line + 1;
+        let below_all = || matches!((x(&body[0]), x(row)), (Ok(first), Ok(now)) if now < first);
+        if (quiet >= 3 || (i > quiet && titled() && below_all()))
             && let (Some(Ok(before)), Ok(now)) = (last_before(i - quiet), x(row))
             && now <= before
         {

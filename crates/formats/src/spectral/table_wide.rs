@@ -18,14 +18,18 @@ pub(super) struct Wide {
     pub whole: bool,
 }
 
+/// A line of so few cells between spectra of ten times as many describes them.
+const DESCRIPTION: usize = 5;
+
 /// Reads such a table; none where the file is not one.
 pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) -> Option<Wide> {
     let (at, first) = heading(rows)?;
     let head = &rows[at];
     let count = head.cells.len() - first;
     let body: Vec<&Row<'_>> = rows[at + 1..].iter().filter(|r| !r.comment).collect();
-    // A tall table with many columns has more rows than a wide one has spectra.
-    if body.is_empty() || body.len() * 2 > count {
+    // A tall table with many columns has more rows than a wide one has spectra, unless every heading says nm.
+    let said = head.cells[first..].iter().all(|cell| cell.to_lowercase().contains("nm"));
+    if body.is_empty() || (body.len() * 2 > count && !said) {
         return None;
     }
     let wavelengths: Vec<f64> = head.cells[first..].iter().filter_map(|c| wavelength(c)).collect();
@@ -48,6 +52,16 @@ pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) 
         whole: true,
     };
     for row in body {
+        if row.cells.len() <= DESCRIPTION && count >= 10 * DESCRIPTION && !row.is_number(0) {
+            findings.push(
+                Finding::warning("csv-wide-description", "a line of few cells stands among the spectra")
+                    .at(row.line, 1)
+                    .raw(row.text)
+                    .assumed("a description: not read")
+                    .fix("if it is a spectrum that was cut, fetch the file again"),
+            );
+            continue;
+        }
         if row.cells.len() != head.cells.len() {
             wide.whole = false;
             findings.push(

@@ -10,6 +10,9 @@ use crate::text::Text;
 /// A line of at most so many bytes is counted anew for each column.
 const SHORT: usize = 1024;
 
+/// Lines that decide the separator.
+const LOOKED_AT: usize = 2000;
+
 /// How a line falls into cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::spectral) enum Separator {
@@ -75,6 +78,8 @@ pub(in crate::spectral) struct Row<'t> {
     pub comment: bool,
     /// Of a long line, counted when a column of it is first asked for.
     characters: OnceCell<Box<Characters<'t>>>,
+    /// Whether it is a row of data, asked for many times.
+    data: OnceCell<bool>,
 }
 
 impl Row<'_> {
@@ -97,8 +102,10 @@ impl Row<'_> {
 
     /// A row of data: a number in front and at least one more.
     pub(super) fn is_data(&self) -> bool {
-        !self.comment && self.is_number(0) && (0..self.cells.len()).filter(|&k| self.is_number(k)).count() >= 2
-            || self.is_data_behind_a_blank()
+        *self.data.get_or_init(|| {
+            let numbers = (1..self.cells.len()).filter(|&cell| self.is_number(cell));
+            !self.comment && self.is_number(0) && numbers.take(1).count() == 1 || self.is_data_behind_a_blank()
+        })
     }
 
     /// As [`is_data`](Self::is_data), with an index or nothing in front.
@@ -160,9 +167,11 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// The separator that makes the most lines two or more numbers, all of the same width.
+    /// The separator that makes the most lines two or more numbers, all of the same width; in a long text among lines from
+    /// all over it.
     pub(super) fn of(text: &Text<'_>, format: Format) -> Self {
         let mut best: Option<(usize, Separator)> = None;
+        let some = text.len() / LOOKED_AT + 1;
         for separator in [
             Separator::Tab,
             Separator::Semicolon,
@@ -172,6 +181,7 @@ impl Lines {
         ] {
             let mut widths: Vec<usize> = text
                 .lines()
+                .step_by(some)
                 .filter(|line| !line.trim().is_empty())
                 .map(|line| separator.cells(line))
                 .filter(|cells| {
@@ -216,10 +226,11 @@ impl Lines {
                     cells,
                     comment,
                     characters: OnceCell::new(),
+                    data: OnceCell::new(),
                 }
             })
             .collect();
-        // A separator at the end of every line makes no column.
+        // A separator at the end of every line makes no column; a row's data are the same without it.
         let width = common_width(&rows);
         let filled = rows
             .iter()
