@@ -3,8 +3,11 @@
 use camino::Utf8Path;
 pub use isolux_formats::ies::Photometry;
 pub use isolux_formats::spectral::Interpolation;
-use isolux_formats::spectral::{self, SpectrumFile};
-use isolux_formats::{Content, Distribution, Finding, Format, Parsed, ReadOptions, Severity, eulumdat, ies, tm33};
+use isolux_formats::spectral::SpectrumFile;
+use isolux_formats::{
+    Content, Distribution, Finding, Format, Parsed, ReadOptions, Severity, WriteOptions, Written, write_distribution,
+    write_spectrum,
+};
 pub use isolux_formats::{Edit, Symmetry};
 
 use crate::files::{self, Overwrite};
@@ -16,12 +19,8 @@ use crate::{Failure, FailureKind};
 pub struct Wishes {
     /// How to read the source.
     pub read: ReadOptions,
-    /// Edition of the target: `2002`, `2019` for IES; `2018`, `2023` for TM-33.
-    pub edition: Option<String>,
-    /// File generation type of LM-63-2019; without it the source's own, or undefined.
-    pub generation: Option<String>,
-    /// Coordinates of an IES file; without it those of the source.
-    pub photometry: Option<Photometry>,
+    /// What the target's format leaves open.
+    pub write: WriteOptions,
     /// Series of a spectrum with several, by name.
     pub series: Option<String>,
     /// Changes of a distribution, in their order.
@@ -75,9 +74,9 @@ pub fn run(
             }
             failure
         })
-        .and_then(|(bytes, findings)| {
-            inspection.findings.extend(findings);
-            files::write(target, &bytes, overwrite)
+        .and_then(|written| {
+            inspection.findings.extend(written.findings);
+            files::write(target, &written.bytes, overwrite)
         })
         .and_then(|()| {
             let errors = inspection
@@ -97,9 +96,7 @@ pub fn run(
     (Some(inspection), result)
 }
 
-type Encoded = (Vec<u8>, Vec<Finding>);
-
-fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, wishes: &Wishes) -> Result<Encoded, Finding> {
+fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, wishes: &Wishes) -> Result<Written, Finding> {
     let unreadable = || {
         let worst = parsed
             .findings
@@ -122,16 +119,21 @@ fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, wishes: &Wishes) -> R
         }
         Some(Content::Distribution(distribution)) => {
             let (edited, mut findings) = distribution.edited(&wishes.edits)?;
-            let (bytes, of_writing) = encode_distribution(&edited, format, wishes)?;
-            findings.extend(of_writing);
-            Ok((bytes, findings))
+            let written = encode_distribution(&edited, format, wishes)?;
+            findings.extend(written.findings);
+            Ok(Written {
+                bytes: written.bytes,
+                findings,
+            })
         }
         Some(Content::Spectrum(_)) if !wishes.edits.is_empty() => Err(Finding::error(
             "convert-option",
             "--set, --scale-flux, --rotate-c, --symmetrize and --resample are for distributions; this file holds a spectrum",
         )),
         Some(Content::Spectrum(_))
-            if wishes.edition.is_some() || wishes.generation.is_some() || wishes.photometry.is_some() =>
+            if wishes.write.edition.is_some()
+                || wishes.write.generation.is_some()
+                || wishes.write.photometry.is_some() =>
         {
             Err(Finding::error(
                 "convert-option",
@@ -152,7 +154,7 @@ fn encode_spectrum(
     format: Option<Format>,
     wishes: &Wishes,
     target: &Utf8Path,
-) -> Result<Encoded, Finding> {
+) -> Result<Written, Finding> {
     let chosen = match &wishes.series {
         None => None,
         Some(name) => Some(spectrum.with_series(name).ok_or_else(|| {
@@ -167,118 +169,26 @@ fn encode_spectrum(
         .map(|(step_nm, how)| chosen.resampled(step_nm, how))
         .transpose()?;
     let (file, mut findings) = resampled.map_or((None, Vec::new()), |(file, findings)| (Some(file), findings));
-    let (bytes, of_writing) = format
-        .and_then(|format| spectral::write(file.as_ref().unwrap_or(chosen), format))
+    let written = format
+        .and_then(|format| write_spectrum(file.as_ref().unwrap_or(chosen), format))
         .ok_or_else(|| unwritable("a spectrum", target))?;
-    findings.extend(of_writing);
-    Ok((bytes, findings))
+    findings.extend(written.findings);
+    Ok(Written {
+        bytes: written.bytes,
+        findings,
+    })
 }
 
 fn encode_distribution(
     distribution: &Distribution,
     format: Option<Format>,
     wishes: &Wishes,
-) -> Result<Encoded, Finding> {
-    if wishes.photometry.is_some() && format != Some(Format::Ies) {
-        let message = "only IES files have photometry of types A and B";
-        return Err(Finding::error("convert-option", message).fix("write an .ies, or leave --photometry out"));
-    }
-    if wishes.generation.is_some() && format != Some(Format::Ies) {
-        let message = "--generation: only IES files have a file generation type";
-        return Err(Finding::error("convert-option", message).fix("write an .ies, or leave --generation out"));
-    }
-    if wishes.edition.is_some() && !matches!(format, Some(Format::Ies | Format::Tm33)) {
-        let message = "--edition: only IES and TM-33 files have editions";
-        return Err(Finding::error("convert-option", message).fix("write an .ies or .xml, or leave --edition out"));
-    }
-    match format {
-        Some(Format::Json) => {
-            let mut text = serde_json::to_vec(&distribution.to_json())
-                .map_err(|error| Finding::error("convert-json", error.to_string()))?;
-            text.push(b'\n');
-            Ok((text, Vec::new()))
-        }
-        Some(Format::Eulumdat) => {
-            let written = match &distribution.eulumdat {
-                Some(document) if wishes.edits.is_empty() => eulumdat::rewrite(document, &distribution.intensity),
-                Some(document) => eulumdat::write(&distribution.intensity, &document.header)?,
-                None => eulumdat::write(&distribution.intensity, &distribution.eulumdat_header())?,
-            };
-            Ok((
-                written.bytes,
-                with_losses(written.findings, distribution, Format::Eulumdat, ies::Edition::E2002),
-            ))
-        }
-        Some(Format::Ies) => {
-            let edition = match wishes.edition.as_deref() {
-                None | Some("2002") => ies::Edition::E2002,
-                Some("2019") => ies::Edition::E2019,
-                Some(other) => {
-                    return Err(Finding::error(
-                        "convert-edition",
-                        format!("LM-63 is written in editions 2002 and 2019, not {other}"),
-                    ));
-                }
-            };
-            let mut facts = distribution.ies_facts();
-            if let Some(asked) = &wishes.generation {
-                facts.generation = Some(generation(asked, edition)?);
-            }
-            let written = ies::write_as(distribution, &facts, edition, wishes.photometry);
-            Ok((
-                written.bytes,
-                with_losses(written.findings, distribution, Format::Ies, edition),
-            ))
-        }
-        Some(Format::Tm33) => {
-            let edition = match wishes.edition.as_deref() {
-                None | Some("2018") => tm33::Edition::E2018,
-                Some("2023") => tm33::Edition::E2023,
-                Some(other) => {
-                    let message = format!("TM-33 is written in editions 2018 and 2023, not {other}");
-                    return Err(Finding::error("convert-edition", message));
-                }
-            };
-            let written = tm33::write(distribution, edition);
-            Ok((
-                written.bytes,
-                with_losses(written.findings, distribution, Format::Tm33, ies::Edition::E2002),
-            ))
-        }
-        _ => Err(unwritable("a distribution", Utf8Path::new("this file"))),
-    }
-}
-
-/// A file generation type of LM-63-2019, as a person asks for it.
-fn generation(asked: &str, edition: ies::Edition) -> Result<String, Finding> {
-    if edition < ies::Edition::E2019 {
-        let message = "file generation types belong to LM-63-2019";
-        return Err(Finding::error("convert-generation", message).fix("add --edition 2019"));
-    }
-    let known = ies::GENERATION_TYPES.iter().find(|(code, _)| *code == asked);
-    known.map(|&(code, _)| code.to_owned()).ok_or_else(|| {
-        let all: Vec<String> = ies::GENERATION_TYPES
-            .iter()
-            .map(|(code, meaning)| format!("{code} ({meaning})"))
-            .collect();
-        Finding::error("convert-generation", format!("{asked} is no file generation type"))
-            .fix(format!("one of {}", all.join(", ")))
-    })
-}
-
-/// The findings of a writer, and what of the source's header its format (LM-63: of that edition) has no field for.
-fn with_losses(
-    mut findings: Vec<Finding>,
-    distribution: &Distribution,
-    target: Format,
-    edition: ies::Edition,
-) -> Vec<Finding> {
-    let lost = distribution.without_field(target, edition);
-    if !lost.is_empty() {
-        findings.push(Finding::note(
-            "convert-header",
-            format!("this format has no field for: {}", lost.join(", ")),
-        ));
-    }
-    findings
+) -> Result<Written, Finding> {
+    let options = WriteOptions {
+        edited: !wishes.edits.is_empty(),
+        ..wishes.write.clone()
+    };
+    format
+        .and_then(|format| write_distribution(distribution, format, &options))
+        .unwrap_or_else(|| Err(unwritable("a distribution", Utf8Path::new("this file"))))
 }

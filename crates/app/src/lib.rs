@@ -47,5 +47,8 @@ pub use failure::{Failure, FailureKind};
 
 /// Findings, reader options and rounded numbers, for front ends.
 pub mod formats {
-    pub use isolux_formats::{Content, Distribution, Finding, Kind, ReadOptions, Severity, significant};
+    pub use isolux_formats::spectral::SpectrumFile;
+    pub use isolux_formats::{
+        Content, Distribution, Finding, Kind, Place, ReadOptions, Severity, WriteOptions, significant,
+    };
 }

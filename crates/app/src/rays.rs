@@ -2,11 +2,11 @@
 
 use camino::Utf8Path;
 use glam::DVec3;
+use isolux_formats::tm25;
 use isolux_model::{Scene, Spectral};
 use isolux_sim::direct::{self, Hit};
 use isolux_sim::random::{Purpose, Random};
 use isolux_sim::simulation::Simulation;
-use isolux_sim::tm25;
 use serde::Serialize;
 
 use crate::Failure;

@@ -2,10 +2,11 @@
 
 use serde_json::Value;
 
-use crate::Distribution;
+use crate::distribution::Distribution;
 use crate::eulumdat;
 use crate::ies;
-use crate::read::Format;
+use crate::parsed::Format;
+use crate::tm33;
 
 impl Distribution {
     /// The header of an EULUMDAT file. Without a lamp flux, and for absolute photometry, the reference is the
@@ -181,8 +182,8 @@ impl Distribution {
         }
     }
 
-    /// Width, length and height of the luminous opening in m, as type C has them, in the codes of LM-63-2002: length lies
-    /// along C0–C180, where EULUMDAT has its width.
+    /// Width, length and height of the luminous opening in m, as type C has them, in the codes of LM-63-2002: length
+    /// lies along C0–C180, where EULUMDAT has its width.
     fn opening_m(&self) -> [f64; 3] {
         let luminaire = &self.luminaire;
         if let Some([x, y, z]) = luminaire.luminous_body_mm {
@@ -270,7 +271,7 @@ fn sets_lost(sets: &[Value], target: Format) -> Vec<String> {
     }
     for key in ["colour_appearance", "colour_rendering"] {
         let said = sets.first().and_then(|set| set[key].as_str()).unwrap_or_default();
-        let number = crate::tm33::decimal(said).is_some();
+        let number = tm33::decimal(said).is_some();
         let kept = matches!(said, "" | "0") || (target == Format::Tm33 && number);
         if !kept {
             lost.push(key.to_owned());

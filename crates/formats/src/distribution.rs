@@ -3,12 +3,7 @@
 use isolux_photometry::{IntensityDistribution, Symmetry};
 use serde_json::{Map, Value, json};
 
-use crate::finding::{Finding, Findings};
-use crate::number;
-
-use crate::plausible::{self, Stored};
-use crate::read::{Content, Format, Kind, Parsed, read_any};
-use crate::text::Text;
+use crate::eulumdat::document::Document;
 
 /// What was read from a photometric file.
 #[derive(Debug, Clone)]
@@ -28,7 +23,7 @@ pub struct Distribution {
     /// Every field that was read, decoded, and `encoding`.
     pub header: Map<String, Value>,
     /// The document as it stood, where it was EULUMDAT in the format's own order of planes.
-    pub eulumdat: Option<Box<crate::eulumdat::Document>>,
+    pub eulumdat: Option<Box<Document>>,
 }
 
 /// A distribution in the coordinates of its file (photometry of type A or B).
@@ -71,8 +66,8 @@ pub struct Luminaire {
     pub luminous_length_mm: Option<f64>,
     /// Width of the luminous area, along C0–C180, in mm; 0 for a round one.
     pub luminous_width_mm: Option<f64>,
-    /// What the sizes of EULUMDAT cannot say of the luminous opening, where the file does: extents along C0, C90 and γ = 0 in
-    /// mm, two of them negative where it is round in their plane (LM-63-2002). Set with
+    /// What the sizes of EULUMDAT cannot say of the luminous opening, where the file does: extents along C0, C90 and γ
+    /// = 0 in mm, two of them negative where it is round in their plane (LM-63-2002). Set with
     /// [`set_luminous_body`](Self::set_luminous_body).
     pub luminous_body_mm: Option<[f64; 3]>,
     /// Height of the luminous sides in mm seen from C0, C90, C180, C270.
@@ -128,32 +123,6 @@ pub(crate) fn face(a: f64, b: f64) -> f64 {
 }
 
 impl Distribution {
-    /// The one distribution in a file, for commands that need exactly that; findings travel with it.
-    ///
-    /// # Errors
-    /// The findings, when the file holds none, more than one, or a spectrum.
-    pub fn load(bytes: &[u8], file_name: &str) -> Result<(Self, Vec<Finding>), Vec<Finding>> {
-        let mut parsed = read_any(bytes, file_name);
-        if parsed.len() != 1 {
-            let many = format!(
-                "the file holds {} photometries or spectra; one distribution is needed",
-                parsed.len()
-            );
-            return Err(vec![
-                Finding::error("distribution-one", many).fix("convert the one that is meant first"),
-            ]);
-        }
-        let only = parsed.remove(0);
-        match only.document {
-            Some(Content::Distribution(distribution)) => Ok((*distribution, only.findings)),
-            Some(Content::Spectrum(_)) => Err(vec![Finding::error(
-                "distribution-none",
-                "the file holds a spectrum, not a distribution",
-            )]),
-            None => Err(only.findings),
-        }
-    }
-
     /// The document of format `isolux-distribution/1`.
     pub fn to_json(&self) -> Value {
         let grid = &self.intensity;
@@ -191,90 +160,4 @@ pub const fn symmetry_name(symmetry: Symmetry) -> &'static str {
         Symmetry::C90C270 => "c90_c270",
         Symmetry::Quadrant => "quadrant",
     }
-}
-
-/// Whether this is the rotational distribution that a model may name: `gamma_deg,intensity_cd`.
-pub fn looks_like_csv(head: &Text<'_>) -> bool {
-    let names: Vec<&str> = head.line(0).split(',').map(str::trim).collect();
-    names == ["gamma_deg", "intensity_cd"]
-}
-
-/// Reads `gamma_deg,intensity_cd`, a rotational distribution in candela.
-pub fn read_csv(bytes: &[u8]) -> Parsed<Distribution> {
-    let mut findings = Findings::new();
-    let text = Text::decode(bytes, &mut findings);
-    let (mut gamma_deg, mut intensity_cd) = (Vec::new(), Vec::new());
-    let (mut raws, mut places) = (Vec::new(), Vec::new());
-    let mut whole = true;
-    for (index, line) in text.lines().enumerate().skip(1) {
-        if line.trim().is_empty() {
-            continue;
-        }
-        let cells: Vec<&str> = line.split(',').collect();
-        if cells.len() != 2 {
-            whole = false;
-            let message = format!("{} cells stand where γ and intensity are needed", cells.len());
-            findings.push(
-                Finding::error("csv-cells", message)
-                    .at(index + 1, 1)
-                    .raw(line)
-                    .fix("write gamma_deg,intensity_cd"),
-            );
-            continue;
-        }
-        let mut column = 1;
-        for (cell, into) in cells.iter().zip([&mut gamma_deg, &mut intensity_cd]) {
-            match number::read(cell) {
-                Ok(read) => {
-                    into.push(read.value);
-                    if read.bare_exponent {
-                        findings.push(number::bare_exponent(cell).at(index + 1, column));
-                    }
-                }
-                Err(error) => {
-                    whole = false;
-                    findings.push(
-                        Finding::error("csv-number", error.to_string())
-                            .at(index + 1, column)
-                            .raw(cell),
-                    );
-                }
-            }
-            column += cell.chars().count() + 1;
-        }
-        raws.push(cells[1]);
-        places.push((index + 1, cells[0].chars().count() + 2));
-    }
-    let mut document = None;
-    if whole {
-        if gamma_deg.windows(2).all(|pair| pair[0] < pair[1]) {
-            let stored = Stored {
-                planes_deg: &[0.0],
-                angles_deg: &gamma_deg,
-                values: &intensity_cd,
-                places: &places,
-                raw: &|index| raws[index],
-                poles: true,
-                ends_with_newline: text.ends_with_newline,
-            };
-            plausible::check(&stored, &mut findings);
-        }
-        match IntensityDistribution::new(vec![0.0], gamma_deg, intensity_cd) {
-            Ok(intensity) => {
-                let header = Map::from_iter([("encoding".to_owned(), Value::from(text.encoding))]);
-                document = Some(Distribution {
-                    intensity,
-                    symmetry: Symmetry::Rotational,
-                    lamp_flux_lm: None,
-                    absolute: true,
-                    native: None,
-                    luminaire: Luminaire::default(),
-                    header,
-                    eulumdat: None,
-                });
-            }
-            Err(error) => findings.push(Finding::error("distribution-invalid", error.to_string())),
-        }
-    }
-    Parsed::new(Format::Csv, Kind::Distribution, document, findings)
 }

@@ -1,28 +1,18 @@
-//! Edits of a distribution: turned, made symmetric, resampled, scaled, described anew. Nothing is changed in silence: each
-//! edit gives a sentence, and the files that have a place for remarks keep it.
+//! Edits of a distribution: turned, made symmetric, resampled, scaled, described anew. Nothing is changed in silence:
+//! each edit gives a sentence, and the files that have a place for remarks keep it.
+
+mod description;
+mod record;
+mod request;
 
 use isolux_photometry::{IntensityDistribution, Symmetry};
-use serde_json::{Value, json};
 
+use self::description::refused;
+pub use self::request::Edit;
 use crate::distribution::{Distribution, Luminaire};
 use crate::eulumdat;
 use crate::finding::Finding;
-use crate::number::{self, significant};
-
-/// One change that a person asks for.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Edit {
-    /// The light turned about the axis: what was at C is at C + this many degrees.
-    RotateC(f64),
-    /// Every direction gets the mean of its images under the symmetry.
-    Symmetrize(Symmetry),
-    /// Another grid: steps of C and of γ in degrees, bilinear between the directions of the file.
-    Resample(f64, f64),
-    /// Intensities, and the lamps' flux with them, scaled so that the integral over the sphere is this flux in lm.
-    ScaleFlux(f64),
-    /// One entry of the description, `luminaire.name`, and its new text.
-    Set(String, String),
-}
+use crate::number::significant;
 
 /// Finest step of a new grid in degrees: ten times finer than any goniophotometer's file.
 const FINEST_STEP_DEG: f64 = 0.05;
@@ -192,59 +182,6 @@ impl Distribution {
         ))
     }
 
-    fn set(&mut self, key: &str, text: &str) -> Result<String, Finding> {
-        let Some(name) = key
-            .strip_prefix("luminaire.")
-            .and_then(|name| FIELDS.iter().find(|field| **field == name))
-        else {
-            let known: Vec<String> = FIELDS.iter().map(|field| format!("luminaire.{field}")).collect();
-            return Err(refused(
-                format!("there is no entry “{key}”"),
-                &format!("one of {}", known.join(", ")),
-            ));
-        };
-        if text.contains(['\n', '\r']) {
-            return Err(refused(format!("{key} has a line break in it"), "give one line"));
-        }
-        let text = text.trim();
-        let header = self.eulumdat.as_mut().map(|document| &mut document.header);
-        if let Some((of_luminaire, of_header)) = texts(&mut self.luminaire, header, name) {
-            for field in [Some(of_luminaire), of_header].into_iter().flatten() {
-                text.clone_into(field);
-            }
-        } else {
-            let value = number::read(text)
-                .ok()
-                .map(|read| read.value)
-                .filter(|value| *value >= 0.0);
-            let Some(value) = value else {
-                return Err(refused(
-                    format!("{key}: “{text}” is no number from zero on"),
-                    "give a number",
-                ));
-            };
-            let header = self.eulumdat.as_mut().map(|document| &mut document.header);
-            for field in numbers(&mut self.luminaire, header, name) {
-                *field = Some(value);
-            }
-        }
-        if let Some((_, keyword)) = KEYWORDS.iter().find(|(field, _)| field == name) {
-            self.set_keyword(keyword, text);
-        }
-        Ok(format!("{key} set to “{text}”"))
-    }
-
-    /// Replaces a keyword of LM-63, or adds it; a file of another format has none.
-    fn set_keyword(&mut self, name: &str, text: &str) {
-        let Some(list) = self.header.get_mut("keywords").and_then(Value::as_array_mut) else {
-            return;
-        };
-        match list.iter_mut().find(|pair| pair["name"] == *name) {
-            Some(pair) => pair["text"] = text.into(),
-            None => list.push(json!({ "name": name, "text": text })),
-        }
-    }
-
     fn relight(&mut self, c_deg: Vec<f64>, gamma_deg: Vec<f64>, intensity_cd: Vec<f64>) -> Result<(), Finding> {
         let grid = IntensityDistribution::new(c_deg, gamma_deg, intensity_cd);
         self.intensity = grid.map_err(|error| refused(error.to_string(), "leave this edit out"))?;
@@ -260,142 +197,6 @@ impl Distribution {
         }
         Ok(())
     }
-
-    /// Keeps the sentences where a format has room for them: `changes` of the JSON, the keyword [OTHER] of LM-63, the line of
-    /// date and user of EULUMDAT; and the file generation type of LM-63-2019.
-    fn record(&mut self, edits: &[Edit], changes: &[String]) {
-        if changes.is_empty() {
-            return;
-        }
-        let all = changes.join("; ");
-        self.header.insert("changes".to_owned(), changes.into());
-        if let Some(list) = self.header.get_mut("keywords").and_then(Value::as_array_mut) {
-            list.push(json!({ "name": "OTHER", "text": format!("Changed with isolux: {all}") }));
-        }
-        let dated = |date: &str| {
-            if date.is_empty() {
-                format!("isolux: {all}")
-            } else {
-                format!("{date}; isolux: {all}")
-            }
-        };
-        if let Some(document) = &mut self.eulumdat {
-            document.header.date_user = dated(&document.header.date_user);
-        }
-        if !self.header.contains_key("keywords") {
-            self.luminaire.date = dated(&self.luminaire.date);
-        }
-        let scaled = edits.iter().any(|edit| matches!(edit, Edit::ScaleFlux(_)));
-        let interpolated = edits
-            .iter()
-            .any(|edit| matches!(edit, Edit::Resample(..) | Edit::RotateC(_) | Edit::Symmetrize(_)));
-        if let Some(Value::String(code)) = self.header.get_mut("file_generation_type") {
-            *code = generation(code, scaled, interpolated);
-        }
-    }
-}
-
-/// The code of LM-63-2019 for a test whose flux was scaled or whose angles were interpolated; other codes stay.
-fn generation(code: &str, scaled: bool, interpolated: bool) -> String {
-    let mut digits: Vec<char> = code.chars().collect();
-    let of_a_test = digits.len() == 7 && code.starts_with("1.") && code.ends_with("00");
-    if of_a_test {
-        for (at, set) in [(3, interpolated), (4, scaled)] {
-            if set {
-                digits[at] = '1';
-            }
-        }
-    }
-    digits.into_iter().collect()
-}
-
-/// Entries of the description by their names after `luminaire.`.
-const FIELDS: [&str; 15] = [
-    "manufacturer",
-    "name",
-    "number",
-    "report",
-    "date",
-    "laboratory",
-    "lamp",
-    "colour",
-    "rendering",
-    "watts",
-    "length_mm",
-    "width_mm",
-    "height_mm",
-    "luminous_length_mm",
-    "luminous_width_mm",
-];
-
-/// Keywords of LM-63 that say the same.
-const KEYWORDS: [(&str, &str); 7] = [
-    ("manufacturer", "MANUFAC"),
-    ("name", "LUMINAIRE"),
-    ("number", "LUMCAT"),
-    ("report", "TEST"),
-    ("date", "ISSUEDATE"),
-    ("laboratory", "TESTLAB"),
-    ("lamp", "LAMP"),
-];
-
-/// The text of that name in the description, and in the header of EULUMDAT where it has a line for it.
-fn texts<'d>(
-    luminaire: &'d mut Luminaire,
-    header: Option<&'d mut eulumdat::Header>,
-    name: &str,
-) -> Option<(&'d mut String, Option<&'d mut String>)> {
-    let set = |header: &'d mut eulumdat::Header| header.lamp_sets.first_mut();
-    Some(match name {
-        "manufacturer" => (&mut luminaire.manufacturer, header.map(|header| &mut header.company)),
-        "name" => (&mut luminaire.name, header.map(|header| &mut header.name)),
-        "number" => (&mut luminaire.number, header.map(|header| &mut header.number)),
-        "report" => (&mut luminaire.report, header.map(|header| &mut header.report)),
-        "date" => (&mut luminaire.date, header.map(|header| &mut header.date_user)),
-        "laboratory" => (&mut luminaire.laboratory, None),
-        "lamp" => (&mut luminaire.lamp, header.and_then(set).map(|set| &mut set.lamp)),
-        "colour" => (&mut luminaire.colour, header.and_then(set).map(|set| &mut set.colour)),
-        "rendering" => (
-            &mut luminaire.rendering,
-            header.and_then(set).map(|set| &mut set.rendering),
-        ),
-        _ => return None,
-    })
-}
-
-/// The numbers of that name in the description and in the header of EULUMDAT.
-fn numbers<'d>(
-    luminaire: &'d mut Luminaire,
-    header: Option<&'d mut eulumdat::Header>,
-    name: &str,
-) -> Vec<&'d mut Option<f64>> {
-    let (own, of_header) = match name {
-        "watts" => (
-            &mut luminaire.watts,
-            header
-                .and_then(|header| header.lamp_sets.first_mut())
-                .map(|set| &mut set.watts),
-        ),
-        "length_mm" => (&mut luminaire.length_mm, header.map(|header| &mut header.length_mm)),
-        "width_mm" => (&mut luminaire.width_mm, header.map(|header| &mut header.width_mm)),
-        "height_mm" => (&mut luminaire.height_mm, header.map(|header| &mut header.height_mm)),
-        "luminous_length_mm" => {
-            luminaire.luminous_body_mm = None;
-            (
-                &mut luminaire.luminous_length_mm,
-                header.map(|header| &mut header.luminous_length_mm),
-            )
-        }
-        "luminous_width_mm" => {
-            luminaire.luminous_body_mm = None;
-            (
-                &mut luminaire.luminous_width_mm,
-                header.map(|header| &mut header.luminous_width_mm),
-            )
-        }
-        _ => return Vec::new(),
-    };
-    std::iter::once(own).chain(of_header).collect()
 }
 
 /// Length lies along C90–C270, width along C0–C180; a width of zero is a round luminaire, which stays.
@@ -451,12 +252,9 @@ fn round(deg: f64) -> f64 {
     (deg * 1e9).round() / 1e9
 }
 
-fn refused(message: String, fix: &str) -> Finding {
-    Finding::error("convert-edit", message).fix(fix)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::record::generation;
     use super::*;
     use crate::{Content, read_any};
 

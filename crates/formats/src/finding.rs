@@ -1,5 +1,7 @@
 //! What a reader has to say about a file beside its content.
 
+use std::num::NonZeroU32;
+
 use serde::Serialize;
 
 /// How much a finding weighs.
@@ -35,7 +37,7 @@ pub struct Finding {
     /// One-based line; none where the finding is about the whole file.
     pub line: Option<usize>,
     /// One-based column, in characters.
-    pub column: Option<u32>,
+    pub column: Option<NonZeroU32>,
     /// First byte and the one beyond the last, where a file has no lines.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bytes: Option<Box<[u64; 2]>>,
@@ -48,10 +50,16 @@ pub struct Finding {
     /// How to mend it.
     pub fix: Option<Box<str>>,
     /// Where else the same was found: one cause is one finding, however many lines it has.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub also: Vec<Place>,
-    /// Places beyond those of `also`.
-    #[serde(skip_serializing_if = "is_zero")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub also: Option<Box<Also>>,
+}
+
+/// The other places of a finding.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Also {
+    /// In the order of their lines.
+    pub places: Vec<Place>,
+    /// How many there are beyond these.
     pub more: usize,
 }
 
@@ -61,17 +69,12 @@ pub struct Place {
     /// One-based line.
     pub line: Option<usize>,
     /// One-based column, in characters.
-    pub column: Option<u32>,
+    pub column: Option<NonZeroU32>,
     /// The text that stands there.
     pub raw: Option<Box<str>>,
     /// What was found, where it differs from what was found first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub message: Option<Box<str>>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
-fn is_zero(count: &usize) -> bool {
-    *count == 0
 }
 
 impl Finding {
@@ -87,8 +90,7 @@ impl Finding {
             assumed: None,
             message: message.into().into_boxed_str(),
             fix: None,
-            also: Vec::new(),
-            more: 0,
+            also: None,
         }
     }
 
@@ -111,7 +113,7 @@ impl Finding {
     #[must_use]
     pub fn at(mut self, line: usize, column: usize) -> Self {
         self.line = Some(line);
-        self.column = Some(u32::try_from(column).unwrap_or(u32::MAX));
+        self.column = NonZeroU32::new(u32::try_from(column).unwrap_or(u32::MAX));
         self
     }
 
@@ -150,7 +152,7 @@ impl Finding {
 
 /// Collects findings; after [`Findings::PER_CODE`] of one code the rest are only counted, so that a damaged file of a
 /// million numbers gives a short answer.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Findings {
     list: Vec<Finding>,
     dropped: Vec<(&'static str, Severity, usize)>,
@@ -189,8 +191,8 @@ impl Findings {
         self.list.iter().any(|finding| finding.severity == Severity::Error)
     }
 
-    /// One finding a code and severity, with all its places: errors first, then in the order of their lines, those about
-    /// the whole file last.
+    /// One finding a code and severity, with all its places: errors first, then in the order of their lines, those
+    /// about the whole file last.
     pub fn into_vec(self) -> Vec<Finding> {
         let mut list = self.list;
         list.sort_by_key(Finding::place);
@@ -202,15 +204,28 @@ impl Findings {
             }
         }
         for (code, severity, count) in self.dropped {
-            let of_code = || grouped.iter().position(|kept| kept.code == code && kept.severity == severity);
+            let of_code = || {
+                grouped
+                    .iter()
+                    .position(|kept| kept.code == code && kept.severity == severity)
+            };
             if let Some(at) = of_code().or_else(|| grouped.iter().position(|kept| kept.code == code)) {
                 let kept = &mut grouped[at];
                 kept.severity = kept.severity.max(severity);
-                kept.more += count;
+                kept.also.get_or_insert_default().more += count;
             }
         }
         sort(&mut grouped);
         grouped
+    }
+}
+
+impl From<Finding> for Findings {
+    fn from(finding: Finding) -> Self {
+        Self {
+            list: vec![finding],
+            dropped: Vec::new(),
+        }
     }
 }
 
@@ -220,8 +235,18 @@ pub(crate) fn sort(findings: &mut [Finding]) {
 }
 
 impl Finding {
+    /// The other places where the same was found.
+    pub fn places(&self) -> &[Place] {
+        self.also.as_deref().map_or(&[], |also| &also.places)
+    }
+
+    /// How many places there are beyond these.
+    pub fn more(&self) -> usize {
+        self.also.as_deref().map_or(0, |also| also.more)
+    }
+
     /// What findings are ordered by.
-    fn place(&self) -> (usize, Option<u32>) {
+    fn place(&self) -> (usize, Option<NonZeroU32>) {
         (self.line.unwrap_or(usize::MAX), self.column)
     }
 
@@ -232,7 +257,7 @@ impl Finding {
 
     /// Adds the place of another finding of the same cause.
     fn take(&mut self, other: Self) {
-        self.also.push(Place {
+        self.also.get_or_insert_default().places.push(Place {
             line: other.line,
             column: other.column,
             raw: other.raw,
@@ -253,8 +278,8 @@ mod tests {
         }
         let list = findings.into_vec();
         assert_eq!(list.len(), 1);
-        assert_eq!((list[0].also.len(), list[0].more), (Findings::PER_CODE - 1, 30));
-        assert_eq!((list[0].line, list[0].also[0].line), (Some(1), Some(2)));
+        assert_eq!((list[0].places().len(), list[0].more()), (Findings::PER_CODE - 1, 30));
+        assert_eq!((list[0].line, list[0].places()[0].line), (Some(1), Some(2)));
     }
 
     #[test]
@@ -268,7 +293,7 @@ mod tests {
         let codes: Vec<&str> = list.iter().map(|finding| finding.code).collect();
         assert_eq!(codes, ["z-error", "x-y", "a-note"]);
         assert_eq!(&*list[1].message, "first");
-        assert_eq!(list[1].also[0].message.as_deref(), Some("second"));
+        assert_eq!(list[1].places()[0].message.as_deref(), Some("second"));
     }
 
     #[test]

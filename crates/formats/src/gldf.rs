@@ -2,8 +2,9 @@
 
 use std::io::{Cursor, Read};
 
+use crate::content::Content;
 use crate::finding::{Finding, Findings};
-use crate::read::{Content, Format, LARGEST_FILE, Parsed, ReadOptions, read_any_with};
+use crate::parsed::{Format, LARGEST_FILE, Parsed};
 use crate::spectral::embedded;
 use crate::text::Text;
 use crate::xml;
@@ -26,18 +27,15 @@ pub(crate) fn is_workbook(bytes: &[u8]) -> bool {
 }
 
 fn refused(finding: Finding) -> Vec<Parsed<Content>> {
-    vec![Parsed {
-        inner: None,
-        format: Some(Format::Gldf),
-        kind: None,
-        document: None,
-        findings: vec![finding],
-    }]
+    vec![Parsed::refused(Some(Format::Gldf), None, finding.into())]
 }
 
+/// Reads one of the files inside, from its bytes and name.
+type ReadInner<'r> = &'r dyn Fn(&[u8], &str) -> Vec<Parsed<Content>>;
+
 /// One entry a photometry (`ldc/`) or spectrum (`spectrum/`, or listed in the product) inside; their own formats and
-/// findings.
-pub(crate) fn read(bytes: &[u8], options: ReadOptions) -> Vec<Parsed<Content>> {
+/// findings. `read_inner` reads one of them from its bytes and name.
+pub(crate) fn read(bytes: &[u8], read_inner: ReadInner<'_>) -> Vec<Parsed<Content>> {
     let mut archive = match zip::ZipArchive::new(Cursor::new(bytes)) {
         Ok(archive) => archive,
         Err(error) => {
@@ -118,7 +116,7 @@ pub(crate) fn read(bytes: &[u8], options: ReadOptions) -> Vec<Parsed<Content>> {
             addresses += links;
             continue;
         }
-        for mut parsed in read_any_with(&inner, &name, options) {
+        for mut parsed in read_inner(&inner, &name) {
             parsed.inner = Some(name.clone());
             found.push(parsed);
         }
@@ -192,7 +190,7 @@ mod tests {
             })
             .collect();
         let product = ["<Root><Spectrum id=\"s\">\n", &rows, "</Spectrum></Root>"].concat();
-        let found = read(&container(&product), ReadOptions::default());
+        let found = read(&container(&product), &|_, _| Vec::new());
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].inner.as_deref(), Some("product.xml#s"));
         let Some(Content::Spectrum(file)) = &found[0].document else {
@@ -200,7 +198,7 @@ mod tests {
         };
         assert_eq!((file.wavelength_nm[8], file.value[8]), (700.0, 0.5));
         let damaged = product.replacen(">0.5<", ">O.5<", 1);
-        let found = read(&container(&damaged), ReadOptions::default());
+        let found = read(&container(&damaged), &|_, _| Vec::new());
         assert!(found[0].document.is_none());
         assert_eq!(
             (found[0].findings[0].code, found[0].findings[0].line),
@@ -208,7 +206,7 @@ mod tests {
         );
 
         let linked = "<Root><File id=\"a\" type=\"url\">https://example.org/a.ldt</File></Root>";
-        let found = read(&container(linked), ReadOptions::default());
+        let found = read(&container(linked), &|_, _| Vec::new());
         assert_eq!(found[0].findings[0].code, "gldf-empty");
         assert!(found[0].findings[0].message.ends_with("not fetched: 1"));
     }

@@ -4,6 +4,7 @@
 //! trust, stands in [`Finding`]s with line, column and the text itself. A damaged number is never dropped, shifted or
 //! replaced. [`read_any`] recognises a format by its content, then by its name.
 
+mod content;
 mod describe;
 pub mod distribution;
 mod edit;
@@ -12,26 +13,26 @@ pub mod finding;
 mod gldf;
 pub mod ies;
 mod number;
+mod parsed;
 mod plausible;
 mod quantities;
 mod ratings;
-mod read;
+mod registry;
+mod rotational;
 mod slip;
 pub mod spectral;
 pub mod text;
+pub mod tm25;
 pub mod tm33;
+mod write;
 mod xml;
 
+pub use content::Content;
 pub use distribution::Distribution;
 pub use edit::Edit;
-pub use finding::{Finding, Findings, Place, Severity};
+pub use finding::{Also, Finding, Findings, Place, Severity};
 pub use isolux_photometry::Symmetry;
 pub use number::significant;
-pub use read::{
-    Beside, Content, Format, Kind, LARGEST_FILE, Opened, Parsed, ReadOptions, read_any, read_any_beside, read_any_with,
-};
-
-/// Whether nothing but blanks stands there.
-pub(crate) fn text_is_blank(text: &str) -> bool {
-    matches!(number::read(text), Err(number::NotANumber::Blank))
-}
+pub use parsed::{Beside, Format, Kind, LARGEST_FILE, Opened, Parsed, ReadOptions, Written};
+pub use registry::{read_any, read_any_beside, read_any_with, write_distribution, write_spectrum};
+pub use write::WriteOptions;

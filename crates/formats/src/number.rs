@@ -6,6 +6,9 @@ use crate::finding::Finding;
 /// stray exponent ends up there.
 const LARGEST: f64 = 1e12;
 
+/// Above this a value of a spectrum is damage, also for photons per second.
+pub const LARGEST_SPECTRAL: f64 = 1e30;
+
 /// A number that was read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Number {
@@ -41,6 +44,11 @@ pub enum NotANumber {
     /// Something else than a number stands there.
     #[error("this is not a number")]
     Malformed,
+}
+
+/// Whether nothing but blanks stands there.
+pub fn is_blank(text: &str) -> bool {
+    matches!(read(text), Err(NotANumber::Blank))
 }
 
 /// Reads one number: sign, digits with point or comma, exponent; blanks around it are ignored.

@@ -128,7 +128,8 @@ struct Pole {
     most: f64,
 }
 
-/// The planes at 0° and 360° are one: the first value of the last plane that differs. The readers say it, each in its way.
+/// The planes at 0° and 360° are one: the first value of the last plane that differs. The readers say it, each in its
+/// way.
 pub(crate) fn closing(stored: &Stored<'_>, values: &[f64]) -> Option<usize> {
     let (planes, ng) = (stored.planes_deg, stored.angles_deg.len());
     let closes = stored.poles && planes.len() > 1 && (planes[planes.len() - 1] - planes[0] - 360.0).abs() < 1e-6;
@@ -136,8 +137,8 @@ pub(crate) fn closing(stored: &Stored<'_>, values: &[f64]) -> Option<usize> {
     (0..ng).find(|&at| values[last + at] != values[at]).map(|at| last + at)
 }
 
-/// Two measurements of the plane at 0° and 360° scatter: so far, as a part of the peak, that is a note where most values
-/// of the two differ. One value that alone differs is no scatter.
+/// Two measurements of the plane at 0° and 360° scatter: so far, as a part of the peak, that is a note where most
+/// values of the two differ. One value that alone differs is no scatter.
 const SCATTER: f64 = 0.01;
 
 /// How much it weighs that the plane at 360° is not the one at 0°.
@@ -187,15 +188,16 @@ fn pole(stored: &Stored<'_>, values: &[f64], end: usize, peak: f64) -> Option<Po
     })
 }
 
-/// Programs integrate by different rules; of 76 files by many hands whose ratio means their light, 73 are within 1 % and
-/// none is between 1 % and 2 %.
+/// Programs integrate by different rules; of 76 files by many hands whose ratio means their light, 73 are within 1 %
+/// and none is between 1 % and 2 %.
 const FLUX_APART: f64 = 0.015;
 
-/// No luminaire loses more than all but this part of its lamps' light; a factor of ten or more is one that was misread or left out.
+/// No luminaire loses more than all but this part of its lamps' light; a factor of ten or more is one that was misread
+/// or left out.
 const DIMMEST: f64 = 0.1;
 
-/// The integral over the sphere against the flux that the file states. `lamp_at`: one-based line and column where that stands;
-/// `lorl_percent`: light output ratio as stated. Returns whether the two contradict each other.
+/// The integral over the sphere against the flux that the file states. `lamp_at`: one-based line and column where that
+/// stands; `lorl_percent`: light output ratio as stated. Returns whether the two contradict each other.
 pub(crate) fn flux(
     grid: &IntensityDistribution,
     lamp_flux_lm: Option<f64>,
@@ -213,7 +215,8 @@ pub(crate) fn flux(
         let stated = lamp * lorl / 100.0;
         if lorl > 0.0 && (integral - stated).abs() > FLUX_APART * stated {
             let message = format!(
-                "the intensities integrate to {integral:.1} lm, which is {:.1} % of the lamps' flux; stated is {lorl} %",
+                "the intensities integrate to {integral:.1} lm, which is {:.1} % of the lamps' flux; \
+                 stated is {lorl} %",
                 100.0 * integral / lamp
             );
             findings.push(

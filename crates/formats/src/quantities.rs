@@ -6,7 +6,7 @@ pub(crate) mod utilisation;
 use isolux_photometry::IntensityDistribution;
 use serde_json::{Map, Value, json};
 
-use crate::Distribution;
+use crate::distribution::Distribution;
 use crate::distribution::Native;
 use crate::ies::OwnLight;
 

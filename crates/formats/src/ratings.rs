@@ -1,7 +1,7 @@
 //! Flux and power against each other, the same for every format.
 
-/// Above this no lamp gives light out of its power, in lm/W: white light of the best spectrum ends near 400, and of what is
-/// sold nothing exceeds 250.
+/// Above this no lamp gives light out of its power, in lm/W: white light of the best spectrum ends near 400, and of
+/// what is sold nothing exceeds 250.
 const MOST_LM_PER_W: f64 = 300.0;
 /// Below this a lamp is none for light, in lm/W: a candle, by its heat, has 0.1, the dimmest coloured lamp more than 1.
 const LEAST_LM_PER_W: f64 = 1.0;
@@ -26,8 +26,8 @@ pub(crate) fn efficacy(flux_lm: f64, watts: f64) -> Option<String> {
     }
 }
 
-/// Whether the flux of a lamp is none: below 0.1 lm, or below 1.5 lm where there are so many that the two numbers may have
-/// changed places.
+/// Whether the flux of a lamp is none: below 0.1 lm, or below 1.5 lm where there are so many that the two numbers may
+/// have changed places.
 pub(crate) fn dim(lamps: f64, flux_lm: f64) -> bool {
     let least = if lamps > MANY_LAMPS { 1.5 } else { 0.1 };
     flux_lm > 0.0 && flux_lm < least * lamps

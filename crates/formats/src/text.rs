@@ -71,6 +71,12 @@ impl<'a> Text<'a> {
     }
 }
 
+/// One-based column of a slice of `line`, in characters.
+pub(crate) fn column_of(line: &str, part: &str) -> usize {
+    let offset = (part.as_ptr() as usize).saturating_sub(line.as_ptr() as usize);
+    line.get(..offset).map_or(1, |before| before.chars().count() + 1)
+}
+
 fn decode<'a>(bytes: &'a [u8], findings: &mut Findings) -> (Cow<'a, str>, &'static str) {
     if let Some(rest) = bytes.strip_prefix(b"\xEF\xBB\xBF") {
         findings.push(Finding::note("text-bom", "the file begins with a UTF-8 byte-order mark").at(1, 1));

@@ -1,7 +1,7 @@
 //! What readers allocate: a small multiple of the file, whatever it claims to hold.
 //!
-//! Every allocation of this process goes through a counter. The bound is a multiple of the file plus a constant, which is
-//! room for the tables that a reader needs and for the full circle of a symmetric file (`LARGEST_GRID`).
+//! Every allocation of this process goes through a counter. The bound is a multiple of the file plus a constant, which
+//! is room for the tables that a reader needs and for the full circle of a symmetric file (`LARGEST_GRID`).
 
 #![expect(clippy::print_stdout, reason = "the largest ratios are what a person runs this for")]
 

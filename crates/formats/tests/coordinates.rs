@@ -76,7 +76,8 @@ fn a_turned_table_says_the_light_of_each_direction() {
         let mut worst = 0.0_f64;
         for (row, h) in native.intensity_cd.iter().zip(&native.horizontal_deg) {
             for (candela, v) in row.iter().zip(&native.vertical_deg) {
-                // Two turns: A first by V about the horizontal axis and then by H about the vertical one, B in the other order.
+                // Two turns: A first by V about the horizontal axis and then by H about the vertical one, B in the
+                // other order.
                 let ((sin_v, cos_v), (sin_h, cos_h)) = (v.to_radians().sin_cos(), h.to_radians().sin_cos());
                 let expected = match photometry {
                     Photometry::A => light(cos_v * sin_h, sin_v, cos_v * cos_h),

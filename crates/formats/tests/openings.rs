@@ -1,7 +1,7 @@
 //! Luminous openings: which way they lie in each format, what glare makes of them, what a conversion keeps.
 //!
-//! One lamp is written as EULUMDAT has it (length along C90–C270) and as LM-63 has it (length along C0–C180); nothing of
-//! what is asserted was computed by the code that reads it.
+//! One lamp is written as EULUMDAT has it (length along C90–C270) and as LM-63 has it (length along C0–C180); nothing
+//! of what is asserted was computed by the code that reads it.
 
 use isolux_formats::{Content, Distribution, Format, eulumdat, ies, read_any, tm33};
 use serde_json::Value;

@@ -1,7 +1,9 @@
 //! Spectral files as they come: every legal variant right, every damage told at its line.
 
-use isolux_formats::spectral::{SpectrumFile, write};
-use isolux_formats::{Content, Finding, Format, Parsed, ReadOptions, Severity, read_any, read_any_with};
+use isolux_formats::spectral::SpectrumFile;
+use isolux_formats::{
+    Content, Finding, Format, Parsed, ReadOptions, Severity, read_any, read_any_with, write_spectrum,
+};
 use proptest::prelude::*;
 
 fn read(bytes: &[u8], name: &str) -> Parsed<Content> {
@@ -390,13 +392,97 @@ fn what_a_program_could_not_compute_is_missing_in_a_further_series_and_damage_in
     let (file, findings) = spectrum(text, "x.csv");
     assert_eq!(file.value, [1.0, 3.0, 5.0, 7.0, 9.0]);
     assert_eq!(file.series[1].value, [Some(2.0), None, None, Some(4.0), Some(5.0)]);
-    let lines: Vec<_> = findings
-        .iter()
-        .filter(|f| f.code == "csv-nan")
-        .map(|f| f.line)
-        .collect();
-    assert_eq!(lines, [Some(3), Some(4)]);
+    let found: Vec<_> = findings.iter().filter(|f| f.code == "csv-nan").collect();
+    assert_eq!(found.len(), 1, "one cause is one finding");
+    assert_eq!((found[0].line, found[0].places()[0].line), (Some(3), Some(4)));
     refused("W,D,P\n380,1,2\n381,nan,4\n382,5,6\n", "x.csv", "csv-number", 3);
+}
+
+#[test]
+fn columns_that_end_before_the_table_does_are_functions_with_an_end() {
+    // As the CIE publishes its action spectra: NaN, or blanks, where a receptor has no value.
+    for nothing in ["NaN", ""] {
+        let rows = (0..41).fold(String::new(), |rows, k| {
+            let short = if k < 25 {
+                format!("0.{:03}", 900 - 30 * k)
+            } else {
+                nothing.to_owned()
+            };
+            rows + &format!("{},{short},0.{:03}\n", 380 + 10 * k, 100 + k)
+        });
+        let (file, findings) = spectrum(&format!("nm,sc,mc\n{rows}"), "x.csv");
+        assert_eq!(file.wavelength_nm.len(), 41);
+        // The one with a value at every wavelength is the one that is used.
+        assert_eq!(
+            (file.series[0].name.as_str(), file.series[1].name.as_str()),
+            ("mc", "sc")
+        );
+        assert_eq!(file.series[1].value.iter().flatten().count(), 25);
+        assert_eq!(
+            finding(&format!("nm,sc,mc\n{rows}"), "x.csv", "csv-series-shorter").line,
+            Some(27)
+        );
+        assert!(findings.iter().all(|f| f.severity == Severity::Note), "{findings:?}");
+        // One value that is missing is damage.
+        let damaged = rows.replacen(",0.105", ",NaN", 1);
+        assert!(damaged != rows);
+        let findings = read(format!("nm,sc,mc\n{damaged}").as_bytes(), "x.csv").findings;
+        assert!(findings.iter().any(|f| f.severity > Severity::Note), "{findings:?}");
+    }
+}
+
+#[test]
+fn bins_have_their_middle_as_wavelength_and_their_end_is_no_value() {
+    // As TUV writes them.
+    let rows = (0..30).fold(String::new(), |rows, k| {
+        rows + &format!(
+            " {}.00     {}.00     0.{:03}  0.{:03}\n",
+            280 + k,
+            281 + k,
+            100 + k,
+            200 + k
+        )
+    });
+    let text = format!(" LOWER WVL  UPPER WVL  DIRECT     DIFFUSE DOWN\n{rows}");
+    let (file, findings) = spectrum(&text, "x.txt");
+    assert_eq!((file.wavelength_nm[0], file.wavelength_nm[29]), (280.5, 309.5));
+    assert_eq!(file.value[..2], [0.1, 0.101]);
+    let names: Vec<&str> = file.series.iter().map(|series| series.name.as_str()).collect();
+    assert_eq!(names, ["DIRECT", "DIFFUSE DOWN"]);
+    assert!(findings.iter().any(|f| f.code == "csv-bins"));
+    refused(
+        &text.replacen("290.00     0.1", "29O.00     0.1", 1),
+        "x.csv",
+        "csv-number",
+        11,
+    );
+}
+
+#[test]
+fn wavelengths_without_a_value_are_no_lost_lines() {
+    let row = |k: usize| {
+        let value = if (3..6).contains(&k) {
+            "nan".to_owned()
+        } else {
+            format!("0.{k:03}")
+        };
+        format!("{}\t{value}\n", 300 + k)
+    };
+    let text = |count: usize| {
+        let rows: String = (0..count).map(row).collect();
+        format!("Number of Pixels in Spectrum: 40\n>>>>>Begin Spectral Data<<<<<\n{rows}>>>>>End Spectral Data<<<<<\n")
+    };
+    let codes = |text: &str| -> Vec<&str> {
+        let found = read(text.as_bytes(), "x.txt").findings;
+        found
+            .iter()
+            .filter(|f| f.severity > Severity::Note)
+            .map(|f| f.code)
+            .collect()
+    };
+    assert_eq!(codes(&text(40)), ["csv-nan"]);
+    // A line that is really lost is still counted.
+    assert_eq!(codes(&text(39)), ["csv-pixels", "csv-nan"]);
 }
 
 #[test]
@@ -448,7 +534,7 @@ fn a_comment_about_another_unit_does_not_move_the_numbers() {
     let (file, _) = spectrum(&text, "x.csv");
     assert_eq!((file.wavelength_nm[0], file.unit.as_deref()), (400.0, Some("mW/nm")));
     for (format, name) in WRITTEN {
-        let (bytes, _) = write(&file, format).unwrap();
+        let bytes = write_spectrum(&file, format).unwrap().bytes;
         let (back, _) = spectrum(std::str::from_utf8(&bytes).unwrap(), name);
         assert_eq!(
             (&back.wavelength_nm, &back.value),
@@ -466,7 +552,7 @@ fn a_letter_e_in_place_of_a_digit_is_told_where_no_other_number_has_one() {
     let told = |text: &str| {
         let list = read(text.as_bytes(), "s.csv").findings;
         let found = list.into_iter().find(|finding| finding.code == "number-exponent");
-        found.map(|finding| (finding.line, finding.column))
+        found.map(|finding| (finding.line, finding.column.map(u32::from)))
     };
     assert_eq!(told(&good), None);
     assert_eq!(
@@ -662,7 +748,7 @@ proptest! {
         let spectrum = isolux_spectrum::Spectrum::new(nm.clone(), value.clone()).unwrap();
         let file = SpectrumFile::new(&spectrum, Some("irradiance"), Some("W/(m2.nm)"));
         for (format, name) in WRITTEN {
-            let (bytes, _) = write(&file, format).unwrap();
+            let bytes = write_spectrum(&file, format).unwrap().bytes;
             let parsed = read(&bytes, name);
             let Some(Content::Spectrum(back)) = parsed.document else {
                 panic!("{name}: {:#?}\n{}", parsed.findings, String::from_utf8_lossy(&bytes));
@@ -684,7 +770,8 @@ proptest! {
         let value = nm.iter().map(|w| w / 700.0).collect();
         let spectrum = isolux_spectrum::Spectrum::new(nm, value).unwrap();
         let (format, name) = WRITTEN[which];
-        let (mut bytes, _) = write(&SpectrumFile::new(&spectrum, Some("flux"), None), format).unwrap();
+        let file = SpectrumFile::new(&spectrum, Some("flux"), None);
+        let mut bytes = write_spectrum(&file, format).unwrap().bytes;
         if let Some(b) = bytes.get_mut(at) { *b = byte; }
         bytes.truncate(cut);
         let _ = read_any(&bytes, name);

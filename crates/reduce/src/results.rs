@@ -1,6 +1,6 @@
 //! The files of `results/` that reduction makes. No clock and no path in them: the same run gives the same bytes.
 
-use isolux_formats::spectral::{self, SpectrumFile};
+use isolux_formats::spectral::SpectrumFile;
 use isolux_formats::{Format, eulumdat, ies};
 use isolux_photometry::{IntensityDistribution, Symmetry};
 use isolux_record::run::Run;
@@ -221,7 +221,7 @@ fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Result
         .filter_map(|(name, format)| {
             Some(ResultFile {
                 name,
-                bytes: spectral::write(&file, format)?.0,
+                bytes: isolux_formats::write_spectrum(&file, format)?.bytes,
             })
         })
         .collect()

@@ -31,4 +31,3 @@ mod strips;
 mod sum;
 pub mod table;
 mod tiles;
-pub mod tm25;

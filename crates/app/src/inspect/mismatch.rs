@@ -73,7 +73,7 @@ fn spectrum(path: &Utf8Path, findings: &mut Vec<Finding>) -> Result<Spectrum, Fa
 /// A finding of the meter's file among those of another: its place goes into the message.
 fn of_file(path: &Utf8Path, finding: Finding) -> Finding {
     let mut place = path.to_string();
-    for at in [finding.line, finding.column.map(|column| column as usize)]
+    for at in [finding.line, finding.column.map(|column| column.get() as usize)]
         .into_iter()
         .flatten()
     {

@@ -4,8 +4,8 @@ use std::io::{self, BufReader, Read};
 
 use camino::Utf8Path;
 use glam::DVec3;
+use isolux_formats::tm25::{Damage, Header, Reader, Spectral, Survey, Tm25Error};
 use isolux_formats::{Finding, Format, Kind};
-use isolux_sim::tm25::{Damage, Header, Reader, Spectral, Survey, Tm25Error};
 use serde_json::{Map, Value, json};
 
 use super::Inspection;

@@ -5,6 +5,7 @@ use clap::Args;
 use isolux_app::Failure;
 use isolux_app::convert::{self, Edit, Interpolation, Photometry, Symmetry, Wishes};
 use isolux_app::files::Overwrite;
+use isolux_app::formats::WriteOptions;
 
 use super::reading::{Reading, compiler_style, unshown};
 use crate::screen;
@@ -141,13 +142,16 @@ enum How {
 pub fn run(arguments: &Convert) -> Result<(), Failure> {
     let wishes = Wishes {
         read: arguments.reading.options(),
-        edition: arguments.edition.clone(),
-        generation: arguments.generation.clone(),
-        photometry: arguments.photometry.map(|photometry| match photometry {
-            Type::A => Photometry::A,
-            Type::B => Photometry::B,
-            Type::C => Photometry::C,
-        }),
+        write: WriteOptions {
+            edition: arguments.edition.clone(),
+            generation: arguments.generation.clone(),
+            photometry: arguments.photometry.map(|photometry| match photometry {
+                Type::A => Photometry::A,
+                Type::B => Photometry::B,
+                Type::C => Photometry::C,
+            }),
+            edited: false,
+        },
         series: arguments.series.clone(),
         edits: arguments.edits(),
         resample: arguments.step_nm.map(|step_nm| {
@@ -166,7 +170,7 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
         } else {
             for finding in &inspection.findings {
                 screen::say(compiler_style(&inspection.file, finding))?;
-                if let Some(text) = unshown(finding.also.len() + finding.more) {
+                if let Some(text) = unshown(finding.places().len() + finding.more()) {
                     screen::say(text)?;
                 }
             }

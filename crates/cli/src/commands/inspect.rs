@@ -138,13 +138,13 @@ fn findings(inspection: &Inspection, all: bool) -> Result<(), Failure> {
     };
     for finding in &list[..shown] {
         screen::say(super::reading::compiler_style(&inspection.file, finding))?;
-        let others = finding.also.len() + finding.more;
+        let others = finding.places().len() + finding.more();
         if all {
-            for place in &finding.also {
+            for place in finding.places() {
                 screen::say(super::reading::place(&inspection.file, place))?;
             }
         }
-        if let Some(text) = super::reading::unshown(if all { finding.more } else { others }) {
+        if let Some(text) = super::reading::unshown(if all { finding.more() } else { others }) {
             screen::say(text)?;
         }
     }

@@ -1,8 +1,7 @@
 //! Quantities for a person to read, each with its name and unit. Programs take `--json`, which has every key and digit.
 
 use isolux_app::Failure;
-use isolux_app::formats::spectral::SpectrumFile;
-use isolux_app::formats::{Content, Distribution, significant};
+use isolux_app::formats::{Content, Distribution, SpectrumFile, significant};
 use isolux_app::inspect::Inspection;
 use serde_json::{Map, Value};
 
@@ -49,10 +48,7 @@ impl Quantities<'_> {
             let stated = stated.map_or(String::new(), |lamps| {
                 format!(", of the lamps {} {}", digits(lamps), units.flux)
             });
-            line(
-                units.flux_name,
-                format_args!("{} {}{stated}", digits(flux), units.flux),
-            )?;
+            line(units.flux_name, format_args!("{} {}{stated}", digits(flux), units.flux))?;
         }
         if let Some(peak) = self.number("i_max_cd") {
             line(
@@ -129,9 +125,16 @@ impl Quantities<'_> {
             };
             let points = file.wavelength_nm.len();
             let range = format!("{} to {} nm, {points} points{series}", digits(*first), digits(*last));
-            let what = [&file.quantity, &file.unit].into_iter().flatten().map(|text| short(text));
+            let what = [&file.quantity, &file.unit]
+                .into_iter()
+                .flatten()
+                .map(|text| short(text));
             let what: Vec<String> = what.collect();
-            let of = if what.is_empty() { String::new() } else { format!("{}; ", what.join(", ")) };
+            let of = if what.is_empty() {
+                String::new()
+            } else {
+                format!("{}; ", what.join(", "))
+            };
             line("values", format_args!("{of}{range}"))?;
         }
         let with_unit = |key: &str, name: &str, unit: &str| {
@@ -206,7 +209,12 @@ impl Units {
             Some(unit) => Self {
                 flux_name: "radiant flux",
                 flux: unit.strip_suffix("/sr").unwrap_or("in the file's unit").to_owned(),
-                intensity: if unit.ends_with("/sr") { unit } else { "in the file's unit" }.to_owned(),
+                intensity: if unit.ends_with("/sr") {
+                    unit
+                } else {
+                    "in the file's unit"
+                }
+                .to_owned(),
             },
         }
     }

@@ -49,7 +49,7 @@ impl Reading {
 /// `file:line:column: severity[code]: message`, then what stands there, what was assumed and how to mend it.
 pub fn compiler_style(file: &str, finding: &Finding) -> String {
     let mut text = file.to_owned();
-    for place in [finding.line, finding.column.map(|column| column as usize)]
+    for place in [finding.line, finding.column.map(|column| column.get() as usize)]
         .into_iter()
         .flatten()
     {
@@ -85,7 +85,10 @@ pub fn unshown(count: usize) -> Option<String> {
 /// `file:line:column: also: message`, then what stands there.
 pub fn place(file: &str, place: &Place) -> String {
     let mut text = file.to_owned();
-    for number in [place.line, place.column.map(|column| column as usize)].into_iter().flatten() {
+    for number in [place.line, place.column.map(|column| column.get() as usize)]
+        .into_iter()
+        .flatten()
+    {
         text.push_str(&format!(":{number}"));
     }
     text.push_str(": also");

@@ -1,10 +1,10 @@
 //! What line 2 claims of the light, against the light.
 
-use super::Document;
+use super::document::Document;
 use crate::finding::{Finding, Findings};
 
-/// Planes of a rotationally symmetric luminaire scatter. Of 30 files by many hands that claim one 23 store one plane; in
-/// seven, made from templates of other luminaires, planes are 0.10 of the peak apart or more.
+/// Planes of a rotationally symmetric luminaire scatter. Of 30 files by many hands that claim one 23 store one plane;
+/// in seven, made from templates of other luminaires, planes are 0.10 of the peak apart or more.
 const SAME: f64 = 0.05;
 
 /// Line 2: 1 means that the light is the same in all planes. `line` is one-based.

@@ -2,7 +2,7 @@
 
 use isolux_photometry::{IntensityDistribution, Symmetry, SymmetryError};
 
-use super::{Document, stored_planes, symmetry};
+use super::document::{Document, stored_planes, symmetry};
 
 /// C of each stored plane, in the order in which the file stores them.
 ///

@@ -1,12 +1,12 @@
 //! Header numbers of EULUMDAT against their definitions, against each other and against the light.
 //!
-//! Two numbers that changed places are still numbers: what tells is that one of them cannot be what its line says. Limits
-//! are such that files by many hands keep them, but for those that do contradict themselves.
+//! Two numbers that changed places are still numbers: what tells is that one of them cannot be what its line says.
+//! Limits are such that files by many hands keep them, but for those that do contradict themselves.
 
 use isolux_photometry::IntensityDistribution;
 
+use super::document::{Document, Header, LampSet};
 use super::layout::HEADER;
-use super::{Document, Header, LampSet};
 use crate::finding::{Finding, Findings};
 use crate::number;
 use crate::ratings;
@@ -304,8 +304,8 @@ const fn name(index: usize) -> &'static str {
     }
 }
 
-/// The number in line 26d if it stands alone, or with K, and is no colour temperature. 0 stands for a blank; three digits may
-/// be a lamp's colour code (840: Ra 80–89, 4000 K).
+/// The number in line 26d if it stands alone, or with K, and is no colour temperature. 0 stands for a blank; three
+/// digits may be a lamp's colour code (840: Ra 80–89, 4000 K).
 fn colour(words: &str) -> Option<f64> {
     let words = words.trim();
     let (bare, kelvin) = match words.strip_suffix(['K', 'k']) {

@@ -4,7 +4,7 @@
 //! blocks are the landmarks: C rises, then falls back to the first γ, γ rises, and what follows is a whole number of
 //! planes. One explanation that fits exactly is an assumption with a finding; none is an error where it begins to fail.
 
-use super::stored_planes;
+use super::document::stored_planes;
 use crate::finding::{Finding, Findings};
 use crate::number;
 use crate::slip;

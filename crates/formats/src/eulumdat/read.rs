@@ -1,22 +1,13 @@
 //! EULUMDAT bytes to the document and to absolute candela.
 
-use isolux_photometry::{IntensityDistribution, Symmetry};
-use serde_json::Value;
-
+use super::document::{Document, Header, LampSet};
 use super::layout::{self, HEADER, Layout, Token};
-use super::{Document, Header, LampSet, ROOM_INDICES, symmetry};
-use super::{claims, expand, header};
-use crate::distribution::{Distribution, Luminaire};
-use crate::finding::{Finding, Findings, Severity};
+use super::light::{Places, distribution};
+use crate::distribution::Distribution;
+use crate::finding::{Finding, Findings};
 use crate::number::{self, NotANumber, Number};
-use crate::plausible::{self, Stored};
-use crate::quantities::utilisation::rough_direct_ratios;
-use crate::read::{Format, Kind, Parsed, ReadOptions};
+use crate::parsed::{Format, Kind, Parsed, ReadOptions};
 use crate::text::Text;
-
-/// More points than this on the full circle, and than this many for each one that is stored, are refused: a rotational file
-/// of a few kilobytes may claim any number.
-const LARGEST_GRID: (usize, usize) = (1_000_000, 8);
 
 /// Whether the first lines are those of an EULUMDAT file: lines 2–7 are numbers and lines 3, 4, 6 can be counts.
 pub fn looks_like(head: &Text<'_>) -> bool {
@@ -34,8 +25,13 @@ pub fn looks_like(head: &Text<'_>) -> bool {
 pub fn read(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
     let mut findings = Findings::new();
     let text = Text::decode(bytes, &mut findings);
-    let distribution = document(&text, &mut findings)
-        .and_then(|(document, places)| distribution(document, &places, &text, options, &mut findings));
+    read_text(&text, findings, options)
+}
+
+/// [`read`] of a text that is decoded; `findings` are those of its decoding.
+pub(crate) fn read_text(text: &Text<'_>, mut findings: Findings, options: ReadOptions) -> Parsed<Distribution> {
+    let distribution = document(text, &mut findings)
+        .and_then(|(document, places)| distribution(document, &places, text, options, &mut findings));
     Parsed::new(Format::Eulumdat, Kind::Distribution, distribution, findings)
 }
 
@@ -45,15 +41,6 @@ pub fn read_document(bytes: &[u8]) -> Parsed<Document> {
     let text = Text::decode(bytes, &mut findings);
     let document = document(&text, &mut findings).map(|(document, _)| document);
     Parsed::new(Format::Eulumdat, Kind::Distribution, document, findings)
-}
-
-/// Where the numbers stand that later checks speak of.
-#[derive(Debug)]
-pub(super) struct Places {
-    /// One-based line and column.
-    pub intensity: Vec<(usize, usize)>,
-    /// Zero-based lines of the header fields.
-    pub lines: Vec<Option<usize>>,
 }
 
 fn document(text: &Text<'_>, findings: &mut Findings) -> Option<(Document, Places)> {
@@ -239,8 +226,8 @@ impl Fields<'_, '_> {
     }
 }
 
-/// Whether a text is NaN, infinity or a power of ten beyond all bounds. Words that begin so (Information, Nano) and long
-/// catalogue numbers (EAN) are text.
+/// Whether a text is NaN, infinity or a power of ten beyond all bounds. Words that begin so (Information, Nano) and
+/// long catalogue numbers (EAN) are text.
 fn beyond_bounds(words: &str) -> bool {
     match number::read(words) {
         Err(NotANumber::NotFinite) => words.trim_start_matches(['+', '-']).parse::<f64>().is_ok(),
@@ -311,354 +298,6 @@ fn steps(document: &Document, layout: &Layout<'_>, text: &Text<'_>, findings: &m
             );
             finding.at(token.line + 1, token.column).raw(token.text).fix(fix)
         });
-    }
-}
-
-fn distribution(
-    document: Document,
-    places: &Places,
-    text: &Text<'_>,
-    options: ReadOptions,
-    findings: &mut Findings,
-) -> Option<Distribution> {
-    let header = &document.header;
-    let line_of = |index: usize| places.lines.get(index).copied().flatten().unwrap_or(index);
-    let set = header.lamp_sets.first()?;
-    let flux_line = line_of(HEADER + 2);
-    let flux = match set.flux_lm {
-        Some(flux) if flux > 0.0 => flux,
-        other => {
-            let message = if other.is_none() {
-                "no lamp flux is stated"
-            } else {
-                "the lamp flux is not above zero"
-            };
-            findings.push(
-                Finding::error("ldt-lamp-flux", format!("{message}; cd/klm cannot become candela"))
-                    .at(flux_line + 1, 1)
-                    .raw(text.line(flux_line))
-                    .fix("write the flux of the lamps in lm into line 26c"),
-            );
-            return None;
-        }
-    };
-    let factor_line = line_of(23);
-    let conversion = match header.conversion_factor {
-        Some(1.0) => 1.0,
-        Some(factor) if factor > 0.0 => {
-            findings.push(
-                Finding::warning(
-                    "ldt-conversion-factor",
-                    format!("the intensities are multiplied by the conversion factor {factor}"),
-                )
-                .at(factor_line + 1, 1)
-                .raw(text.line(factor_line))
-                .assumed("a factor on every intensity"),
-            );
-            factor
-        }
-        Some(_) => {
-            findings.push(
-                Finding::error("ldt-conversion-factor", "the conversion factor is not above zero")
-                    .at(factor_line + 1, 1)
-                    .raw(text.line(factor_line))
-                    .fix("write 1 unless every intensity is to be multiplied"),
-            );
-            return None;
-        }
-        None if crate::text_is_blank(text.line(factor_line)) => {
-            findings.push(
-                Finding::warning("ldt-conversion-factor", "the conversion factor is blank")
-                    .at(factor_line + 1, 1)
-                    .assumed("1")
-                    .fix("write 1"),
-            );
-            1.0
-        }
-        None => return None,
-    };
-    let most = LARGEST_GRID.0.max(LARGEST_GRID.1 * document.intensity_cd_klm.len());
-    if document.c_deg.len().saturating_mul(document.gamma_deg.len()) > most {
-        let message = format!(
-            "{} × {} directions are more than a file can mean",
-            document.c_deg.len(),
-            document.gamma_deg.len()
-        );
-        findings.push(
-            Finding::error("ldt-grid-too-large", message)
-                .at(line_of(3) + 1, 1)
-                .fix("check lines 4 and 6"),
-        );
-        return None;
-    }
-    sets(header, &line_of, findings);
-    claims::type_indicator(&document, line_of(1) + 1, findings);
-    if document.isym == 3 {
-        order_of_class_three(&document, &line_of, options, findings);
-    }
-    let factor = conversion * flux / 1000.0;
-    let intensity = match expand::expand(&document, factor, options.isym3_c90_first) {
-        Ok(intensity) => intensity,
-        Err(error) => {
-            findings.push(Finding::error("ldt-angles", error.to_string()).fix("correct the angles of C or γ"));
-            return None;
-        }
-    };
-    let stored = expand::stored_c_deg(
-        document.isym,
-        &document.c_deg,
-        document.intensity_cd_klm.len() / document.gamma_deg.len(),
-        options.isym3_c90_first,
-    );
-    let raw = |index: usize| {
-        places
-            .intensity
-            .get(index)
-            .map_or("", |&(line, _)| text.line(line - 1).trim())
-    };
-    let written = Stored {
-        planes_deg: &stored,
-        angles_deg: &document.gamma_deg,
-        values: &document.intensity_cd_klm,
-        places: &places.intensity,
-        raw: &raw,
-        poles: true,
-        ends_with_newline: text.ends_with_newline,
-    };
-    plausible::check(&written, findings);
-    if let Some((index, (line, column))) =
-        plausible::closing(&written, written.values).and_then(|index| Some((index, *places.intensity.get(index)?)))
-    {
-        let (values, ng) = (written.values, document.gamma_deg.len());
-        let peak = values.iter().fold(0.0, |most: f64, &value| most.max(value));
-        let severity = plausible::closing_severity(&values[..ng], &values[values.len() - ng..], peak);
-        findings.push(
-            Finding::new(
-                severity,
-                "ldt-closing-plane",
-                "the planes at C0 and C360 are one plane, yet they differ",
-            )
-            .at(line, column)
-            .raw(raw(index))
-            .assumed("the plane at C0")
-            .fix("compare both planes with the source"),
-        );
-    }
-    let contradicted = plausible::flux(
-        &intensity,
-        Some(flux),
-        Some((flux_line + 1, 1)),
-        header.lorl_percent.map(|lorl| (lorl, line_of(22) + 1)),
-        findings,
-    );
-    stated_ratios(header, &intensity, &line_of, contradicted, findings);
-    header::check(&document, &intensity, &line_of, text, findings);
-    let mut json = document.header_json();
-    json.insert("encoding".into(), Value::from(text.encoding));
-    json.insert("line_ending".into(), Value::from(text.line_ending));
-    let absolute = set.count.is_some_and(|count| count < 0.0);
-    let luminaire = luminaire(header);
-    Some(Distribution {
-        intensity,
-        symmetry: symmetry(document.isym),
-        lamp_flux_lm: Some(flux),
-        absolute,
-        native: None,
-        luminaire,
-        header: json,
-        eulumdat: (!options.isym3_c90_first).then(|| Box::new(document)),
-    })
-}
-
-/// Downward flux fraction in percentage points: of 85 files by many hands whose value means their light, none is farther
-/// off than 0.5.
-const DFF_APART: f64 = 1.0;
-/// Direct ratios, for a note and for a warning. Of 25 files by many hands 17 are within 0.045 of the integral; two of narrow
-/// beams are 0.10 and 0.12 off, which another spacing of the luminaires explains; six are 0.15 to 0.7 off: values of
-/// another luminaire, left over from a template.
-const RATIO_APART: (f64, f64) = (0.07, 0.15);
-/// Direct ratios that programs computed by coarse zones fall by so much, here and there, where they should rise.
-const DIP: f64 = 0.002;
-
-/// Downward flux fraction and direct ratios against the integral. `contradicted`: the light output ratio is that of other
-/// light; what was computed from that light then says so once more, as a note.
-fn stated_ratios(
-    header: &Header,
-    intensity: &IntensityDistribution,
-    line_of: &impl Fn(usize) -> usize,
-    contradicted: bool,
-    findings: &mut Findings,
-) {
-    let (down, all) = (intensity.flux_between(0.0, 90.0).value(), intensity.flux().value());
-    if header.fractions_unstated() && all > 0.0 {
-        let message = "light output ratio and downward flux fraction are zero, though there is light";
-        findings.push(
-            Finding::note("ldt-unstated", message)
-                .at(line_of(21) + 1, 1)
-                .assumed("not stated"),
-        );
-    } else if let Some(stated) = header.dff_percent
-        && all > 0.0
-        && (stated - 100.0 * down / all).abs() > DFF_APART
-    {
-        let message = format!(
-            "{:.1} % of the integral goes down; stated is {stated} %",
-            100.0 * down / all
-        );
-        let severity = if contradicted { Severity::Note } else { Severity::Warning };
-        findings.push(
-            Finding::new(severity, "flux-dff", message)
-                .at(line_of(21) + 1, 1)
-                .assumed("the intensities")
-                .fix("correct the downward flux fraction, or look for damage in the intensities"),
-        );
-    }
-    let stated = header.direct_ratios;
-    let first = line_of(HEADER + 6 * header.lamp_sets.len() - 1) + 1;
-    // Zeros stand for blanks.
-    if stated.iter().flatten().all(|&ratio| ratio == 0.0) {
-        return;
-    }
-    let say = |at: usize, message: &str| {
-        Finding::warning("ldt-direct-ratios", message)
-            .at(first + at + 1, 1)
-            .raw(&stated[at].unwrap_or(0.0).to_string())
-            .assumed("as they stand")
-            .fix("compare the ratios with the source; two may be swapped")
-    };
-    // A share of the flux; programs round up.
-    let share = |ratio: Option<f64>| ratio.is_none_or(|ratio| (0.0..=1.05).contains(&ratio));
-    if let Some(at) = (0..10).find(|&at| !share(stated[at])) {
-        findings.push(say(at, "a direct ratio is a share of the flux, from 0 to 1"));
-        return;
-    }
-    let falls = |a: usize, b: usize| stated[a].zip(stated[b]).is_some_and(|(a, b)| b < a - DIP);
-    if let Some(at) = (1..10).find(|&at| falls(at - 1, at)) {
-        // Without the one before they go on rising: that one is too large.
-        let odd = if at > 1 && !falls(at - 2, at) { at - 1 } else { at };
-        findings.push(say(odd, "the direct ratios do not rise with the room index"));
-        return;
-    }
-    let Some(computed) = rough_direct_ratios(intensity) else {
-        return;
-    };
-    let apart = |at: usize| stated[at].map_or(0.0, |ratio| (ratio - computed[at]).abs());
-    let worst = (0..10).max_by(|&a, &b| apart(a).total_cmp(&apart(b))).unwrap_or(0);
-    if apart(worst) > RATIO_APART.0 {
-        let (far, limit) = (apart(worst) > RATIO_APART.1, RATIO_APART);
-        let message = format!(
-            "the direct ratio for k = {} is {}, the intensities give {:.3} (note from {} apart, warning from {})",
-            ROOM_INDICES[worst],
-            stated[worst].unwrap_or(0.0),
-            computed[worst],
-            limit.0,
-            limit.1
-        );
-        let (severity, fix) = if far {
-            (
-                if contradicted { Severity::Note } else { Severity::Warning },
-                "leave the ten ratios blank to have them computed, or look for damage in the intensities",
-            )
-        } else {
-            (Severity::Note, "another spacing of the luminaires may explain it")
-        };
-        findings.push(
-            Finding::new(severity, "ldt-direct-ratios", message)
-                .at(first + worst + 1, 1)
-                .assumed("as they stand")
-                .fix(fix),
-        );
-    }
-}
-
-fn sets(header: &Header, line_of: &impl Fn(usize) -> usize, findings: &mut Findings) {
-    if header.lamp_sets.len() > 1 {
-        let message = format!("{} sets of lamps are listed", header.lamp_sets.len());
-        findings.push(
-            Finding::note("ldt-lamp-sets", message)
-                .at(line_of(25) + 1, 1)
-                .assumed("candela with the flux of the first set"),
-        );
-    }
-    if header.lamp_sets.first().is_some_and(|set| set.count == Some(0.0)) {
-        findings.push(
-            Finding::warning("ldt-lamp-count", "the number of lamps is 0")
-                .at(line_of(HEADER) + 1, 1)
-                .raw("0")
-                .assumed("relative photometry; line 26c is the flux of all lamps together")
-                .fix("write the number of lamps, or −1 for absolute photometry"),
-        );
-    }
-}
-
-/// The order matters where the planes are not the same forwards and backwards.
-fn order_of_class_three(
-    document: &Document,
-    line_of: &impl Fn(usize) -> usize,
-    options: ReadOptions,
-    findings: &mut Findings,
-) {
-    let ng = document.gamma_deg.len();
-    let planes: Vec<&[f64]> = document.intensity_cd_klm.chunks(ng).collect();
-    if planes.iter().zip(planes.iter().rev()).all(|(a, b)| a == b) {
-        return;
-    }
-    let (order, other) = if options.isym3_c90_first {
-        (
-            "C90 through C180 to C270, as asked for",
-            "leave the option out to read C270 first",
-        )
-    } else {
-        (
-            "C270 through C0 to C90, as the format has it",
-            "if the light falls to the wrong side, read it with --isym3 c90-first",
-        )
-    };
-    findings.push(
-        Finding::note(
-            "ldt-isym3-order",
-            "symmetry 3: some programs store C90 first, and the file cannot say which",
-        )
-        .at(line_of(2) + 1, 1)
-        .raw("3")
-        .assumed(order)
-        .fix(other),
-    );
-}
-
-fn luminaire(header: &Header) -> Luminaire {
-    let set = header.lamp_sets.first().cloned().unwrap_or_default();
-    Luminaire {
-        manufacturer: header.company.clone(),
-        name: header.name.clone(),
-        number: header.number.clone(),
-        report: header.report.clone(),
-        date: header.date_user.clone(),
-        laboratory: String::new(),
-        length_mm: header.length_mm,
-        width_mm: header.width_mm,
-        height_mm: header.height_mm,
-        luminous_length_mm: header.luminous_length_mm,
-        luminous_width_mm: header.luminous_width_mm,
-        luminous_height_mm: header.luminous_height_mm,
-        lamp: set.lamp,
-        lamp_count: set.count.map(f64::abs),
-        colour: set.colour,
-        rendering: set.rendering,
-        watts: set.watts,
-        luminous_body_mm: None,
-        tilt_deg: header.tilt_deg,
-    }
-}
-
-/// The indicator for a symmetry.
-pub(super) const fn isym(symmetry: Symmetry) -> u8 {
-    match symmetry {
-        Symmetry::None => 0,
-        Symmetry::Rotational => 1,
-        Symmetry::C0C180 => 2,
-        Symmetry::C90C270 => 3,
-        Symmetry::Quadrant => 4,
     }
 }
 

@@ -2,21 +2,12 @@
 
 use isolux_photometry::{IntensityDistribution, Symmetry};
 
+use super::document::{Document, Header, isym, stored_planes};
 use super::expand::stored_c_deg;
-use super::read::isym;
-use super::{Document, Header, stored_planes};
 use crate::finding::{Finding, Findings};
 use crate::number;
+use crate::parsed::Written;
 use crate::quantities::utilisation::direct_ratios;
-
-/// A file's bytes, and what the format could not hold of what was to be written.
-#[derive(Debug, Clone)]
-pub struct Written {
-    /// The file.
-    pub bytes: Vec<u8>,
-    /// What was cut, rounded or left out.
-    pub findings: Vec<Finding>,
-}
 
 /// Writes a distribution. `header.lamp_sets[0].flux_lm` is the flux that cd/klm refer to; the symmetry that the
 /// intensities really have is kept in the file. Blank direct ratios, LORL and DFF are computed from the integral.
@@ -76,8 +67,8 @@ pub fn write(intensity: &IntensityDistribution, header: &Header) -> Result<Writt
     Ok(written)
 }
 
-/// Puts 0 for sizes, tilt and power that are not known, and says how many: readers that skip blank lines would take every
-/// number after one for its neighbour.
+/// Puts 0 for sizes, tilt and power that are not known, and says how many: readers that skip blank lines would take
+/// every number after one for its neighbour.
 fn zero_where_unknown(header: &mut Header) -> usize {
     let sizes = [
         &mut header.length_mm,
@@ -163,7 +154,8 @@ pub fn rewrite(document: &Document, intensity: &IntensityDistribution) -> Writte
     write_document(&document)
 }
 
-/// The common distance of the angles; 0 where they have none. `turn`: the angles close into a circle of that many degrees.
+/// The common distance of the angles; 0 where they have none. `turn`: the angles close into a circle of that many
+/// degrees.
 fn step(angles: &[f64], turn: f64) -> f64 {
     let [first, second, ..] = *angles else { return 0.0 };
     let step = second - first;

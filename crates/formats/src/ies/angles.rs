@@ -4,21 +4,13 @@
 //! behind the luminaire, C0 is to the right and C90 up. Type A turns about the vertical axis (H is the azimuth, V the
 //! elevation), type B about the horizontal one (V is the azimuth, H the elevation).
 
-use isolux_photometry::{DistributionError, IntensityDistribution, Symmetry};
+use isolux_photometry::{DistributionError, IntensityDistribution};
 
+use super::native::{Native, folds};
 use super::own::OwnLight;
 
-/// Measured planes in the file's coordinates, candela `[ih * nv + iv]`.
-#[derive(Debug)]
-pub(super) struct Native<'a> {
-    pub type_a: bool,
-    pub vertical_deg: &'a [f64],
-    pub horizontal_deg: &'a [f64],
-    pub candela: &'a [f64],
-}
-
-/// Directions that a conversion makes at most, and how many for each one of the file where that is more: a short file may
-/// name any step.
+/// Directions that a conversion makes at most, and how many for each one of the file where that is more: a short file
+/// may name any step.
 const LARGEST_GRID: (usize, usize) = (1_000_000, 8);
 /// The same for steps finer than the file's own.
 const LARGEST_REFINED: (usize, usize) = (24_576, 8);
@@ -54,39 +46,13 @@ impl Resampled {
 }
 
 impl Native<'_> {
-    /// The symmetry that angles which begin at 0 imply.
-    pub(super) fn symmetry(&self) -> Symmetry {
-        match (folds(self.horizontal_deg), folds(self.vertical_deg)) {
-            (true, true) => Symmetry::Quadrant,
-            (true, false) => Symmetry::C90C270,
-            (false, true) => Symmetry::C0C180,
-            (false, false) => Symmetry::None,
-        }
-    }
-
-    /// The smallest distance between two angles of a direction; none where there is one angle alone.
-    pub(super) fn smallest_step(&self) -> Option<f64> {
-        let steps = |angles: &[f64]| {
-            let apart = angles.windows(2).map(|pair| pair[1] - pair[0]);
-            apart.fold(f64::INFINITY, f64::min)
-        };
-        let step = steps(self.vertical_deg).min(steps(self.horizontal_deg));
-        (step.is_finite() && step > 0.0).then_some(step)
-    }
-
-    /// The farthest from 0 that any angle is.
-    pub(super) fn reach_deg(&self) -> f64 {
-        let all = self.vertical_deg.iter().chain(self.horizontal_deg);
-        all.fold(0.0_f64, |most, angle| most.max(angle.abs()))
-    }
-
-    /// The distribution over C-γ. γ ends where the file's angles end, at 90° for the front half-space that types A and B
-    /// describe.
+    /// The distribution over C-γ. γ ends where the file's angles end, at 90° for the front half-space that types A and
+    /// B describe.
     ///
-    /// The step is the file's smallest (a multiple of it where that would be too many directions). Straight lines between
-    /// points of one grid cut the corners of straight lines between points of another; where flux or peak show it, the
-    /// directions of the table's maxima get half-planes and γ of their own and the step is halved until they show it no more,
-    /// or the grid is as large as [`LARGEST_REFINED`] lets it be.
+    /// The step is the file's smallest (a multiple of it where that would be too many directions). Straight lines
+    /// between points of one grid cut the corners of straight lines between points of another; where flux or peak show
+    /// it, the directions of the table's maxima get half-planes and γ of their own and the step is halved until they
+    /// show it no more, or the grid is as large as [`LARGEST_REFINED`] lets it be.
     pub(super) fn resampled(&self) -> Result<Resampled, DistributionError> {
         let quarters = if self.reach_deg() > 90.0 { 2 } else { 1 };
         let step = self.smallest_step().map_or(5.0, |step| step.min(30.0));
@@ -205,11 +171,6 @@ impl Native<'_> {
     }
 }
 
-/// Whether angles that begin at 0 stand for those below 0 as well.
-pub(super) fn folds(angles: &[f64]) -> bool {
-    angles.first().is_some_and(|&first| first >= 0.0)
-}
-
 /// An even row with more angles, each of them once.
 fn with(mut row: Vec<f64>, more: impl Iterator<Item = f64>) -> Vec<f64> {
     row.extend(more);
@@ -218,7 +179,8 @@ fn with(mut row: Vec<f64>, more: impl Iterator<Item = f64>) -> Vec<f64> {
     row
 }
 
-/// Index and fraction of `x` on a rising grid, with room for rounding at its ends; a grid of one angle holds everywhere.
+/// Index and fraction of `x` on a rising grid, with room for rounding at its ends; a grid of one angle holds
+/// everywhere.
 fn bracket(grid: &[f64], x: f64) -> Option<(usize, f64)> {
     let (&first, &last) = (grid.first()?, grid.last()?);
     if grid.len() == 1 {
@@ -245,6 +207,8 @@ fn bracket(grid: &[f64], x: f64) -> Option<(usize, f64)> {
 
 #[cfg(test)]
 mod tests {
+    use isolux_photometry::Symmetry;
+
     use super::*;
 
     fn grid() -> Vec<f64> {

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use isolux_photometry::{IntensityDistribution, Symmetry};
 
-use super::Photometry;
+use super::photometry::Photometry;
 use crate::distribution::Native;
 use crate::finding::{Finding, Findings};
 
@@ -20,8 +20,8 @@ pub(super) struct Grid<'g> {
 const FINEST_STEP_DEG: f64 = 0.25;
 
 impl<'g> Grid<'g> {
-    /// Type C: the symmetry that the intensities really have is kept where LM-63-2002 has a class for it: horizontal angles
-    /// 0, 0–90, 0–180, or 0–360 with C0 repeated at 360.
+    /// Type C: the symmetry that the intensities really have is kept where LM-63-2002 has a class for it: horizontal
+    /// angles 0, 0–90, 0–180, or 0–360 with C0 repeated at 360.
     pub fn type_c(intensity: &'g IntensityDistribution, findings: &mut Findings) -> Self {
         let gamma = intensity.gamma_deg();
         let ends = [gamma.first().copied(), gamma.last().copied()];
@@ -55,8 +55,8 @@ impl<'g> Grid<'g> {
         }
     }
 
-    /// C–γ turned into type A or B over the half-space in front, at the smallest step of γ; what lies behind is lost, and said.
-    /// Where left and right agree the horizontal angles begin at 0, LM-63's class for lateral symmetry.
+    /// C–γ turned into type A or B over the half-space in front, at the smallest step of γ; what lies behind is lost,
+    /// and said. Where left and right agree the horizontal angles begin at 0, LM-63's class for lateral symmetry.
     pub fn turned(intensity: &IntensityDistribution, photometry: Photometry, findings: &mut Findings) -> Self {
         let (behind, all) = (intensity.flux_between(90.0, 180.0).value(), intensity.flux().value());
         if behind.abs() > 1e-9 * all.abs() {

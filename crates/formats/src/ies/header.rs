@@ -3,9 +3,9 @@
 
 use isolux_photometry::IntensityDistribution;
 
-use super::Edition;
+use super::edition::Edition;
+use super::lamp::Lamp;
 use super::layout::{Layout, Token};
-use super::read::Lamp;
 use super::shape::Shape;
 use crate::finding::{Finding, Findings};
 use crate::ratings;
@@ -101,8 +101,8 @@ impl Numbers<'_, '_> {
         let (Some(watts), Some(at)) = (self.lamp.watts, self.layout.factors) else {
             return;
         };
-        // Without stated lumens the light itself may be counted in other units, as ultraviolet is in mW: too little of it
-        // says nothing.
+        // Without stated lumens the light itself may be counted in other units, as ultraviolet is in mW: too little of
+        // it says nothing.
         let rounded = (integral * 10.0).round() / 10.0;
         let message = match stated {
             Some(lamps) => ratings::efficacy(lamps, watts),

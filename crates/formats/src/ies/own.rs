@@ -1,9 +1,10 @@
-//! Flux and peak of a table of type A or B, from its own angles: straight lines between the values that the file states.
+//! Flux and peak of a table of type A or B, from its own angles: straight lines between the values that the file
+//! states.
 
 use isolux_photometry::linear_times_sine;
 
-use super::Photometry;
-use super::angles::{Native, folds};
+use super::native::{Native, folds};
+use super::photometry::Photometry;
 use crate::distribution;
 
 /// What a table says in its own coordinates.
@@ -69,8 +70,8 @@ impl Native<'_> {
         light
     }
 
-    /// C and γ of a pair of the file's angles, to a millionth of a degree; none where these angles name no direction that
-    /// others do not name as well.
+    /// C and γ of a pair of the file's angles, to a millionth of a degree; none where these angles name no direction
+    /// that others do not name as well.
     pub(super) fn c_gamma(&self, horizontal_deg: f64, vertical_deg: f64) -> Option<(f64, f64)> {
         let (photometry, elevation, azimuth) = if self.type_a {
             (Photometry::A, vertical_deg, horizontal_deg)
@@ -101,7 +102,8 @@ fn elevation(row: &[f64]) -> Vec<f64> {
     weights(row, 90.0, &|a, b, fa, fb| linear_times_sine(a + 90.0, b + 90.0, fa, fb))
 }
 
-/// The integral of each angle's straight rise and fall, within ±`last`; `of` integrates a straight line between two angles.
+/// The integral of each angle's straight rise and fall, within ±`last`; `of` integrates a straight line between two
+/// angles.
 fn weights(row: &[f64], last: f64, of: &dyn Fn(f64, f64, f64, f64) -> f64) -> Vec<f64> {
     let &[first, _, ..] = row else {
         return vec![of(-last, last, 1.0, 1.0)];

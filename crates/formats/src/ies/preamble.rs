@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::Edition;
+use super::edition::Edition;
 use crate::finding::{Finding, Findings};
 use crate::text::Text;
 
@@ -37,8 +37,8 @@ pub(super) struct Preamble {
 }
 
 impl Preamble {
-    /// Where the keywords name a unit of radiant intensity or radiation that no eye sees, and its name: watts per steradian
-    /// in any keyword, or a radiation type that begins with UV or IR.
+    /// Where the keywords name a unit of radiant intensity or radiation that no eye sees, and its name: watts per
+    /// steradian in any keyword, or a radiation type that begins with UV or IR.
     pub(super) fn radiometric(&self) -> Option<(usize, String)> {
         let unit = self.keywords.iter().find_map(|keyword| {
             let tight = keyword.text.replace(" /", "/").replace("/ ", "/");

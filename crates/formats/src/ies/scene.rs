@@ -3,13 +3,14 @@
 use isolux_photometry::{IntensityDistribution, Symmetry};
 use serde_json::{Map, Value, json};
 
-use super::angles;
+use super::edition::{Edition, GENERATION_TYPES};
+use super::lamp::Lamp;
 use super::layout::{Layout, Token};
+use super::photometry::Photometry;
 use super::preamble::{Preamble, Tilt};
-use super::read::Lamp;
 use super::shape::{self, Shape};
-use super::write::TiltFactors;
-use super::{Edition, GENERATION_TYPES, Photometry};
+use super::tilt::TiltFactors;
+use super::{angles, native};
 use crate::distribution::{Luminaire, Native};
 use crate::finding::{Finding, Findings};
 use crate::plausible;
@@ -187,10 +188,13 @@ impl Scene<'_, '_> {
             let index = self.layout.candela + rows.len() * self.layout.nv + at;
             let (line, column) = self.place(index);
             let token = self.tokens.get(index).map_or("", |token| token.text);
-            let peak = rows.iter().flat_map(|(_, row)| row.iter()).fold(0.0, |most: f64, &value| most.max(value));
+            let peak = rows
+                .iter()
+                .flat_map(|(_, row)| row.iter())
+                .fold(0.0, |most: f64, &value| most.max(value));
             findings.push(
                 Finding::new(
-                    plausible::closing_severity(opening, &closing, peak),
+                    plausible::closing_severity(opening, closing, peak),
                     "ies-closing-plane",
                     format!("the planes at {first}° and {last}° are one plane, yet they differ"),
                 )
@@ -212,7 +216,7 @@ impl Scene<'_, '_> {
         findings: &mut Findings,
     ) -> Result<Grid, String> {
         let (line, column) = self.place(self.layout.vertical);
-        let source = angles::Native {
+        let source = native::Native {
             type_a: kind == 'A',
             vertical_deg: vertical,
             horizontal_deg: horizontal,
@@ -249,11 +253,11 @@ impl Scene<'_, '_> {
         Ok((grid.intensity, source.symmetry(), Some(native)))
     }
 
-    /// Angles of type A or B that begin at 0 or above stand for those below as well. For horizontal angles that is lateral
-    /// symmetry, as LM-63 has it; of vertical ones it says only that they may begin at 0.
+    /// Angles of type A or B that begin at 0 or above stand for those below as well. For horizontal angles that is
+    /// lateral symmetry, as LM-63 has it; of vertical ones it says only that they may begin at 0.
     fn mirrored(&self, vertical: &[f64], horizontal: &[f64], findings: &mut Findings) {
         if let &[first, _, ..] = horizontal
-            && angles::folds(horizontal)
+            && native::folds(horizontal)
         {
             let message = format!("horizontal angles begin at {first}°");
             let finding = if first == 0.0 {
@@ -264,7 +268,7 @@ impl Scene<'_, '_> {
             let (line, column) = self.place(self.layout.horizontal);
             findings.push(finding.at(line, column).assumed("left like right"));
         }
-        if angles::folds(vertical) {
+        if native::folds(vertical) {
             let message = format!(
                 "vertical angles begin at {}°: what lies below is not stated",
                 vertical[0]
@@ -376,7 +380,7 @@ impl Scene<'_, '_> {
 }
 
 /// How the light over C-γ differs from the file's own: a warning from 1 %, or where the file's step is too fine.
-fn resampling(kind: char, source: &angles::Native<'_>, grid: &angles::Resampled) -> Finding {
+fn resampling(kind: char, source: &native::Native<'_>, grid: &angles::Resampled) -> Finding {
     let step = grid.step_deg;
     let smallest = source.smallest_step().unwrap_or(step);
     let mut message = format!("type {kind} is resampled to C-γ every {step}°");

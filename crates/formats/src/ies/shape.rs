@@ -1,10 +1,12 @@
 //! Shape of the luminous opening from the signs of its three dimensions, and which way they lie.
 //!
-//! Length runs along photometric horizontal, height along photometric zero, width across both. Photometric horizontal is
-//! H = 0 with V = 90° in types B and C and V = 0 in type A; photometric zero is V = 0 in types B and C and V = −90° in type A
-//! (LM-63-2002, definitions). Signs after the published description of Radiance's `ies2rad`, which has them by edition.
+//! Length runs along photometric horizontal, height along photometric zero, width across both. Photometric horizontal
+//! is H = 0 with V = 90° in types B and C and V = 0 in type A; photometric zero is V = 0 in types B and C and V = −90°
+//! in type A (LM-63-2002, definitions). Signs after the published description of Radiance's `ies2rad`, which has them
+//! by edition.
 
-use super::{Edition, Photometry};
+use super::edition::Edition;
+use super::photometry::Photometry;
 
 /// Shape codes of LM-63, all editions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

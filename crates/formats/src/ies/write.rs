@@ -2,12 +2,15 @@
 
 use isolux_photometry::IntensityDistribution;
 
+use super::edition::{Edition, GENERATION_TYPES};
 use super::grid::Grid;
-use super::{Edition, GENERATION_TYPES, Photometry, shape};
+use super::photometry::Photometry;
+use super::shape;
+use super::tilt::TiltFactors;
 use crate::distribution::Distribution;
-use crate::eulumdat::Written;
 use crate::finding::{Finding, Findings};
 use crate::number;
+use crate::parsed::Written;
 
 /// What an LM-63 file says beside the light.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -28,30 +31,19 @@ pub struct Facts {
     pub tilt: Option<TiltFactors>,
 }
 
-/// A tilt table: kept, never applied.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TiltFactors {
-    /// Lamp-to-luminaire geometry, 1 to 3.
-    pub geometry: f64,
-    /// Tilt angles in degrees.
-    pub angle_deg: Vec<f64>,
-    /// The factor on the candela at each angle.
-    pub factor: Vec<f64>,
-}
-
 /// Longest line of LM-63-2002, CR LF included.
 const LINE: usize = 256;
 
-/// Writes a distribution in candela as type C, multiplier and factors 1. The symmetry that the intensities really have is
-/// kept where LM-63 has a class for it.
+/// Writes a distribution in candela as type C, multiplier and factors 1. The symmetry that the intensities really have
+/// is kept where LM-63 has a class for it.
 pub fn write(intensity: &IntensityDistribution, facts: &Facts, edition: Edition) -> Written {
     let mut findings = Findings::new();
     let grid = Grid::type_c(intensity, &mut findings);
     lay_out(&grid, facts, edition, findings)
 }
 
-/// Writes what was read in the coordinates that are asked for, or in its own: a table of type A or B stays what it is, to the
-/// digit; anything else is turned.
+/// Writes what was read in the coordinates that are asked for, or in its own: a table of type A or B stays what it is,
+/// to the digit; anything else is turned.
 pub fn write_as(
     distribution: &Distribution,
     facts: &Facts,

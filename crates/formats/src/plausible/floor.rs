@@ -1,14 +1,14 @@
 //! Light below the floor of the numbers' decimals: what rounding may hide.
 //!
 //! A zero stands for anything below half of the last decimal, every other number for half of it to either side. Over a
-//! whole file that is a bound on light that the numbers cannot show: small for most, six per cent of the flux for a lamp of
-//! 114 cd in whole candela, half of it where 1 is the largest number.
+//! whole file that is a bound on light that the numbers cannot show: small for most, six per cent of the flux for a
+//! lamp of 114 cd in whole candela, half of it where 1 is the largest number.
 
 use super::{Stored, at, decimals};
 use crate::finding::{Finding, Findings};
 
-/// From this part of the flux on, what rounding may hide is a note. Of 334 files by many hands 67 are above it: lamps of
-/// some ten candela in whole candela, and templates of ones and zeros. Nothing in them is wrong, so it is a note.
+/// From this part of the flux on, what rounding may hide is a note. Of 334 files by many hands 67 are above it: lamps
+/// of some ten candela in whole candela, and templates of ones and zeros. Nothing in them is wrong, so it is a note.
 const HIDDEN: f64 = 0.002;
 
 /// Compares what rounding may hide with the light that is there.
@@ -39,8 +39,8 @@ pub(super) fn check(stored: &Stored<'_>, findings: &mut Findings) {
         return;
     }
     let message = format!(
-        "the numbers end at {step}, {:.2} % of the largest: up to {:.2} % of the light may hide in zeros, {:.2} % in the rounding \
-         of the others",
+        "the numbers end at {step}, {:.2} % of the largest: up to {:.2} % of the light may hide in zeros, {:.2} % in the \
+         rounding of the others",
         100.0 * step / peak,
         100.0 * zeros,
         100.0 * others

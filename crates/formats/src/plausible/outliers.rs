@@ -87,8 +87,9 @@ impl<'s, 'f> Field<'s, 'f> {
         horizon && values[index] < values[index - 1].min(values[index + 1])
     }
 
-    /// The departure of smallest size: from the cubic through the neighbours, from the lines through those on one side (light
-    /// that is cut off follows one of them), from the planes beside. None for a value between its two neighbours.
+    /// The departure of smallest size: from the cubic through the neighbours, from the lines through those on one side
+    /// (light that is cut off follows one of them), from the planes beside. None for a value between its two
+    /// neighbours.
     fn departure(&self, index: usize) -> Option<f64> {
         let values = self.stored.values;
         let value = values[index];

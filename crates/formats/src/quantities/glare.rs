@@ -4,17 +4,18 @@
 //! is solved for its inter-reflected light with three surfaces (ceiling, walls, floor cavity); the direct light on the
 //! floor follows from the direct shares. The position index is Guth's formula within the range of the published table.
 //!
-//! Compared with what we did not write (`tests/peers/glare.py`): the uncorrected table that CIE 190 gives for its worked
-//! example at spacing 1 H is met within 0.3, Relux on eleven luminaires within 0.4, DIALux on the same within 1.0.
+//! Compared with what we did not write (`tests/peers/glare.py`): the uncorrected table that CIE 190 gives for its
+//! worked example at spacing 1 H is met within 0.3, Relux on eleven luminaires within 0.4, DIALux on the same within
+//! 1.0.
 
 use std::f64::consts::PI;
 
 use serde_json::{Value, json};
 
 use super::utilisation::direct_shares;
-use crate::Distribution;
+use crate::distribution::Distribution;
 use crate::distribution::{Luminaire, face};
-use crate::eulumdat::ROOM_INDICES;
+use crate::eulumdat::document::ROOM_INDICES;
 
 /// X (across the line of sight) and Y (along it) in H.
 const ROOMS: [[f64; 2]; 19] = [
@@ -57,8 +58,9 @@ const SPACING: f64 = 0.25;
 /// A luminous opening longer along C0 than along C90 by more than this is one that lies along C0.
 const LONGER: f64 = 1.1;
 
-/// The table for the luminaire's own flux; null without a luminous area or without downward light. Crosswise and endwise are
-/// those of the luminaire (CIE 117): it lies along C90–C270, as in EULUMDAT, unless its opening is longer along C0.
+/// The table for the luminaire's own flux; null without a luminous area or without downward light. Crosswise and
+/// endwise are those of the luminaire (CIE 117): it lies along C90–C270, as in EULUMDAT, unless its opening is longer
+/// along C0.
 pub(super) fn table(distribution: &Distribution) -> Value {
     let Some(source) = Source::new(distribution) else {
         return Value::Null;
@@ -148,9 +150,9 @@ impl<'d> Source<'d> {
         sum
     }
 
-    /// Seen by an eye towards C, γ. A body of which every section is an ellipse has the root of the sum of the squares of its
-    /// three faces' shares (exact for ellipsoids); where it is round in one plane this holds for the two faces around that
-    /// plane's axis.
+    /// Seen by an eye towards C, γ. A body of which every section is an ellipse has the root of the sum of the squares
+    /// of its three faces' shares (exact for ellipsoids); where it is round in one plane this holds for the two faces
+    /// around that plane's axis.
     fn projected_m2(&self, c_deg: f64, gamma_deg: f64) -> f64 {
         let (sin_g, cos_g) = gamma_deg.to_radians().sin_cos();
         let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
@@ -377,8 +379,9 @@ mod tests {
 
     #[test]
     fn tables_are_those_of_another_program() {
-        // eulumdat-ugr 1.0.1 (MIT; CIE 190 with the published tables), crosswise and endwise, rooms 2H × 2H, 4H × 8H and
-        // 12H × 8H, reflectances 70/50/20 and 30/30/20. Its position indices are the table's, ours Guth's formula: up to 0.3.
+        // eulumdat-ugr 1.0.1 (MIT; CIE 190 with the published tables), crosswise and endwise, rooms 2H × 2H, 4H × 8H
+        // and 12H × 8H, reflectances 70/50/20 and 30/30/20. Its position indices are the table's, ours Guth's formula:
+        // up to 0.3.
         let published = [
             (
                 lamp(1, 600.0, 600.0, 0.0),

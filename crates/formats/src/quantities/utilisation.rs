@@ -2,7 +2,7 @@
 
 use isolux_photometry::IntensityDistribution;
 
-use crate::eulumdat::ROOM_INDICES;
+use crate::eulumdat::document::ROOM_INDICES;
 
 /// Fluxes of the CIE flux code: within the solid angles π/2, π, 3π/2 and 2π around γ = 0, that is up to these γ.
 const CODE_GAMMA_DEG: [f64; 3] = [41.409_622_109_270_86, 60.0, 75.522_487_814_070_08];
@@ -26,8 +26,9 @@ pub(crate) fn cie_flux_code(grid: &IntensityDistribution, lamp_flux_lm: Option<f
 /// whole flux that falls directly on the working plane of a square room whose ceiling is evenly filled with luminaires.
 /// None where nothing goes down.
 ///
-/// Field descriptions leave open whether light that goes up counts. Files do not: of 17 by many hands whose ratios belong
-/// to their light, those with 33 %, 87 %, 90 % and 94 % downward flux are met within 0.033 if it counts, and missed by up to
+/// Field descriptions leave open whether light that goes up counts. Files do not: of 17 by many hands whose ratios
+/// belong to their light, those with 33 %, 87 %, 90 % and 94 % downward flux are met within 0.033 if it counts, and
+/// missed by up to
 /// 0.57 if it does not.
 pub(crate) fn direct_ratios(grid: &IntensityDistribution) -> Option<[f64; 10]> {
     ratios(grid, &FINE)

@@ -119,6 +119,7 @@ pub(super) fn is_wavelength_heading(heading: &str) -> bool {
         "lamda",
         "wavenumber",
         "wlen",
+        "wvl",
         "microns",
         "um",
         "µm",
@@ -128,6 +129,7 @@ pub(super) fn is_wavelength_heading(heading: &str) -> bool {
         || lower.starts_with("wavel")
         || lower.starts_with('λ')
         || lower.contains("wavelength")
+        || ["lower wvl", "upper wvl"].contains(&lower.as_str())
         || lower.starts_with("(nm")
         || lower.starts_with("[nm")
 }

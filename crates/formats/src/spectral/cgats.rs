@@ -2,15 +2,16 @@
 
 use serde_json::{Map, Value};
 
-use super::points::{Draft, Point};
-use super::{SpectrumFile, refused};
+use super::file::SpectrumFile;
+use super::point::Point;
+use super::points::Draft;
 use crate::finding::{Finding, Findings};
 use crate::number;
-use crate::read::{Format, Kind, Parsed};
+use crate::parsed::{Format, Kind, Parsed};
 use crate::text::Text;
 
 /// Whether a CGATS data block stands in the file.
-pub(super) fn looks_like(text: &Text<'_>) -> bool {
+pub(crate) fn looks_like(text: &Text<'_>) -> bool {
     let mark = ["SPECT", "CGATS", "CCSS", "CMF", "CTI"];
     let first = text.lines().map(str::trim).find(|l| !l.is_empty()).unwrap_or("");
     mark.iter().any(|m| first.starts_with(m))
@@ -28,7 +29,7 @@ struct Token<'t> {
 }
 
 /// Reads the first table of the file.
-pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
+pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
     let mut keywords: Map<String, Value> = Map::new();
     let mut places: Vec<(String, usize)> = Vec::new();
     let mut fields: Vec<Token<'_>> = Vec::new();
@@ -108,7 +109,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 .fix("the file is cut: fetch it again"),
             &mut findings,
         );
-        return refused(Some(Format::Sp), findings);
+        return Parsed::refused(Some(Format::Sp), Some(Kind::Spectrum), findings);
     }
     if !seen_end {
         fail(
@@ -180,7 +181,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 .at(fields.first().map_or(1, |f| f.line), 1)
                 .fix("fields are named SPEC_380 or nm380"),
         );
-        return refused(Some(Format::Sp), findings);
+        return Parsed::refused(Some(Format::Sp), Some(Kind::Spectrum), findings);
     }
     if !data.len().is_multiple_of(width) || data.is_empty() {
         whole = false;
@@ -237,7 +238,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         let mut value = Vec::with_capacity(sets);
         for set in 0..sets {
             let token = data[set * width + field];
-            match number::read_up_to(token.text, super::table::LARGEST) {
+            match number::read_up_to(token.text, number::LARGEST_SPECTRAL) {
                 Ok(n) => {
                     comma |= n.comma;
                     value.push(Some(n.value));
@@ -335,7 +336,8 @@ fn wavelength_of(field: &str) -> Option<f64> {
     (1.0..1e5).contains(&nm).then_some(nm)
 }
 
-/// Fields `SPECTRAL_NM` and, behind each, `SPECTRAL_VAL`, `SPECTRAL_DEC` or `SPECTRAL_PCT`: the wavelengths stand in the data.
+/// Fields `SPECTRAL_NM` and, behind each, `SPECTRAL_VAL`, `SPECTRAL_DEC` or `SPECTRAL_PCT`: the wavelengths stand in
+/// the data.
 struct Pairs {
     width: usize,
     /// Columns of wavelength and value.
@@ -373,16 +375,16 @@ impl Pairs {
                     .fix("check for a lost or doubled number"),
             );
         }
-        let mut read = |token: &Token<'_>, whole: &mut bool| match number::read_up_to(token.text, super::table::LARGEST)
-        {
-            Ok(number) => Some(number.value),
-            Err(error) => {
-                *whole = false;
-                let finding = Finding::error("sp-number", error.to_string());
-                findings.push(finding.at(token.line, token.column).raw(token.text));
-                None
-            }
-        };
+        let mut read =
+            |token: &Token<'_>, whole: &mut bool| match number::read_up_to(token.text, number::LARGEST_SPECTRAL) {
+                Ok(number) => Some(number.value),
+                Err(error) => {
+                    *whole = false;
+                    let finding = Finding::error("sp-number", error.to_string());
+                    findings.push(finding.at(token.line, token.column).raw(token.text));
+                    None
+                }
+            };
         let mut differs = None;
         for (index, row) in data.chunks_exact(self.width).enumerate() {
             for (k, &(nm, value)) in self.columns.iter().enumerate() {
@@ -424,7 +426,7 @@ fn cells(line: &str, number: usize, fields: usize) -> Vec<Token<'_>> {
     line.split('\t')
         .map(|cell| Token {
             line: number,
-            column: super::speos::column_of(line, cell),
+            column: crate::text::column_of(line, cell),
             text: cell.trim(),
         })
         .collect()

@@ -1,7 +1,7 @@
 //! Values per µm, per Å or per 1/cm become values per nm with their abscissa: S(λ) dλ = S(ν) dν.
 
 use super::axis::AxisUnit;
-use super::table::{is_radiometric, quantity_of};
+use super::quantity::{is_radiometric, quantity_of};
 
 /// Where in a unit or heading it stands of what the values are a density: the unit, and the bytes that name it.
 struct Density {

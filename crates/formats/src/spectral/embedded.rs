@@ -1,11 +1,12 @@
 //! A spectrum that a GLDF product lists itself: `<Spectrum><Intensity wavelength="380">0.1</Intensity>…`.
 
-use super::SpectrumFile;
 use super::axis::AxisUnit;
-use super::points::{Draft, Point};
+use super::file::SpectrumFile;
+use super::point::Point;
+use super::points::Draft;
 use crate::finding::{Finding, Findings};
 use crate::number;
-use crate::read::{Format, Kind, Parsed};
+use crate::parsed::{Format, Kind, Parsed};
 use crate::xml::Element;
 
 /// The spectrum of one element; none where it refers to a file instead.

@@ -4,8 +4,8 @@ use crate::finding::Finding;
 use crate::number;
 use crate::text::Text;
 
-/// Programs that write exponents fill whole columns with them; as few as these in a file of more than `MANY` numbers stand
-/// alone.
+/// Programs that write exponents fill whole columns with them; as few as these in a file of more than `MANY` numbers
+/// stand alone.
 const FEW: usize = 3;
 const MANY: usize = 20;
 

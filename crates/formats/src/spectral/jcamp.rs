@@ -3,18 +3,19 @@
 use serde_json::Value;
 
 use super::axis::AxisUnit;
-use super::points::{Draft, Point};
-use super::{SpectrumFile, refused};
+use super::file::SpectrumFile;
+use super::point::Point;
+use super::points::Draft;
 use crate::finding::{Finding, Findings};
 use crate::number;
-use crate::read::{Kind, Parsed};
+use crate::parsed::{Format, Kind, Parsed};
 use crate::text::Text;
 
 /// Points beyond this are no spectrum but a forged repeat count.
 const MOST_POINTS: usize = 300_000;
 
 /// Whether a labelled data record opens the file and one names JCAMP.
-pub(super) fn looks_like(text: &Text<'_>) -> bool {
+pub(crate) fn looks_like(text: &Text<'_>) -> bool {
     let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("");
     first.starts_with("##")
         && first.contains('=')
@@ -56,7 +57,7 @@ impl Block<'_> {
         let Some((value, line)) = self.record(label) else {
             return Ok(None);
         };
-        number::read_up_to(value, super::table::LARGEST)
+        number::read_up_to(value, number::LARGEST_SPECTRAL)
             .map(|n| Some(n.value))
             .map_err(|error| {
                 Finding::error("jcamp-number", format!("{label}: {error}"))
@@ -67,12 +68,12 @@ impl Block<'_> {
 }
 
 /// Reads the file.
-pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
+pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
     let blocks = blocks(text);
     let spectra: Vec<&Block<'_>> = blocks.iter().filter(|block| block.form.is_some()).collect();
     let refuse = |finding: Finding, mut findings: Findings| {
         findings.push(finding.fix("export the spectrum as CSV with wavelengths in nm"));
-        refused(None, findings)
+        Parsed::refused(Some(Format::Jcamp), Some(Kind::Spectrum), findings)
     };
     let axis = spectra
         .first()
@@ -103,7 +104,10 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         draft.header.insert(label.clone(), Value::from(*value));
     }
     draft.unit = block.record("YUNITS").map(|(unit, _)| unit.to_ascii_lowercase());
-    draft.quantity = draft.unit.as_deref().and_then(|unit| super::table::quantity_of(unit).0);
+    draft.quantity = draft
+        .unit
+        .as_deref()
+        .and_then(|unit| super::quantity::quantity_of(unit).0);
     if blocks.iter().any(|block| !block.ended) {
         findings.push(
             Finding::error("jcamp-end", "##END= is missing: the file is cut")
@@ -146,13 +150,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
     } else {
         draft.finish(&mut findings)
     };
-    Parsed {
-        inner: None,
-        format: None,
-        kind: Some(Kind::Spectrum),
-        document: file,
-        findings: findings.into_vec(),
-    }
+    Parsed::new(Format::Jcamp, Kind::Spectrum, file, findings)
 }
 
 fn blocks<'t>(text: &'t Text<'_>) -> Vec<Block<'t>> {
@@ -242,10 +240,10 @@ fn pairs(block: &Block<'_>, factor: [f64; 2]) -> Result<Vec<Point>, Finding> {
     let mut pending: Option<f64> = None;
     for &(line, content) in &block.table {
         for token in content.split([' ', '\t', ',', ';']).filter(|token| !token.is_empty()) {
-            let value = number::read_up_to(token, super::table::LARGEST)
+            let value = number::read_up_to(token, number::LARGEST_SPECTRAL)
                 .map_err(|error| {
                     Finding::error("jcamp-number", error.to_string())
-                        .at(line, super::speos::column_of(content, token))
+                        .at(line, crate::text::column_of(content, token))
                         .raw(token)
                 })?
                 .value;
@@ -420,7 +418,7 @@ fn decode(line: &str) -> Result<(f64, Vec<Code>), (usize, String)> {
         let value: f64 = text
             .parse()
             .ok()
-            .filter(|v: &f64| v.is_finite() && v.abs() < super::table::LARGEST)
+            .filter(|v: &f64| v.is_finite() && v.abs() < number::LARGEST_SPECTRAL)
             .ok_or_else(|| (start, line.get(start..at).unwrap_or("").to_owned()))?;
         match (abscissa, kind) {
             (None, 0) if plain => abscissa = Some(value),

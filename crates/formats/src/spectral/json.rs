@@ -3,14 +3,12 @@
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use super::points::{Draft, Point};
-use super::{Series, SpectrumFile, refused};
+use super::file::{FORMAT, Series, SpectrumFile};
+use super::point::Point;
+use super::points::Draft;
 use crate::finding::{Finding, Findings};
-use crate::read::{Format, Kind, Parsed};
+use crate::parsed::{Format, Kind, Parsed};
 use crate::text::Text;
-
-/// Its name.
-pub(super) const FORMAT: &str = "isolux-spectrum/1";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -35,18 +33,18 @@ struct Column {
 }
 
 /// Whether the document says so itself.
-pub(super) fn looks_like(text: &Text<'_>) -> bool {
+pub(crate) fn looks_like(text: &Text<'_>) -> bool {
     text.content().trim_start().starts_with('{') && text.content().contains(FORMAT)
 }
 
 /// Reads it back.
-pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
+pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
     let document: Document = match serde_json::from_str(text.content()) {
         Ok(document) => document,
         Err(error) => {
             findings
                 .push(Finding::error("json-syntax", error.to_string()).at(error.line().max(1), error.column().max(1)));
-            return refused(Some(Format::Json), findings);
+            return Parsed::refused(Some(Format::Json), Some(Kind::Spectrum), findings);
         }
     };
     let n = document.wavelength_nm.len();
@@ -59,7 +57,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 document.value.len()
             ),
         ));
-        return refused(Some(Format::Json), findings);
+        return Parsed::refused(Some(Format::Json), Some(Kind::Spectrum), findings);
     }
     let mut draft = Draft::new(text.encoding);
     draft.points = (0..n)

@@ -1,6 +1,6 @@
 //! What the heading of a LI-COR text states of its data (`LIMS: 300- 900NM`, `MIN:  318NM -1.459E-05`), against them.
 
-use super::SpectrumFile;
+use super::file::SpectrumFile;
 use crate::finding::Finding;
 use crate::number;
 use crate::text::Text;

@@ -1,15 +1,16 @@
 //! Macam's `.DTA` and `.DAT`: date, time and title behind `@` and `#`, then wavelength and value on lines of their own.
 
-use super::SpectrumFile;
 use super::axis::AxisUnit;
-use super::points::{Draft, Point};
+use super::file::SpectrumFile;
+use super::point::Point;
+use super::points::Draft;
 use crate::finding::{Finding, Findings};
 use crate::number;
-use crate::read::{Format, Kind, Parsed};
+use crate::parsed::{Format, Kind, Parsed};
 use crate::text::Text;
 
 /// Whether the text begins with lines behind `@` and goes on with one number a line.
-pub(super) fn looks_like(text: &Text<'_>) -> bool {
+pub(crate) fn looks_like(text: &Text<'_>) -> bool {
     let mut body = text.lines().skip_while(|line| is_heading(line)).take(2);
     text.lines().next().is_some_and(|line| line.starts_with('@'))
         && body.by_ref().all(|line| number::read(line).is_ok())
@@ -20,7 +21,7 @@ fn is_heading(line: &str) -> bool {
 }
 
 /// Reads wavelengths in nm and values, line after line.
-pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
+pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
     let mut draft = Draft::new(text.encoding);
     draft.axis = Some(AxisUnit::Nanometre);
     let heading: Vec<&str> = text.lines().take_while(|line| is_heading(line)).collect();
@@ -38,7 +39,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         if line.trim().is_empty() {
             continue;
         }
-        match number::read_up_to(line, super::table::LARGEST) {
+        match number::read_up_to(line, number::LARGEST_SPECTRAL) {
             Ok(read) => numbers.push((index + 1, read.value)),
             Err(error) => {
                 draft.whole = false;
@@ -74,5 +75,5 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         })
         .collect();
     let file = draft.finish(&mut findings);
-    Parsed::new(Format::Spd, Kind::Spectrum, file, findings)
+    Parsed::new(Format::Macam, Kind::Spectrum, file, findings)
 }

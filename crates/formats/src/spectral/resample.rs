@@ -2,7 +2,7 @@
 
 use isolux_spectrum::{ResampleError, Spectrum};
 
-use super::{Series, SpectrumFile};
+use super::file::{Series, SpectrumFile};
 use crate::finding::Finding;
 
 /// How values between the points are found.

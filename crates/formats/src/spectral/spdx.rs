@@ -4,12 +4,13 @@ use quick_xml::events::Event;
 use quick_xml::reader::Reader;
 use serde_json::Value;
 
+use super::file::SpectrumFile;
 use super::places::Places;
-use super::points::{Draft, Point};
-use super::{SpectrumFile, refused};
+use super::point::Point;
+use super::points::Draft;
 use crate::finding::{Finding, Findings};
 use crate::number;
-use crate::read::{Format, Kind, Parsed};
+use crate::parsed::{Format, Kind, Parsed};
 use crate::text::Text;
 
 /// Both namespaces that files carry.
@@ -34,8 +35,11 @@ pub(super) const QUANTITIES: [&str; 12] = [
 /// Deeper nesting than this is no spectrum; TM-27 has four levels.
 const DEEPEST: usize = 64;
 
+/// In front of the unit among the comments of a TM-27 file.
+pub(super) const UNIT_COMMENT: &str = "unit of the values: ";
+
 /// Whether the root element stands in the text.
-pub(super) fn looks_like(text: &Text<'_>) -> bool {
+pub(crate) fn looks_like(text: &Text<'_>) -> bool {
     text.lines().take(30).any(|l| l.contains("<IESTM27"))
 }
 
@@ -48,7 +52,7 @@ struct Open {
 }
 
 /// Reads the document.
-pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
+pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
     let content = text.content();
     let places = Places::of(text);
     let mut reader = Reader::from_str(content);
@@ -85,7 +89,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                                 .raw(&name)
                                 .fix("this is no TM-27 file"),
                         );
-                        return refused(Some(Format::Spdx), findings);
+                        return Parsed::refused(Some(Format::Spdx), Some(Kind::Spectrum), findings);
                     }
                     root = true;
                 }
@@ -118,7 +122,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                             .raw(&name)
                             .fix("a TM-27 file is four deep: check that this is one, or fetch the file again"),
                     );
-                    return refused(Some(Format::Spdx), findings);
+                    return Parsed::refused(Some(Format::Spdx), Some(Kind::Spectrum), findings);
                 }
                 if name == "SpectralDistribution" {
                     distribution += 1;
@@ -143,7 +147,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                             .at(places.line(at), 1)
                             .raw(&name),
                     );
-                    return refused(Some(Format::Spdx), findings);
+                    return Parsed::refused(Some(Format::Spdx), Some(Kind::Spectrum), findings);
                 }
             }
             Event::Text(chunk) => {
@@ -202,7 +206,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 .at(1, 1)
                 .raw(text.line(0)),
         );
-        return refused(Some(Format::Spdx), findings);
+        return Parsed::refused(Some(Format::Spdx), Some(Kind::Spectrum), findings);
     }
     if !closed && draft.whole {
         draft.whole = false;
@@ -250,7 +254,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         .header
         .get("Comments")
         .and_then(Value::as_str)
-        .and_then(|comments| comments.rsplit_once(super::write::UNIT_COMMENT))
+        .and_then(|comments| comments.rsplit_once(UNIT_COMMENT))
     {
         draft.unit = Some(unit.trim().to_owned());
     }
@@ -296,7 +300,7 @@ fn close(
     match (parent, open.name.as_str()) {
         (_, "SpectralData") => {
             let mut good = true;
-            let mut read = |raw: &str, what: &str| match number::read_up_to(raw, super::table::LARGEST) {
+            let mut read = |raw: &str, what: &str| match number::read_up_to(raw, number::LARGEST_SPECTRAL) {
                 Ok(n) => {
                     if n.comma {
                         findings.push(

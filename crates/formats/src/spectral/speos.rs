@@ -1,22 +1,23 @@
 //! Ansys Speos `.spectrum`: a mark, a description, a count, pairs.
 
-use super::SpectrumFile;
-use super::points::{Draft, Point};
+use super::file::SpectrumFile;
+use super::point::Point;
+use super::points::Draft;
 use crate::finding::{Finding, Findings};
 use crate::number;
-use crate::read::{Format, Kind, Parsed};
-use crate::text::Text;
+use crate::parsed::{Format, Kind, Parsed};
+use crate::text::{Text, column_of};
 
 /// Real files also write "fie"; the version is `v1` or `v1.0`.
 const MARK: &str = "OPTIS - Spectrum";
 
 /// Whether the mark opens the file.
-pub(super) fn looks_like(text: &Text<'_>) -> bool {
+pub(crate) fn looks_like(text: &Text<'_>) -> bool {
     text.line(0).trim_start().starts_with(MARK)
 }
 
 /// Reads the file.
-pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
+pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
     let mut draft = Draft::new(text.encoding);
     if !looks_like(text) {
         findings.push(
@@ -66,7 +67,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             }),
             Err(finding) => {
                 draft.whole = false;
-                let column = finding.column.unwrap_or(1);
+                let column = finding.column.map_or(1, std::num::NonZeroU32::get);
                 findings.push(finding.at(index + 1, column as usize));
             }
         }
@@ -86,7 +87,7 @@ pub(super) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             );
         }
     }
-    super::table::unfinished_line(text, &mut findings);
+    super::unfinished::unfinished_line(text, &mut findings);
     draft.axis = Some(super::axis::AxisUnit::Nanometre);
     let file = draft.finish(&mut findings);
     Parsed::new(Format::Spectrum, Kind::Spectrum, file, findings)
@@ -105,7 +106,7 @@ fn pair(line: &str) -> Result<(f64, f64, usize), Finding> {
     let mut read = [0.0; 2];
     for (token, out) in tokens.iter().zip(&mut read) {
         let column = column_of(line, token);
-        *out = number::read_up_to(token, super::table::LARGEST)
+        *out = number::read_up_to(token, number::LARGEST_SPECTRAL)
             .map_err(|error| {
                 Finding::error("speos-number", error.to_string())
                     .at(1, column)
@@ -114,10 +115,4 @@ fn pair(line: &str) -> Result<(f64, f64, usize), Finding> {
             .value;
     }
     Ok((read[0], read[1], column_of(line, tokens[0])))
-}
-
-/// One-based column of a slice of `line`, in characters.
-pub(super) fn column_of(line: &str, part: &str) -> usize {
-    let offset = (part.as_ptr() as usize).saturating_sub(line.as_ptr() as usize);
-    line.get(..offset).map_or(1, |before| before.chars().count() + 1)
 }

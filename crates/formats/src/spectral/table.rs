@@ -1,32 +1,31 @@
 //! Columns of numbers in a text: CSV of any separator and decimal sign, pairs, vendors' exports.
 
+mod bins;
 mod claim;
 mod columns;
 mod preamble;
-mod rows;
+pub(super) mod rows;
 mod undefined;
 
 use serde_json::Value;
 
 use self::columns::{Columns, small};
-pub(super) use self::columns::{is_radiometric, quantity_of};
 use self::preamble::{bare, believable_unit, heading, preamble};
-pub(super) use self::rows::Row;
+use self::rows::{Lines, Row, SEKONIC, common_width, without_nm};
 use self::undefined::Extent;
-use self::rows::{Lines, SEKONIC, common_width, without_nm};
-use super::SpectrumFile;
 use super::axis::{AxisUnit, is_wavelength_heading};
-use super::points::{Draft, Point};
+use super::file::SpectrumFile;
+use super::point::Point;
+use super::points::Draft;
+use super::quantity::quantity_of;
+use super::unfinished::unfinished_line;
 use crate::finding::{Finding, Findings};
-use crate::number;
-use crate::read::{Format, Kind, Parsed};
+use crate::number::{self, LARGEST_SPECTRAL as LARGEST};
+use crate::parsed::{Format, Kind, Parsed};
 use crate::text::Text;
 
-/// Above this a value is damage, also for photons per second.
-pub(super) const LARGEST: f64 = 1e30;
-
 /// Whether an Ocean Optics or a like marker stands in the text.
-pub(super) fn looks_like_vendor_text(text: &Text<'_>) -> bool {
+pub(crate) fn looks_like_vendor_text(text: &Text<'_>) -> bool {
     text.lines().take(200).any(is_begin)
 }
 
@@ -35,8 +34,9 @@ fn is_begin(line: &str) -> bool {
 }
 
 /// Reads a table of wavelengths and values; beside it, how many points keep one direction, which tells a spectrum even
-/// where damage made it unreadable. `asked`: the columns of wavelengths and of values that a person names, counted from 1.
-pub(super) fn read(
+/// where damage made it unreadable. `asked`: the columns of wavelengths and of values that a person names, counted from
+/// 1.
+pub(crate) fn read(
     text: &Text<'_>,
     mut findings: Findings,
     format: Format,
@@ -75,7 +75,8 @@ pub(super) fn read(
     (Parsed::new(format, Kind::Spectrum, file, findings), rising)
 }
 
-/// The number of points if nearly all of them keep one direction inside what can be a wavelength or wave number, else 0.
+/// The number of points if nearly all of them keep one direction inside what can be a wavelength or wave number, else
+/// 0.
 fn one_way(points: &[Point]) -> usize {
     let steps = points.windows(2).map(|p| p[1].x - p[0].x);
     let (rising, falling) = steps.fold((0usize, 0usize), |(r, f), s| {
@@ -87,35 +88,6 @@ fn one_way(points: &[Point]) -> usize {
         points.len()
     } else {
         0
-    }
-}
-
-/// A last line without its end, whose last number has fewer decimals than all others, is cut in the middle of it.
-pub(super) fn unfinished_line(text: &Text<'_>, findings: &mut Findings) {
-    let decimals = |line: &str| {
-        let last = line.rsplit([',', ';', '\t', ' ']).find(|cell| !cell.is_empty())?;
-        let digits = last.rsplit_once('.').map_or("", |(_, digits)| digits);
-        last.ends_with(|c: char| c.is_ascii_digit() || c == '.')
-            .then_some(digits.len())
-    };
-    if text.ends_with_newline || text.len() < 4 {
-        return;
-    }
-    let last = text.line(text.len() - 1);
-    let others = (text.len().saturating_sub(40)..text.len() - 1).filter_map(|line| decimals(text.line(line)));
-    let cut = match (decimals(last), others.min()) {
-        (Some(here), Some(fewest)) => here < fewest,
-        _ => last.ends_with(['.', 'e', 'E', '-', '+']),
-    };
-    if cut {
-        let message = "the last line has no line end and its last number fewer decimals than the others: it may be cut";
-        findings.push(
-            Finding::warning("text-unfinished", message)
-                .at(text.len(), last.chars().count().max(1))
-                .raw(last)
-                .assumed("the number is whole")
-                .fix("fetch the file again, or end it with a line end"),
-        );
     }
 }
 
@@ -286,6 +258,9 @@ fn tall(
         findings.push(finding);
         return;
     }
+    if asked.is_none() {
+        bins::take_upper_edges(&mut columns, body, findings);
+    }
     undefined::whole_first(&mut columns, &names, body, findings);
     draft.names = columns
         .values
@@ -346,10 +321,13 @@ fn tall(
                     Some(read.value)
                 }
                 Err(number::NotANumber::Blank) if k != columns.wavelength && columns.values.len() > 1 => None,
-                // NaN and infinity are how programs write what they could not compute; a spectrum's own values must be there,
-                // but for the ends of the range, which `undefined::split` leaves out.
+                // NaN and infinity are how programs write what they could not compute; a spectrum's own values must be
+                // there, but for the ends of the range, which `undefined::split` leaves out.
                 Err(number::NotANumber::NotFinite) if k != columns.wavelength && columns.values.first() != Some(&k) => {
-                    if !extents.iter().any(|&(column, extent)| column == k && extent.excludes(row.line)) {
+                    if !extents
+                        .iter()
+                        .any(|&(column, extent)| column == k && extent.excludes(row.line))
+                    {
                         findings.push(
                             Finding::warning("csv-nan", "no number stands here")
                                 .at(row.line, row.column(k))
@@ -375,6 +353,20 @@ fn tall(
                 point.x = read.unwrap_or(0.0);
             } else {
                 point.value.push(read);
+            }
+        }
+        if let Some(upper) = columns.upper {
+            match number::read_up_to(row.cells[upper], LARGEST) {
+                Ok(end) => point.x = 0.5 * (point.x + end.value),
+                Err(error) => {
+                    good = false;
+                    findings.push(
+                        Finding::error("csv-number", error.to_string())
+                            .at(row.line, row.column(upper))
+                            .raw(row.cells[upper])
+                            .fix("write where the bin ends"),
+                    );
+                }
             }
         }
         draft.whole &= good;

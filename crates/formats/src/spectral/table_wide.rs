@@ -3,10 +3,10 @@
 use serde_json::{Map, Value};
 
 use super::axis::{AxisUnit, is_wavelength_heading};
-use super::points::Point;
-use super::table::{LARGEST, Row};
+use super::point::Point;
+use super::table::rows::Row;
 use crate::finding::{Finding, Findings};
-use crate::number;
+use crate::number::{self, LARGEST_SPECTRAL as LARGEST};
 use crate::text::Text;
 
 /// What was read.
@@ -28,7 +28,9 @@ pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) 
     let count = head.cells.len() - first;
     let body: Vec<&Row<'_>> = rows[at + 1..].iter().filter(|r| !r.comment).collect();
     // A tall table with many columns has more rows than a wide one has spectra, unless every heading says nm.
-    let said = head.cells[first..].iter().all(|cell| cell.to_lowercase().contains("nm"));
+    let said = head.cells[first..]
+        .iter()
+        .all(|cell| cell.to_lowercase().contains("nm"));
     if body.is_empty() || (body.len() * 2 > count && !said) {
         return None;
     }

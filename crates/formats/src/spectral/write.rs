@@ -4,28 +4,46 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use super::SpectrumFile;
-use super::spdx::{NAMESPACES, QUANTITIES};
+use super::file::SpectrumFile;
+use super::spdx::{NAMESPACES, QUANTITIES, UNIT_COMMENT};
 use crate::finding::Finding;
-use crate::read::Format;
+use crate::parsed::Written;
 
-/// Writes a spectrum as `format`; the findings say what that format cannot hold. None for a format that holds no spectrum.
-pub fn write(file: &SpectrumFile, format: Format) -> Option<(Vec<u8>, Vec<Finding>)> {
+fn written(text: impl FnOnce(&mut Vec<Finding>) -> String) -> Written {
     let mut findings = Vec::new();
-    let out = match format {
-        Format::Spdx => spdx(file, &mut findings),
-        Format::Spd => spd(file, &mut findings),
-        Format::Sp => sp(file, &mut findings),
-        Format::Spectrum => speos(file, &mut findings),
-        Format::Csv => csv(file, &mut findings),
-        Format::Json => format!("{:#}\n", file.to_json()),
-        Format::Eulumdat | Format::Ies | Format::Tm33 | Format::Gldf | Format::Tm25 => return None,
-    };
-    Some((out.into_bytes(), findings))
+    let bytes = text(&mut findings).into_bytes();
+    Written { bytes, findings }
 }
 
-/// In front of the unit among the comments of a TM-27 file.
-pub(super) const UNIT_COMMENT: &str = "unit of the values: ";
+/// TM-27.
+pub(crate) fn tm27(file: &SpectrumFile) -> Written {
+    written(|findings| spdx(file, findings))
+}
+
+/// Pairs of pbrt and Mitsuba.
+pub(crate) fn pairs(file: &SpectrumFile) -> Written {
+    written(|findings| spd(file, findings))
+}
+
+/// CGATS.
+pub(crate) fn cgats(file: &SpectrumFile) -> Written {
+    written(|findings| sp(file, findings))
+}
+
+/// Speos.
+pub(crate) fn spectrum(file: &SpectrumFile) -> Written {
+    written(|findings| speos(file, findings))
+}
+
+/// Comma-separated values.
+pub(crate) fn table(file: &SpectrumFile) -> Written {
+    written(|findings| csv(file, findings))
+}
+
+/// The document `isolux-spectrum/1`.
+pub(crate) fn json(file: &SpectrumFile) -> Written {
+    written(|_| format!("{:#}\n", file.to_json()))
+}
 
 /// The shortest notation that reads back as the same number, with an exponent where plain digits would run away.
 fn number(value: f64) -> String {

@@ -9,13 +9,4 @@ mod write;
 
 pub use read::{looks_like, read};
 pub(crate) use write::decimal;
-pub use write::write;
-
-/// An edition that can be written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Edition {
-    /// TM-33-18, root `LuminaireOpticalData`.
-    E2018,
-    /// TM-33-23, root `IESTM33-22`; experimental.
-    E2023,
-}
+pub use write::{Edition, write};

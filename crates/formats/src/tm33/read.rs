@@ -7,8 +7,8 @@ use super::table::{Table, is_point, table};
 use crate::distribution::{Distribution, Luminaire};
 use crate::finding::{Finding, Findings};
 use crate::number;
+use crate::parsed::{Format, Kind, Parsed};
 use crate::plausible::{self, Stored};
-use crate::read::{Format, Kind, Parsed};
 use crate::text::Text;
 use crate::xml::{self, Element};
 

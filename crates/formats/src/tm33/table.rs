@@ -200,8 +200,8 @@ struct Point<'x> {
     text: &'x str,
 }
 
-/// Directions are listed plane by plane or angle by angle, and the order alone cannot be wrong; one that leaves it may be
-/// two exchanged angles, which leave every direction given once.
+/// Directions are listed plane by plane or angle by angle, and the order alone cannot be wrong; one that leaves it may
+/// be two exchanged angles, which leave every direction given once.
 fn out_of_order(points: &[Point<'_>], findings: &mut Findings) {
     let breaks = |key: fn(&Point<'_>) -> (f64, f64)| -> Vec<usize> {
         let falls =

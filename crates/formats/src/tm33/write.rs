@@ -3,13 +3,21 @@
 use isolux_photometry::Symmetry;
 use serde_json::Value;
 
-use super::Edition;
-use crate::Distribution;
+use crate::distribution::Distribution;
 use crate::distribution::Luminaire;
-use crate::eulumdat::Written;
 use crate::finding::{Finding, Findings};
 use crate::number;
+use crate::parsed::Written;
 use crate::xml::escaped;
+
+/// An edition that can be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Edition {
+    /// TM-33-18, root `LuminaireOpticalData`.
+    E2018,
+    /// TM-33-23, root `IESTM33-22`; experimental.
+    E2023,
+}
 
 /// Writes a distribution. The symmetry that the intensities really have is kept where the range of horizontal angles
 /// can say it.
@@ -129,7 +137,8 @@ pub(crate) fn decimal(text: &str) -> Option<String> {
         .map(|number| number::plain(number.value))
 }
 
-/// Housing and luminous opening in mm, where they are known. As in LM-63 length lies along C0–C180 and width along C90–C270.
+/// Housing and luminous opening in mm, where they are known. As in LM-63 length lies along C0–C180 and width along
+/// C90–C270.
 fn housing(luminaire: &Luminaire, child: &str) -> Vec<String> {
     let size = |value: f64| number::significant(value, 9);
     let mut lines = Vec::new();

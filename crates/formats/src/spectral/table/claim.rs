@@ -44,7 +44,8 @@ const OTHER_ABSCISSAE: [&str; 24] = [
     "radius",
 ];
 
-/// Why the table is no spectrum; none where a heading, a unit or, without any name, the numbers alone say that it is one.
+/// Why the table is no spectrum; none where a heading, a unit or, without any name, the numbers alone say that it is
+/// one.
 pub(super) fn refusal(columns: &Columns, names: &[&str], above: Option<&Row<'_>>, body: &[Row<'_>]) -> Option<Finding> {
     let refused = |row: &Row<'_>, column: usize, message: String| {
         Some(

@@ -1,15 +1,17 @@
 //! Which column holds the wavelengths, which the values, and what a heading says of them.
 
-use super::LARGEST;
 use super::rows::{Row, without_nm};
 use crate::finding::{Finding, Findings};
-use crate::number;
+use crate::number::{self, LARGEST_SPECTRAL as LARGEST};
 use crate::spectral::axis::{AxisUnit, is_wavelength_heading};
+use crate::spectral::quantity::{is_radiometric, quantity_of};
 
 /// Which columns are what.
 pub(super) struct Columns {
     pub(super) wavelength: usize,
     pub(super) values: Vec<usize>,
+    /// Where bins end, which begin at the wavelength.
+    pub(super) upper: Option<usize>,
     /// The first of the values was chosen for what it is.
     pub(super) chosen: bool,
 }
@@ -22,6 +24,7 @@ impl Columns {
             return Ok(Self {
                 wavelength: wavelength - 1,
                 values: vec![value - 1],
+                upper: None,
                 chosen: true,
             });
         }
@@ -103,6 +106,7 @@ impl Columns {
         Self {
             wavelength,
             values,
+            upper: None,
             chosen,
         }
     }
@@ -154,51 +158,11 @@ pub(super) fn is_raw(name: &str) -> bool {
         .any(|word| lower.contains(word))
 }
 
-/// Whether a heading names light itself, not a ratio or a detector's signal.
-pub(in crate::spectral) fn is_radiometric(name: &str) -> bool {
-    let quantity = quantity_of(name).0;
-    ["irradiance", "radiance", "flux", "power"]
-        .iter()
-        .any(|known| quantity.as_deref() == Some(known))
-}
-
 /// Whether all wavelengths are too small for nm.
 pub(super) fn small(body: &[Row<'_>], wavelength: usize) -> bool {
     body.iter()
         .filter_map(|row| number::read(without_nm(row.cells.get(wavelength)?)).ok())
         .all(|n| n.value < 30.0)
-}
-
-/// What a heading says of the values: quantity and unit.
-pub(in crate::spectral) fn quantity_of(name: &str) -> (Option<String>, Option<String>) {
-    let unit = name
-        .split_once(['(', '['])
-        .and_then(|(_, rest)| rest.rsplit_once([')', ']']))
-        .map(|(unit, _)| unit.trim())
-        .filter(|unit| !unit.is_empty())
-        .map(str::to_owned);
-    let lower = name.to_lowercase();
-    let quantity = [
-        ("irradiance", "irradiance"),
-        ("radiance", "radiance"),
-        ("radiant flux", "flux"),
-        ("flux", "flux"),
-        ("relative", "relative"),
-        ("normali", "relative"),
-        ("intensity", "intensity"),
-        ("reflect", "reflectance"),
-        ("transmi", "transmittance"),
-        ("absor", "absorbance"),
-        ("respons", "responsivity"),
-        ("counts", "counts"),
-        ("power", "power"),
-        ("qe", "quantum efficiency"),
-        ("quantum eff", "quantum efficiency"),
-    ]
-    .iter()
-    .find(|(word, _)| lower.contains(word))
-    .map(|(_, quantity)| (*quantity).to_owned());
-    (quantity, unit)
 }
 
 /// `W/(m²·nm)` is no wavelength; `1/cm` and `m/z` stand on the abscissa.

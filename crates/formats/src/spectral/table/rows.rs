@@ -3,7 +3,8 @@
 use std::cell::OnceCell;
 
 use crate::number;
-use crate::read::Format;
+use crate::parsed::Format;
+use crate::spectral::axis::is_wavelength_heading;
 use crate::spectral::places::Characters;
 use crate::text::Text;
 
@@ -88,7 +89,7 @@ impl Row<'_> {
         let Some(cell) = self.cells.get(cell) else { return 1 };
         let byte = (cell.as_ptr() as usize).wrapping_sub(self.text.as_ptr() as usize);
         if self.text.len() <= SHORT || byte > self.text.len() {
-            return crate::spectral::speos::column_of(self.text, cell);
+            return crate::text::column_of(self.text, cell);
         }
         let characters = self.characters.get_or_init(|| Box::new(Characters::of(self.text)));
         characters.before(byte) + 1
@@ -167,8 +168,8 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// The separator that makes the most lines two or more numbers, all of the same width; in a long text among lines from
-    /// all over it.
+    /// The separator that makes the most lines two or more numbers, all of the same width; in a long text among lines
+    /// from all over it.
     pub(super) fn of(text: &Text<'_>, format: Format) -> Self {
         let mut best: Option<(usize, Separator)> = None;
         let some = text.len() / LOOKED_AT + 1;
@@ -232,6 +233,21 @@ impl Lines {
             .collect();
         // A separator at the end of every line makes no column; a row's data are the same without it.
         let width = common_width(&rows);
+        if separator == Separator::Blank {
+            // Names of two words stand apart by two blanks.
+            for row in rows.iter_mut().filter(|row| row.cells.len() > width && !row.is_data()) {
+                let apart: Vec<&str> = row
+                    .text
+                    .trim()
+                    .split("  ")
+                    .map(str::trim)
+                    .filter(|name| !name.is_empty())
+                    .collect();
+                if apart.len() == width && apart.first().is_some_and(|name| is_wavelength_heading(name)) {
+                    row.cells = apart;
+                }
+            }
+        }
         let filled = rows
             .iter()
             .filter(|row| row.cells.len() == width && row.is_data())

@@ -4,11 +4,10 @@
 
 use std::ops::RangeInclusive;
 
-use super::LARGEST;
 use super::columns::{Columns, is_raw};
 use super::rows::{Row, without_nm};
 use crate::finding::{Finding, Findings};
-use crate::number::{self, NotANumber, Number};
+use crate::number::{self, LARGEST_SPECTRAL as LARGEST, NotANumber, Number};
 
 /// The wavelengths within which a value that is NaN or infinite is an error, unless it stands at an end of the table.
 const VISIBLE_NM: RangeInclusive<f64> = 380.0..=780.0;
@@ -71,12 +70,24 @@ pub(super) fn whole_first(columns: &mut Columns, names: &[&str], body: &[Row<'_>
         return;
     }
     let extents: Vec<Extent> = columns.values.iter().map(|&column| Extent::of(body, column)).collect();
-    let name = |column: usize| names.get(column).map_or(format!("column {}", column + 1), |name| format!("“{name}”"));
+    let name = |column: usize| {
+        names
+            .get(column)
+            .map_or(format!("column {}", column + 1), |name| format!("“{name}”"))
+    };
     let rows = || body.iter().filter(|row| !row.comment);
     // Rows in which no column says anything shorten all of them.
     let from = extents.iter().map(|extent| extent.lines().0).min().unwrap_or(0);
-    let to = extents.iter().map(|extent| extent.lines().1).max().unwrap_or(usize::MAX);
-    let silent = |extent: &Extent| rows().filter(|row| (from..=to).contains(&row.line) && extent.excludes(row.line)).count();
+    let to = extents
+        .iter()
+        .map(|extent| extent.lines().1)
+        .max()
+        .unwrap_or(usize::MAX);
+    let silent = |extent: &Extent| {
+        rows()
+            .filter(|row| (from..=to).contains(&row.line) && extent.excludes(row.line))
+            .count()
+    };
     let short: Vec<(usize, usize)> = extents
         .iter()
         .zip(&columns.values)
@@ -124,7 +135,12 @@ pub(super) fn split<'r, 't>(
 ) -> (Vec<&'r Row<'t>>, Vec<&'r Row<'t>>) {
     let several = columns.values.len() > 1;
     let nothing = |row: &Row<'_>| {
-        let silent = |&column: &usize| matches!(number(row, column), Some(Err(NotANumber::Blank | NotANumber::NotFinite)));
+        let silent = |&column: &usize| {
+            matches!(
+                number(row, column),
+                Some(Err(NotANumber::Blank | NotANumber::NotFinite))
+            )
+        };
         several && columns.values.iter().all(silent)
     };
     let undefined = |row: &Row<'_>| {

@@ -4,7 +4,8 @@ use std::io::Read;
 
 use glam::DVec3;
 
-use super::{Ray, Reader, Tm25Error};
+use super::error::Tm25Error;
+use super::reader::{Ray, Reader};
 
 /// Rays with one kind of damage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-use super::Tm25Error;
+use super::error::Tm25Error;
 
 pub(super) const FLAGS: usize = 256;
 pub(super) const TEXTS: usize = 288;
@@ -112,7 +112,8 @@ pub struct Header {
     pub range_nm: [Option<f64>; 2],
     /// Numbers of a ray.
     pub columns: Columns,
-    /// Name, manufacturer, creator of the model, creator of the file, equipment, camera, operation, more, reference (4.7.3).
+    /// Name, manufacturer, creator of the model, creator of the file, equipment, camera, operation, more, reference
+    /// (4.7.3).
     pub texts: [String; 9],
     /// Spectra.
     pub tables: Vec<Table>,

@@ -1,12 +1,13 @@
 //! Writing a ray file.
 
-use super::Ray;
 use super::header::{DATA, FLAGS, TEXT, TEXTS};
+use super::reader::Ray;
 
 /// Rays and what the header says of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RaySet {
-    /// The rays. With a wavelength each carries radiant flux alone, as the standard has it (4.7.2.5); without, luminous.
+    /// The rays. With a wavelength each carries radiant flux alone, as the standard has it (4.7.2.5); without,
+    /// luminous.
     pub rays: Vec<Ray>,
     /// Luminous flux of the header, lm.
     pub luminous_flux_lm: Option<f64>,
@@ -14,8 +15,8 @@ pub struct RaySet {
     pub radiant_flux_w: Option<f64>,
 }
 
-/// The bytes of a ray file; `created` is the ISO 8601 time of the header (give a fixed one where bytes have to repeat). Columns are
-/// those that all rays have.
+/// The bytes of a ray file; `created` is the ISO 8601 time of the header (give a fixed one where bytes have to repeat).
+/// Columns are those that all rays have.
 pub fn write(set: &RaySet, created: &str, light_source: &str) -> Vec<u8> {
     let all = |has: fn(&Ray) -> bool| !set.rays.is_empty() && set.rays.iter().all(has);
     let wavelength = all(|ray| ray.wavelength_nm.is_some());
@@ -179,7 +180,8 @@ mod tests {
         assert_eq!(fails(&|b| b[256 + 16] = 0), ("tm25-field", [264, 268]));
         assert_eq!(fails(&|b| b[60] = 9), ("tm25-field", [60, 64]));
         assert_eq!(fails(&|b| b[79] = 0xff), ("tm25-field", [76, 80]));
-        // A count of spectra that the file does not hold reads the rays as one: it does not fit whatever it makes of them.
+        // A count of spectra that the file does not hold reads the rays as one: it does not fit whatever it makes of
+        // them.
         assert!(matches!(fails(&|b| b[76] = 1).0, "tm25-field" | "tm25-truncated"));
         assert_eq!(fails(&|b| b[27] = 0xff).0, "tm25-length");
         // What can be read but is against the standard.

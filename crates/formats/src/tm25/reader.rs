@@ -4,7 +4,8 @@ use std::io::Read;
 
 use glam::DVec3;
 
-use super::{Header, Tm25Error};
+use super::error::Tm25Error;
+use super::header::Header;
 
 /// One ray as the file has it; what is no number stays none.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +28,8 @@ impl Ray {
         self.luminous_lm.or(self.radiant_w).unwrap_or(0.0)
     }
 
-    /// Whether place, direction and flux are numbers, the direction is none of length zero, and the flux is not negative.
+    /// Whether place, direction and flux are numbers, the direction is none of length zero, and the flux is not
+    /// negative.
     pub fn is_sound(&self) -> bool {
         self.origin_mm.is_finite()
             && self.direction.is_finite()
@@ -68,7 +70,8 @@ impl<R: Read> Reader<R> {
         Ok(Self::over(header, from))
     }
 
-    /// The whole rays that are there, whatever the header announces; for looking at a damaged file. `from` stands at the first ray.
+    /// The whole rays that are there, whatever the header announces; for looking at a damaged file. `from` stands at
+    /// the first ray.
     pub fn over(header: Header, from: R) -> Self {
         Self {
             left: header.rays,

@@ -1,0 +1,176 @@
+//! An EULUMDAT file as a document: every field of the header, and the planes as stored.
+
+use isolux_photometry::Symmetry;
+use serde_json::{Map, Value, json};
+
+/// The document: header as read, stored planes in cd/klm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Document {
+    /// Lines 1–26f and the direct ratios.
+    pub header: Header,
+    /// Symmetry indicator, line 3.
+    pub isym: u8,
+    /// The Mc angles of C that the file lists.
+    pub c_deg: Vec<f64>,
+    /// The Ng angles of γ.
+    pub gamma_deg: Vec<f64>,
+    /// Stored planes one after the other, Ng values each, in cd/klm.
+    pub intensity_cd_klm: Vec<f64>,
+}
+
+/// Everything but the light. A number that is blank or cannot be read is `None`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Header {
+    /// Line 1.
+    pub company: String,
+    /// Line 2: 1 point source with symmetry about the vertical axis, 2 linear, 3 point source with any other symmetry.
+    pub type_indicator: Option<f64>,
+    /// Line 5: distance between C planes as stated.
+    pub c_step_deg: Option<f64>,
+    /// Line 7: distance between γ as stated.
+    pub gamma_step_deg: Option<f64>,
+    /// Line 8.
+    pub report: String,
+    /// Line 9.
+    pub name: String,
+    /// Line 10.
+    pub number: String,
+    /// Line 11.
+    pub file_name: String,
+    /// Line 12.
+    pub date_user: String,
+    /// Line 13, diameter or length in mm.
+    pub length_mm: Option<f64>,
+    /// Line 14, width in mm, 0 for a round luminaire.
+    pub width_mm: Option<f64>,
+    /// Line 15.
+    pub height_mm: Option<f64>,
+    /// Line 16, diameter or length of the luminous area.
+    pub luminous_length_mm: Option<f64>,
+    /// Line 17, width of the luminous area, 0 for a round one.
+    pub luminous_width_mm: Option<f64>,
+    /// Lines 18–21, height of the luminous area seen from C0, C90, C180, C270.
+    pub luminous_height_mm: [Option<f64>; 4],
+    /// Line 22, downward flux fraction in %.
+    pub dff_percent: Option<f64>,
+    /// Line 23, light output ratio in %.
+    pub lorl_percent: Option<f64>,
+    /// Line 24, factor on the intensities.
+    pub conversion_factor: Option<f64>,
+    /// Line 25.
+    pub tilt_deg: Option<f64>,
+    /// Lines 26a–f, one entry a set.
+    pub lamp_sets: Vec<LampSet>,
+    /// Ten direct ratios for room indices 0.6 … 5.
+    pub direct_ratios: [Option<f64>; 10],
+}
+
+impl Header {
+    /// Light output ratio and downward flux fraction are both zero: templates have it so, light never.
+    pub(crate) fn fractions_unstated(&self) -> bool {
+        self.lorl_percent == Some(0.0) && self.dff_percent == Some(0.0)
+    }
+}
+
+/// Six lines of one set of lamps.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LampSet {
+    /// 26a, number of lamps; negative for absolute photometry.
+    pub count: Option<f64>,
+    /// 26b.
+    pub lamp: String,
+    /// 26c, total flux of the set in lm.
+    pub flux_lm: Option<f64>,
+    /// 26d.
+    pub colour: String,
+    /// 26e.
+    pub rendering: String,
+    /// 26f, power with gear in W.
+    pub watts: Option<f64>,
+}
+
+/// Room indices k of the ten direct ratios.
+pub const ROOM_INDICES: [f64; 10] = [0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0];
+
+/// The symmetry that an indicator stands for.
+pub(crate) const fn symmetry(isym: u8) -> Symmetry {
+    match isym {
+        1 => Symmetry::Rotational,
+        2 => Symmetry::C0C180,
+        3 => Symmetry::C90C270,
+        4 => Symmetry::Quadrant,
+        _ => Symmetry::None,
+    }
+}
+
+/// The indicator for a symmetry.
+pub(super) const fn isym(symmetry: Symmetry) -> u8 {
+    match symmetry {
+        Symmetry::None => 0,
+        Symmetry::Rotational => 1,
+        Symmetry::C0C180 => 2,
+        Symmetry::C90C270 => 3,
+        Symmetry::Quadrant => 4,
+    }
+}
+
+/// Number of planes that a file with `isym` and `mc` angles stores.
+pub(crate) const fn stored_planes(isym: u8, mc: usize) -> usize {
+    match isym {
+        1 => 1,
+        2 | 3 => mc / 2 + 1,
+        4 => mc / 4 + 1,
+        _ => mc,
+    }
+}
+
+impl Document {
+    /// Every field, for `header` of the JSON documents.
+    pub(crate) fn header_json(&self) -> Map<String, Value> {
+        let header = &self.header;
+        let sets: Vec<Value> = header
+            .lamp_sets
+            .iter()
+            .map(|set| {
+                json!({
+                    "lamp_count": set.count, "lamp_type": set.lamp, "flux_lm": set.flux_lm,
+                    "colour_appearance": set.colour, "colour_rendering": set.rendering, "power_w": set.watts,
+                })
+            })
+            .collect();
+        let [c0, c90, c180, c270] = header.luminous_height_mm;
+        let fields = json!({
+            "company": header.company,
+            "type_indicator": header.type_indicator,
+            "symmetry_indicator": self.isym,
+            "c_planes": self.c_deg.len(),
+            "c_step_deg": header.c_step_deg,
+            "gamma_angles": self.gamma_deg.len(),
+            "gamma_step_deg": header.gamma_step_deg,
+            "report_number": header.report,
+            "luminaire_name": header.name,
+            "luminaire_number": header.number,
+            "file_name": header.file_name,
+            "date_user": header.date_user,
+            "length_mm": header.length_mm,
+            "width_mm": header.width_mm,
+            "height_mm": header.height_mm,
+            "luminous_length_mm": header.luminous_length_mm,
+            "luminous_width_mm": header.luminous_width_mm,
+            "luminous_height_c0_mm": c0,
+            "luminous_height_c90_mm": c90,
+            "luminous_height_c180_mm": c180,
+            "luminous_height_c270_mm": c270,
+            "dff_percent": header.dff_percent,
+            "lorl_percent": header.lorl_percent,
+            "conversion_factor": header.conversion_factor,
+            "tilt_deg": header.tilt_deg,
+            "lamp_sets": sets,
+            "direct_ratios": header.direct_ratios,
+        });
+        match fields {
+            Value::Object(map) => map,
+            _ => Map::new(),
+        }
+    }
+}

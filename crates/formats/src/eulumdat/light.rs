@@ -1,0 +1,263 @@
+//! From the document to absolute candela over the full circle.
+
+use serde_json::Value;
+
+use super::document::{Document, Header, symmetry};
+use super::layout::HEADER;
+use super::stated::stated_ratios;
+use super::{claims, expand, header};
+use crate::distribution::{Distribution, Luminaire};
+use crate::finding::{Finding, Findings};
+use crate::number;
+use crate::parsed::ReadOptions;
+use crate::plausible::{self, Stored};
+use crate::text::Text;
+
+/// More points than this on the full circle, and than this many for each one that is stored, are refused: a rotational
+/// file of a few kilobytes may claim any number.
+const LARGEST_GRID: (usize, usize) = (1_000_000, 8);
+
+/// Where the numbers stand that later checks speak of.
+#[derive(Debug)]
+pub(super) struct Places {
+    /// One-based line and column.
+    pub intensity: Vec<(usize, usize)>,
+    /// Zero-based lines of the header fields.
+    pub lines: Vec<Option<usize>>,
+}
+
+pub(super) fn distribution(
+    document: Document,
+    places: &Places,
+    text: &Text<'_>,
+    options: ReadOptions,
+    findings: &mut Findings,
+) -> Option<Distribution> {
+    let header = &document.header;
+    let line_of = |index: usize| places.lines.get(index).copied().flatten().unwrap_or(index);
+    let set = header.lamp_sets.first()?;
+    let flux_line = line_of(HEADER + 2);
+    let flux = match set.flux_lm {
+        Some(flux) if flux > 0.0 => flux,
+        other => {
+            let message = if other.is_none() {
+                "no lamp flux is stated"
+            } else {
+                "the lamp flux is not above zero"
+            };
+            findings.push(
+                Finding::error("ldt-lamp-flux", format!("{message}; cd/klm cannot become candela"))
+                    .at(flux_line + 1, 1)
+                    .raw(text.line(flux_line))
+                    .fix("write the flux of the lamps in lm into line 26c"),
+            );
+            return None;
+        }
+    };
+    let factor_line = line_of(23);
+    let conversion = match header.conversion_factor {
+        Some(1.0) => 1.0,
+        Some(factor) if factor > 0.0 => {
+            findings.push(
+                Finding::warning(
+                    "ldt-conversion-factor",
+                    format!("the intensities are multiplied by the conversion factor {factor}"),
+                )
+                .at(factor_line + 1, 1)
+                .raw(text.line(factor_line))
+                .assumed("a factor on every intensity"),
+            );
+            factor
+        }
+        Some(_) => {
+            findings.push(
+                Finding::error("ldt-conversion-factor", "the conversion factor is not above zero")
+                    .at(factor_line + 1, 1)
+                    .raw(text.line(factor_line))
+                    .fix("write 1 unless every intensity is to be multiplied"),
+            );
+            return None;
+        }
+        None if number::is_blank(text.line(factor_line)) => {
+            findings.push(
+                Finding::warning("ldt-conversion-factor", "the conversion factor is blank")
+                    .at(factor_line + 1, 1)
+                    .assumed("1")
+                    .fix("write 1"),
+            );
+            1.0
+        }
+        None => return None,
+    };
+    let most = LARGEST_GRID.0.max(LARGEST_GRID.1 * document.intensity_cd_klm.len());
+    if document.c_deg.len().saturating_mul(document.gamma_deg.len()) > most {
+        let message = format!(
+            "{} × {} directions are more than a file can mean",
+            document.c_deg.len(),
+            document.gamma_deg.len()
+        );
+        findings.push(
+            Finding::error("ldt-grid-too-large", message)
+                .at(line_of(3) + 1, 1)
+                .fix("check lines 4 and 6"),
+        );
+        return None;
+    }
+    sets(header, &line_of, findings);
+    claims::type_indicator(&document, line_of(1) + 1, findings);
+    if document.isym == 3 {
+        order_of_class_three(&document, &line_of, options, findings);
+    }
+    let factor = conversion * flux / 1000.0;
+    let intensity = match expand::expand(&document, factor, options.isym3_c90_first) {
+        Ok(intensity) => intensity,
+        Err(error) => {
+            findings.push(Finding::error("ldt-angles", error.to_string()).fix("correct the angles of C or γ"));
+            return None;
+        }
+    };
+    let stored = expand::stored_c_deg(
+        document.isym,
+        &document.c_deg,
+        document.intensity_cd_klm.len() / document.gamma_deg.len(),
+        options.isym3_c90_first,
+    );
+    let raw = |index: usize| {
+        places
+            .intensity
+            .get(index)
+            .map_or("", |&(line, _)| text.line(line - 1).trim())
+    };
+    let written = Stored {
+        planes_deg: &stored,
+        angles_deg: &document.gamma_deg,
+        values: &document.intensity_cd_klm,
+        places: &places.intensity,
+        raw: &raw,
+        poles: true,
+        ends_with_newline: text.ends_with_newline,
+    };
+    plausible::check(&written, findings);
+    if let Some((index, (line, column))) =
+        plausible::closing(&written, written.values).and_then(|index| Some((index, *places.intensity.get(index)?)))
+    {
+        let (values, ng) = (written.values, document.gamma_deg.len());
+        let peak = values.iter().fold(0.0, |most: f64, &value| most.max(value));
+        let severity = plausible::closing_severity(&values[..ng], &values[values.len() - ng..], peak);
+        findings.push(
+            Finding::new(
+                severity,
+                "ldt-closing-plane",
+                "the planes at C0 and C360 are one plane, yet they differ",
+            )
+            .at(line, column)
+            .raw(raw(index))
+            .assumed("the plane at C0")
+            .fix("compare both planes with the source"),
+        );
+    }
+    let contradicted = plausible::flux(
+        &intensity,
+        Some(flux),
+        Some((flux_line + 1, 1)),
+        header.lorl_percent.map(|lorl| (lorl, line_of(22) + 1)),
+        findings,
+    );
+    stated_ratios(header, &intensity, &line_of, contradicted, findings);
+    header::check(&document, &intensity, &line_of, text, findings);
+    let mut json = document.header_json();
+    json.insert("encoding".into(), Value::from(text.encoding));
+    json.insert("line_ending".into(), Value::from(text.line_ending));
+    let absolute = set.count.is_some_and(|count| count < 0.0);
+    let luminaire = luminaire(header);
+    Some(Distribution {
+        intensity,
+        symmetry: symmetry(document.isym),
+        lamp_flux_lm: Some(flux),
+        absolute,
+        native: None,
+        luminaire,
+        header: json,
+        eulumdat: (!options.isym3_c90_first).then(|| Box::new(document)),
+    })
+}
+
+fn sets(header: &Header, line_of: &impl Fn(usize) -> usize, findings: &mut Findings) {
+    if header.lamp_sets.len() > 1 {
+        let message = format!("{} sets of lamps are listed", header.lamp_sets.len());
+        findings.push(
+            Finding::note("ldt-lamp-sets", message)
+                .at(line_of(25) + 1, 1)
+                .assumed("candela with the flux of the first set"),
+        );
+    }
+    if header.lamp_sets.first().is_some_and(|set| set.count == Some(0.0)) {
+        findings.push(
+            Finding::warning("ldt-lamp-count", "the number of lamps is 0")
+                .at(line_of(HEADER) + 1, 1)
+                .raw("0")
+                .assumed("relative photometry; line 26c is the flux of all lamps together")
+                .fix("write the number of lamps, or −1 for absolute photometry"),
+        );
+    }
+}
+
+/// The order matters where the planes are not the same forwards and backwards.
+fn order_of_class_three(
+    document: &Document,
+    line_of: &impl Fn(usize) -> usize,
+    options: ReadOptions,
+    findings: &mut Findings,
+) {
+    let ng = document.gamma_deg.len();
+    let planes: Vec<&[f64]> = document.intensity_cd_klm.chunks(ng).collect();
+    if planes.iter().zip(planes.iter().rev()).all(|(a, b)| a == b) {
+        return;
+    }
+    let (order, other) = if options.isym3_c90_first {
+        (
+            "C90 through C180 to C270, as asked for",
+            "leave the option out to read C270 first",
+        )
+    } else {
+        (
+            "C270 through C0 to C90, as the format has it",
+            "if the light falls to the wrong side, read it with --isym3 c90-first",
+        )
+    };
+    findings.push(
+        Finding::note(
+            "ldt-isym3-order",
+            "symmetry 3: some programs store C90 first, and the file cannot say which",
+        )
+        .at(line_of(2) + 1, 1)
+        .raw("3")
+        .assumed(order)
+        .fix(other),
+    );
+}
+
+fn luminaire(header: &Header) -> Luminaire {
+    let set = header.lamp_sets.first().cloned().unwrap_or_default();
+    Luminaire {
+        manufacturer: header.company.clone(),
+        name: header.name.clone(),
+        number: header.number.clone(),
+        report: header.report.clone(),
+        date: header.date_user.clone(),
+        laboratory: String::new(),
+        length_mm: header.length_mm,
+        width_mm: header.width_mm,
+        height_mm: header.height_mm,
+        luminous_length_mm: header.luminous_length_mm,
+        luminous_width_mm: header.luminous_width_mm,
+        luminous_height_mm: header.luminous_height_mm,
+        lamp: set.lamp,
+        lamp_count: set.count.map(f64::abs),
+        colour: set.colour,
+        rendering: set.rendering,
+        watts: set.watts,
+        luminous_body_mm: None,
+        tilt_deg: header.tilt_deg,
+    }
+}
