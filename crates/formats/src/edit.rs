@@ -36,11 +36,18 @@ impl Distribution {
                 Edit::Set(key, text) => edited.set(key, text)?,
             });
         }
-        let notes = changes
+        let mut notes: Vec<Finding> = changes
             .iter()
             .map(|change| Finding::note("convert-edited", change.clone()))
             .collect();
-        edited.record(edits, &changes);
+        if let Some(old) = edited.record(edits, &changes) {
+            let message = "the line of date and user has no room for the record of the changes beside its text";
+            notes.push(
+                Finding::note("convert-date-cut", message)
+                    .raw(&old)
+                    .assumed("the end of its text gives way"),
+            );
+        }
         Ok((edited, notes))
     }
 
@@ -322,7 +329,7 @@ mod tests {
             [Some(4.0), Some(1.0), Some(2.0), Some(3.0)]
         );
         assert!(
-            file.luminaire.date.contains("turned by 90° in C"),
+            file.luminaire.date.contains("isolux: turned 90 deg"),
             "{}",
             file.luminaire.date
         );
@@ -333,6 +340,18 @@ mod tests {
         assert_eq!(between.intensity.c_deg(), lamp.intensity.c_deg());
         let flux = |of: &Distribution| of.intensity.flux().value();
         assert!((flux(&between) / flux(&lamp) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_record_of_the_changes_has_room_in_a_full_line() {
+        let mut lamp = lamp();
+        let full = "Converted by an editor of another maker, version 1.3.3.0, on 07-02-2022 by him";
+        lamp.eulumdat.as_mut().unwrap().header.date_user = full.to_owned();
+        let (edited, notes) = lamp.edited(&[Edit::RotateC(90.0), Edit::ScaleFlux(1234.0)]).unwrap();
+        let date = written(&edited).luminaire.date;
+        assert!(date.starts_with("Converted by an editor"), "{date}");
+        assert!(date.ends_with("; isolux: turned 90 deg, flux 1234 lm"), "{date}");
+        assert!(notes.iter().any(|note| note.code == "convert-date-cut"));
     }
 
     #[test]

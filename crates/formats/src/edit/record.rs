@@ -7,28 +7,27 @@ use crate::distribution::Distribution;
 
 impl Distribution {
     /// Keeps the sentences where a format has room for them: `changes` of the JSON, the keyword [OTHER] of LM-63, the
-    /// line of date and user of EULUMDAT; and the file generation type of LM-63-2019.
-    pub(super) fn record(&mut self, edits: &[Edit], changes: &[String]) {
+    /// line of date and user of EULUMDAT, in few words; and the file generation type of LM-63-2019. Returns the text of
+    /// that line where it had to be cut to make room.
+    pub(super) fn record(&mut self, edits: &[Edit], changes: &[String]) -> Option<String> {
         if changes.is_empty() {
-            return;
+            return None;
         }
         let all = changes.join("; ");
         self.header.insert("changes".to_owned(), changes.into());
         if let Some(list) = self.header.get_mut("keywords").and_then(Value::as_array_mut) {
             list.push(json!({ "name": "OTHER", "text": format!("Changed with isolux: {all}") }));
         }
-        let dated = |date: &str| {
-            if date.is_empty() {
-                format!("isolux: {all}")
-            } else {
-                format!("{date}; isolux: {all}")
-            }
-        };
+        let words: Vec<String> = edits.iter().map(Edit::brief).collect();
+        let words = format!("isolux: {}", words.join(", "));
+        let before = self.luminaire.date.clone();
+        let mut cut = false;
         if let Some(document) = &mut self.eulumdat {
-            document.header.date_user = dated(&document.header.date_user);
+            let old = document.header.date_user.clone();
+            (document.header.date_user, cut) = dated(&old, &words);
         }
         if !self.header.contains_key("keywords") {
-            self.luminaire.date = dated(&self.luminaire.date);
+            (self.luminaire.date, cut) = dated(&before, &words);
         }
         let scaled = edits.iter().any(|edit| matches!(edit, Edit::ScaleFlux(_)));
         let interpolated = edits
@@ -37,7 +36,24 @@ impl Distribution {
         if let Some(Value::String(code)) = self.header.get_mut("file_generation_type") {
             *code = generation(code, scaled, interpolated);
         }
+        cut.then_some(before)
     }
+}
+
+/// Characters of EULUMDAT's line of date and user.
+const ROOM: usize = 78;
+
+/// The remark behind what stands there, which gives way where there is no room for both; and whether it did.
+fn dated(date: &str, words: &str) -> (String, bool) {
+    if date.is_empty() {
+        return (words.to_owned(), false);
+    }
+    let room = ROOM.saturating_sub(words.chars().count() + 2);
+    if date.chars().count() <= room {
+        return (format!("{date}; {words}"), false);
+    }
+    let kept: String = date.chars().take(room.saturating_sub(3)).collect();
+    (format!("{}...; {words}", kept.trim_end()), true)
 }
 
 /// The code of LM-63-2019 for a test whose flux was scaled or whose angles were interpolated; other codes stay.
