@@ -20,14 +20,19 @@ impl Distribution {
         }
         let words: Vec<String> = edits.iter().map(Edit::brief).collect();
         let words = format!("isolux: {}", words.join(", "));
-        let before = self.luminaire.date.clone();
-        let mut cut = false;
+        let mut cut = None;
+        let mut put = |line: &mut String| {
+            let (text, without_end) = dated(line, &words);
+            let old = std::mem::replace(line, text);
+            if without_end {
+                cut = Some(old);
+            }
+        };
         if let Some(document) = &mut self.eulumdat {
-            let old = document.header.date_user.clone();
-            (document.header.date_user, cut) = dated(&old, &words);
+            put(&mut document.header.date_user);
         }
         if !self.header.contains_key("keywords") {
-            (self.luminaire.date, cut) = dated(&before, &words);
+            put(&mut self.luminaire.date);
         }
         let scaled = edits.iter().any(|edit| matches!(edit, Edit::ScaleFlux(_)));
         let interpolated = edits
@@ -36,7 +41,7 @@ impl Distribution {
         if let Some(Value::String(code)) = self.header.get_mut("file_generation_type") {
             *code = generation(code, scaled, interpolated);
         }
-        cut.then_some(before)
+        cut
     }
 }
 
