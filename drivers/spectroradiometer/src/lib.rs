@@ -2,12 +2,14 @@
 
 mod agreement;
 mod line;
+mod obp;
 mod ooi;
 mod stored;
 
 use isolux_transport::Driver;
 
+pub use obp::{OCEAN_OBP, OceanObpDriver};
 pub use ooi::{OCEAN_OOI, OceanOoiDriver};
 
 /// The drivers of this crate. A new one is one entry here.
-pub const DRIVERS: &[Driver] = &[OCEAN_OOI];
+pub const DRIVERS: &[Driver] = &[OCEAN_OOI, OCEAN_OBP];

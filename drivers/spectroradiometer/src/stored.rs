@@ -123,7 +123,7 @@ impl Stored {
             .take(order as usize + 1)
             .map(|slot| self.number(line, slot))
             .collect::<Result<Vec<_>, _>>()?;
-        linearity_can_be(&nonlinearity)
+        linearity_can_be(&nonlinearity, FULL_SCALE)
             .map_err(|reason| line.fault(&format!("EEPROM slots 6 to 13 give {nonlinearity:?}: {reason}"), &[]))?;
 
         let saturation_counts = self.slot(slots::SATURATION).saturation().unwrap_or(FULL_SCALE);
@@ -229,14 +229,14 @@ fn decide(line: &Line, place: Place, readings: [Vec<u8>; 3]) -> Result<Vec<u8>, 
     Err(line.fault(&reason, &third))
 }
 
-fn polynomial(coefficients: &[f64], at: f64) -> f64 {
+pub(crate) fn polynomial(coefficients: &[f64], at: f64) -> f64 {
     coefficients
         .iter()
         .rev()
         .fold(0.0, |sum, coefficient| sum * at + coefficient)
 }
 
-fn wavelengths_can_be(wavelength_nm: &[f64]) -> Result<(), String> {
+pub(crate) fn wavelengths_can_be(wavelength_nm: &[f64]) -> Result<(), String> {
     let (Some(&first), Some(&last)) = (wavelength_nm.first(), wavelength_nm.last()) else {
         return Err("there are none".to_owned());
     };
@@ -268,8 +268,8 @@ fn wavelengths_can_be(wavelength_nm: &[f64]) -> Result<(), String> {
     }
 }
 
-fn linearity_can_be(coefficients: &[f64]) -> Result<(), String> {
-    for counts in (0..=FULL_SCALE).step_by(255) {
+pub(crate) fn linearity_can_be(coefficients: &[f64], full_scale: u16) -> Result<(), String> {
+    for counts in (0..=full_scale).step_by(255) {
         let value = polynomial(coefficients, f64::from(counts));
         if !(LINEARITY.0..=LINEARITY.1).contains(&value) {
             return Err(format!(
@@ -281,7 +281,7 @@ fn linearity_can_be(coefficients: &[f64]) -> Result<(), String> {
     Ok(())
 }
 
-fn factors_can_be(factors: &[f64]) -> Result<(), String> {
+pub(crate) fn factors_can_be(factors: &[f64]) -> Result<(), String> {
     if let Some(pixel) = factors.iter().position(|factor| !factor.is_finite() || *factor < 0.0) {
         return Err(format!("{} at pixel {pixel}", factors[pixel]));
     }
@@ -335,10 +335,10 @@ mod tests {
 
     #[test]
     fn a_polynomial_far_from_one_is_refused() {
-        assert_eq!(linearity_can_be(&[1.0]), Ok(()));
-        assert_eq!(linearity_can_be(&[0.87, 7.6e-6, -1.2e-10, 1.0e-15]), Ok(()));
+        assert_eq!(linearity_can_be(&[1.0], FULL_SCALE), Ok(()));
+        assert_eq!(linearity_can_be(&[0.87, 7.6e-6, -1.2e-10, 1.0e-15], FULL_SCALE), Ok(()));
         for damaged in [vec![0.0], vec![8.7e-2], vec![1.0, 7.6e-5], vec![1.0, 0.0, 0.0, -1e-10]] {
-            assert!(linearity_can_be(&damaged).is_err(), "{damaged:?}");
+            assert!(linearity_can_be(&damaged, FULL_SCALE).is_err(), "{damaged:?}");
         }
     }
 

@@ -1,0 +1,425 @@
+//! Ocean Optics STS in the Ocean Binary Protocol: `ocean-obp:usb:…`, or `ocean-obp:LINK` over a serial line.
+//!
+//! Answers are asked for with an MD5 sum and with the number of their request. What comes without a sum is read twice, and
+//! two spectra must agree (see `agreement`). The first spectrum of every acquisition is thrown away: its exposure may have
+//! begun before the call, and after a change of integration time it is the old one's (python-seabreeze issues 110, 177).
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use isolux_device::{
+    DeviceError, Factories, Identity, Kind, OpenError, RawSpectrum, Spectroradiometer, SpectroradiometerFactory,
+    SpectroradiometerProperties, Target,
+};
+use isolux_protocol_obp::{Answer, FULL_SCALE, Host, INTEGRATION_LIMITS_US, PIXELS, Request, Value};
+use isolux_transport::{
+    Bus, Driver, LineSettings, Parity, Place, Ports, TRIES, UsbAddress, UsbFraming, UsbModel, UsbProfile, no_display,
+    worth_another_try,
+};
+use tokio::sync::Mutex;
+use tokio::time::Instant;
+
+use crate::agreement::Pair;
+use crate::stored::{factors_can_be, linearity_can_be, polynomial, wavelengths_can_be};
+
+const NAME: &str = "ocean-obp";
+
+/// Of the STS's own RS-232 line.
+const LINE: LineSettings = LineSettings {
+    baud: 9600,
+    data_bits: 8,
+    parity: Parity::None,
+    stop_bits: 1,
+};
+
+/// Messages frame themselves; one endpoint answers them all.
+const USB: UsbProfile = UsbProfile {
+    ids: &[(0x2457, 0x4000)],
+    command: 0x01,
+    answers: &[0x81],
+    framing: UsbFraming::Bytes,
+};
+
+/// A short answer; and the longest, 4 kB at 9600 baud.
+const ANSWER: Duration = Duration::from_millis(500);
+const LONG_ANSWER: Duration = Duration::from_secs(6);
+
+/// For a request, all tries and the silence between them included.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Exposures of one spectrum within which two in a row must be good.
+const MOST_EXPOSURES: usize = 8;
+
+/// Most coefficients of a polynomial.
+const MOST_COEFFICIENTS: u32 = 8;
+
+/// Temperatures that a detector can have, °C.
+const TEMPERATURES: std::ops::RangeInclusive<f32> = -40.0..=100.0;
+
+/// Ocean Optics STS.
+pub const OCEAN_OBP: Driver = Driver {
+    name: NAME,
+    speaks_to: "Ocean Optics STS in the Ocean Binary Protocol, over USB or a serial line",
+    examples: &[(Kind::Spectroradiometer, "ocean-obp:usb:serial=S01234")],
+    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    usb: &[UsbModel {
+        id: USB.ids[0],
+        model: "Ocean Optics STS",
+    }],
+    place: |target, _| place(target),
+    display_lx: no_display,
+    factories: |ports| Factories {
+        spectroradiometer: Some(Arc::new(OceanObpDriver::new(ports))),
+        ..Factories::default()
+    },
+};
+
+/// One instrument a link.
+fn place(target: &Target) -> Result<Place, OpenError> {
+    target.only(&[])?;
+    UsbAddress::parse(target.link()).map_err(|error| target.wrong(error.reason))?;
+    Ok(Place {
+        channel: String::new(),
+        line: LINE,
+    })
+}
+
+/// Opens STS spectrometers.
+pub struct OceanObpDriver {
+    ports: Arc<Ports>,
+}
+
+impl OceanObpDriver {
+    /// A driver of what is on `ports`.
+    pub const fn new(ports: Arc<Ports>) -> Self {
+        Self { ports }
+    }
+}
+
+#[async_trait]
+impl SpectroradiometerFactory for OceanObpDriver {
+    async fn open_spectroradiometer(&self, target: &Target) -> Result<Box<dyn Spectroradiometer>, OpenError> {
+        let line = place(target)?.line;
+        let bus = self.ports.usb_bus(target, line, &USB, Host::default).await?;
+        let name = target.to_string();
+        Ok(Box::new(OceanObp::open(Asker { bus, name }, target).await?))
+    }
+}
+
+/// The bus, with the words for what went wrong on it.
+struct Asker {
+    bus: Bus<Host>,
+    name: String,
+}
+
+impl Asker {
+    async fn once(&self, request: Request, patience: Duration, deadline: Instant) -> Result<Answer, DeviceError> {
+        let answer = self.bus.ask_within(request, patience, deadline).await;
+        answer.map_err(|error| error.during(&self.name, &format!("{request:?}")))
+    }
+
+    /// What the instrument says to `request`; twice the same where no sum protects it.
+    async fn ask(&self, request: Request) -> Result<Value, DeviceError> {
+        let mut before: Option<Value> = None;
+        for _ in 0..TRIES {
+            let deadline = Instant::now() + PATIENCE;
+            let prove = (request != Request::Serial).then_some(Request::Serial);
+            let answer = self.bus.ask_again(request, prove, LONG_ANSWER, deadline).await;
+            let answer = answer.map_err(|error| error.during(&self.name, &format!("{request:?}")))?;
+            if answer.checked || before.as_ref() == Some(&answer.value) {
+                return Ok(answer.value);
+            }
+            before = Some(answer.value);
+        }
+        Err(self.fault(&format!("{request:?} has another answer each time, and none has a checksum")))
+    }
+
+    /// A command that must be carried out.
+    async fn command(&self, request: Request) -> Result<(), DeviceError> {
+        match self.ask(request).await? {
+            Value::Done => Ok(()),
+            other => Err(self.refused(request, &other)),
+        }
+    }
+
+    async fn number(&self, request: Request) -> Result<f64, DeviceError> {
+        match self.ask(request).await? {
+            Value::Number(number) if number.is_finite() => Ok(f64::from(number)),
+            other => Err(self.refused(request, &other)),
+        }
+    }
+
+    /// The coefficients of a polynomial, lowest power first; empty where the instrument has none.
+    async fn coefficients(&self, count: Request, one: fn(u8) -> Request) -> Result<Vec<f64>, DeviceError> {
+        let count = match self.ask(count).await? {
+            Value::Count(number) if number <= MOST_COEFFICIENTS => number,
+            Value::Refused { .. } => 0,
+            other => return Err(self.refused(count, &other)),
+        };
+        let mut found = Vec::new();
+        for place in 0..count {
+            found.push(self.number(one(place as u8)).await?);
+        }
+        Ok(found)
+    }
+
+    fn refused(&self, request: Request, answer: &Value) -> DeviceError {
+        let reason = match answer {
+            Value::Refused { error, reason } => format!("error {error}: {reason}"),
+            other => format!("{other:?} is no answer to it"),
+        };
+        DeviceError::Refused {
+            device: self.name.clone(),
+            action: format!("{request:?}"),
+            reason,
+            frame: Vec::new(),
+        }
+    }
+
+    fn fault(&self, reason: &str) -> DeviceError {
+        DeviceError::Malformed {
+            device: self.name.clone(),
+            action: "read the instrument".to_owned(),
+            reason: reason.to_owned(),
+            frame: Vec::new(),
+        }
+    }
+}
+
+struct OceanObp {
+    line: Asker,
+    identity: Identity,
+    properties: SpectroradiometerProperties,
+    has_temperature: bool,
+    /// The integration time can be asked for.
+    reads_back: bool,
+    /// Integration time in use; held while a spectrum is taken.
+    integration: Mutex<Duration>,
+}
+
+impl OceanObp {
+    async fn open(line: Asker, target: &Target) -> Result<Self, DeviceError> {
+        // An instrument that knows no sums refuses, and is read twice; one without an acquisition has none to abort.
+        line.ask(Request::Checksum(true)).await?;
+        line.ask(Request::Abort).await?;
+        line.command(Request::SetTrigger(0)).await?;
+        let Value::Text(serial) = line.ask(Request::Serial).await? else {
+            return Err(line.fault("the serial number is none"));
+        };
+        let wanted = UsbAddress::parse(target.link()).ok().flatten().and_then(|address| address.serial);
+        if let Some(wanted) = wanted.filter(|wanted| *wanted != serial) {
+            return Err(DeviceError::Unsupported {
+                device: line.name,
+                action: "use this instrument".to_owned(),
+                reason: format!("its serial number is {serial}, not {wanted}"),
+            });
+        }
+        let wavelength = line.coefficients(Request::WavelengthCount, Request::Wavelength).await?;
+        let wavelength_nm: Vec<f64> = (0..PIXELS).map(|pixel| polynomial(&wavelength, pixel as f64)).collect();
+        wavelengths_can_be(&wavelength_nm)
+            .map_err(|reason| line.fault(&format!("the wavelength coefficients {wavelength:?}: {reason}")))?;
+        let nonlinearity = line.coefficients(Request::NonlinearityCount, Request::Nonlinearity).await?;
+        if !nonlinearity.is_empty() {
+            linearity_can_be(&nonlinearity, FULL_SCALE)
+                .map_err(|reason| line.fault(&format!("the non-linearity {nonlinearity:?}: {reason}")))?;
+        }
+        let saturation_counts = match line.ask(Request::Saturation).await? {
+            Value::Count(counts @ 4096..=16_383) => counts as u16,
+            Value::Refused { .. } => FULL_SCALE,
+            other => return Err(line.fault(&format!("saturation at {other:?} counts of {FULL_SCALE}"))),
+        };
+        let irradiance_factor = irradiance(&line, &wavelength_nm).await?;
+        let reads_back = matches!(line.ask(Request::Integration).await?, Value::Count(_));
+        let has_temperature = matches!(line.ask(Request::TemperatureCount).await?, Value::Count(1..));
+        let limits = INTEGRATION_LIMITS_US;
+        let microseconds = |us: u32| Duration::from_micros(u64::from(us));
+        let properties = SpectroradiometerProperties {
+            wavelength_nm,
+            dark_pixels: 0..0,
+            integration_limits: (microseconds(limits.0), microseconds(limits.1)),
+            saturation_counts,
+            // Its counts are used as they are: nothing is scaled to more bits.
+            full_scale_counts: saturation_counts,
+            nonlinearity,
+            irradiance_factor,
+        };
+        let identity = Identity {
+            driver: NAME,
+            target: target.to_string(),
+            model: "Ocean Optics STS".to_owned(),
+            serial: Some(serial),
+            firmware: None,
+        };
+        let first = Duration::from_millis(10);
+        let instrument = Self {
+            line,
+            identity,
+            properties,
+            has_temperature,
+            reads_back,
+            integration: Mutex::new(first),
+        };
+        instrument.set_integration_time(first).await?;
+        Ok(instrument)
+    }
+
+    /// One spectrum as it comes, begun at the earliest one integration time before the call.
+    async fn expose(&self, time: Duration, deadline: Instant) -> Result<(Vec<u16>, bool, Instant), DeviceError> {
+        let mut tries = 1;
+        loop {
+            let asked = Instant::now();
+            let answer = self.line.once(Request::Spectrum, 2 * time + LONG_ANSWER, deadline).await;
+            let error = match answer {
+                Ok(Answer {
+                    value: Value::Spectrum(counts),
+                    checked,
+                }) => return Ok((counts, checked, asked)),
+                Ok(other) => return Err(self.line.refused(Request::Spectrum, &other.value)),
+                Err(error) => error,
+            };
+            if tries >= TRIES || !worth_another_try(error.kind()) {
+                return Err(error);
+            }
+            tracing::warn!(%error, tries, "asking again");
+            tries += 1;
+        }
+    }
+
+    /// Whether nothing else is on its way: the instrument answers in order, so what is asked for must be the next answer. The
+    /// integration time must be the one that was set; after a restart, or where another program uses it, it is not.
+    async fn in_step(&self, integration: Duration, unsolicited: u64) -> Result<bool, DeviceError> {
+        let (request, expected) = if self.reads_back {
+            (Request::Integration, Value::Count(integration.as_micros() as u32))
+        } else {
+            (Request::Serial, Value::Text(self.identity.serial.clone().unwrap_or_default()))
+        };
+        match self.line.once(request, ANSWER, Instant::now() + PATIENCE).await {
+            Ok(answer) if answer.checked && answer.value != expected => {
+                let reason = format!("{expected:?} was expected and {:?} is read back: it was restarted", answer.value);
+                Err(self.line.fault(&reason))
+            }
+            Ok(answer) => Ok(answer.value == expected && self.line.bus.unsolicited() == unsolicited),
+            Err(error) if worth_another_try(error.kind()) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
+    async fn temperature(&self) -> Result<Option<f64>, DeviceError> {
+        if !self.has_temperature {
+            return Ok(None);
+        }
+        Ok(match self.line.ask(Request::Temperature(0)).await? {
+            Value::Number(found) if TEMPERATURES.contains(&found) => Some(f64::from(found)),
+            _ => None,
+        })
+    }
+}
+
+/// The irradiance calibration that is stored: W/(m²·nm) for one linear count a second. `None` where there is none that can
+/// be one.
+///
+/// Stored are µJ a count and the area in cm²; a pixel sees the wavelengths up to halfway to its neighbours:
+/// E = factor · counts ÷ (time · area · width), and 1 µW/cm² = 0.01 W/m².
+async fn irradiance(line: &Asker, wavelength_nm: &[f64]) -> Result<Option<Vec<f64>>, DeviceError> {
+    let (Value::Numbers(stored), Value::Number(area_cm2)) =
+        (line.ask(Request::Irradiance).await?, line.ask(Request::IrradianceArea).await?)
+    else {
+        return Ok(None);
+    };
+    let area_cm2 = f64::from(area_cm2);
+    if !area_cm2.is_finite() || area_cm2 <= 0.0 || stored.iter().all(|factor| *factor == 0.0 || factor.is_nan()) {
+        return Ok(None);
+    }
+    let last = wavelength_nm.len() - 1;
+    let width_nm = |pixel: usize| {
+        let (from, to) = (pixel.saturating_sub(1), (pixel + 1).min(last));
+        (wavelength_nm[to] - wavelength_nm[from]) / (to - from) as f64
+    };
+    let factors: Vec<f64> = stored
+        .iter()
+        .enumerate()
+        .map(|(pixel, factor)| 0.01 * f64::from(*factor) / (area_cm2 * width_nm(pixel)))
+        .collect();
+    match factors_can_be(&factors) {
+        Ok(()) => Ok(Some(factors)),
+        // An instrument with a calibration of its own in a file can still be used.
+        Err(reason) => {
+            tracing::warn!(device = line.name, reason, "the stored irradiance factors are not used");
+            Ok(None)
+        }
+    }
+}
+
+#[async_trait]
+impl Spectroradiometer for OceanObp {
+    fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    fn properties(&self) -> &SpectroradiometerProperties {
+        &self.properties
+    }
+
+    async fn set_integration_time(&self, time: Duration) -> Result<Duration, DeviceError> {
+        let (shortest, longest) = self.properties.integration_limits;
+        let Some(us) = u32::try_from(time.as_micros()).ok().filter(|_| (shortest..=longest).contains(&time)) else {
+            return Err(DeviceError::Unsupported {
+                device: self.line.name.clone(),
+                action: format!("integrate for {time:?}"),
+                reason: format!("the integration time is {shortest:?} to {longest:?}"),
+            });
+        };
+        let mut integration = self.integration.lock().await;
+        self.line.command(Request::SetIntegration(us)).await?;
+        // Where it cannot be read back the acknowledgement has to do.
+        if self.reads_back {
+            let found = self.line.ask(Request::Integration).await?;
+            if found != Value::Count(us) {
+                return Err(self.line.fault(&format!("{us} µs were set, {found:?} is read back")));
+            }
+        }
+        let longer = time.max(*integration);
+        *integration = time;
+        // The exposure under way was begun with the old time.
+        self.expose(longer, Instant::now() + 3 * (2 * longer + LONG_ANSWER)).await?;
+        Ok(time)
+    }
+
+    async fn acquire(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError> {
+        let integration = self.integration.lock().await;
+        let mut before: Option<Vec<u16>> = None;
+        let mut reason = String::new();
+        for _ in 0..MOST_EXPOSURES {
+            let unsolicited = self.line.bus.unsolicited();
+            let (counts, checked, began) = self.expose(*integration, deadline).await?;
+            let ended = Instant::now();
+            let Some(before) = before.replace(counts.clone()) else { continue };
+            let pair = Pair {
+                before: &before,
+                after: &counts,
+                dark: self.properties.dark_pixels.clone(),
+                saturation: self.properties.saturation_counts,
+            };
+            match pair.agree() {
+                Err(difference) if !checked => {
+                    reason = format!("of the last two: {difference}");
+                    continue;
+                }
+                _ => {}
+            }
+            if !self.in_step(*integration, unsolicited).await? {
+                "an answer came that nothing had asked for".clone_into(&mut reason);
+                continue;
+            }
+            return Ok(RawSpectrum {
+                counts,
+                integration_time: *integration,
+                detector_c: self.temperature().await?,
+                began,
+                ended,
+            });
+        }
+        Err(self.line.fault(&format!("{MOST_EXPOSURES} exposures gave no good spectrum: {reason}")))
+    }
+}
