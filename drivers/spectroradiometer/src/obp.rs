@@ -132,7 +132,9 @@ impl Asker {
             }
             before = Some(answer.value);
         }
-        Err(self.fault(&format!("{request:?} has another answer each time, and none has a checksum")))
+        Err(self.fault(&format!(
+            "{request:?} has another answer each time, and none has a checksum"
+        )))
     }
 
     /// A command that must be carried out.
@@ -207,7 +209,10 @@ impl OceanObp {
         let Value::Text(serial) = line.ask(Request::Serial).await? else {
             return Err(line.fault("the serial number is none"));
         };
-        let wanted = UsbAddress::parse(target.link()).ok().flatten().and_then(|address| address.serial);
+        let wanted = UsbAddress::parse(target.link())
+            .ok()
+            .flatten()
+            .and_then(|address| address.serial);
         if let Some(wanted) = wanted.filter(|wanted| *wanted != serial) {
             return Err(DeviceError::Unsupported {
                 device: line.name,
@@ -219,7 +224,9 @@ impl OceanObp {
         let wavelength_nm: Vec<f64> = (0..PIXELS).map(|pixel| polynomial(&wavelength, pixel as f64)).collect();
         wavelengths_can_be(&wavelength_nm)
             .map_err(|reason| line.fault(&format!("the wavelength coefficients {wavelength:?}: {reason}")))?;
-        let nonlinearity = line.coefficients(Request::NonlinearityCount, Request::Nonlinearity).await?;
+        let nonlinearity = line
+            .coefficients(Request::NonlinearityCount, Request::Nonlinearity)
+            .await?;
         if !nonlinearity.is_empty() {
             linearity_can_be(&nonlinearity, FULL_SCALE)
                 .map_err(|reason| line.fault(&format!("the non-linearity {nonlinearity:?}: {reason}")))?;
@@ -269,7 +276,10 @@ impl OceanObp {
         let mut tries = 1;
         loop {
             let asked = Instant::now();
-            let answer = self.line.once(Request::Spectrum, 2 * time + LONG_ANSWER, deadline).await;
+            let answer = self
+                .line
+                .once(Request::Spectrum, 2 * time + LONG_ANSWER, deadline)
+                .await;
             let error = match answer {
                 Ok(Answer {
                     value: Value::Spectrum(counts),
@@ -292,11 +302,17 @@ impl OceanObp {
         let (request, expected) = if self.reads_back {
             (Request::Integration, Value::Count(integration.as_micros() as u32))
         } else {
-            (Request::Serial, Value::Text(self.identity.serial.clone().unwrap_or_default()))
+            (
+                Request::Serial,
+                Value::Text(self.identity.serial.clone().unwrap_or_default()),
+            )
         };
         match self.line.once(request, ANSWER, Instant::now() + PATIENCE).await {
             Ok(answer) if answer.checked && answer.value != expected => {
-                let reason = format!("{expected:?} was expected and {:?} is read back: it was restarted", answer.value);
+                let reason = format!(
+                    "{expected:?} was expected and {:?} is read back: it was restarted",
+                    answer.value
+                );
                 Err(self.line.fault(&reason))
             }
             Ok(answer) => Ok(answer.value == expected && self.line.bus.unsolicited() == unsolicited),
@@ -322,9 +338,10 @@ impl OceanObp {
 /// Stored are µJ a count and the area in cm²; a pixel sees the wavelengths up to halfway to its neighbours:
 /// E = factor · counts ÷ (time · area · width), and 1 µW/cm² = 0.01 W/m².
 async fn irradiance(line: &Asker, wavelength_nm: &[f64]) -> Result<Option<Vec<f64>>, DeviceError> {
-    let (Value::Numbers(stored), Value::Number(area_cm2)) =
-        (line.ask(Request::Irradiance).await?, line.ask(Request::IrradianceArea).await?)
-    else {
+    let (Value::Numbers(stored), Value::Number(area_cm2)) = (
+        line.ask(Request::Irradiance).await?,
+        line.ask(Request::IrradianceArea).await?,
+    ) else {
         return Ok(None);
     };
     let area_cm2 = f64::from(area_cm2);
@@ -363,7 +380,10 @@ impl Spectroradiometer for OceanObp {
 
     async fn set_integration_time(&self, time: Duration) -> Result<Duration, DeviceError> {
         let (shortest, longest) = self.properties.integration_limits;
-        let Some(us) = u32::try_from(time.as_micros()).ok().filter(|_| (shortest..=longest).contains(&time)) else {
+        let Some(us) = u32::try_from(time.as_micros())
+            .ok()
+            .filter(|_| (shortest..=longest).contains(&time))
+        else {
             return Err(DeviceError::Unsupported {
                 device: self.line.name.clone(),
                 action: format!("integrate for {time:?}"),
@@ -382,7 +402,8 @@ impl Spectroradiometer for OceanObp {
         let longer = time.max(*integration);
         *integration = time;
         // The exposure under way was begun with the old time.
-        self.expose(longer, Instant::now() + 3 * (2 * longer + LONG_ANSWER)).await?;
+        self.expose(longer, Instant::now() + 3 * (2 * longer + LONG_ANSWER))
+            .await?;
         Ok(time)
     }
 
@@ -394,7 +415,9 @@ impl Spectroradiometer for OceanObp {
             let unsolicited = self.line.bus.unsolicited();
             let (counts, checked, began) = self.expose(*integration, deadline).await?;
             let ended = Instant::now();
-            let Some(before) = before.replace(counts.clone()) else { continue };
+            let Some(before) = before.replace(counts.clone()) else {
+                continue;
+            };
             let pair = Pair {
                 before: &before,
                 after: &counts,
@@ -420,6 +443,8 @@ impl Spectroradiometer for OceanObp {
                 ended,
             });
         }
-        Err(self.line.fault(&format!("{MOST_EXPOSURES} exposures gave no good spectrum: {reason}")))
+        Err(self
+            .line
+            .fault(&format!("{MOST_EXPOSURES} exposures gave no good spectrum: {reason}")))
     }
 }

@@ -13,6 +13,7 @@ pub mod outlet;
 mod server;
 mod spectrometer;
 pub mod station;
+mod sts;
 pub mod twins;
 pub mod usb;
 mod world;

@@ -3,11 +3,29 @@
 //! Its optics are those of the room's spectrometer; each of its pixels is the mean of two of that one's, in a quarter of
 //! its counts. A message is a header of 44 bytes, a payload, 16 bytes of MD5 or zeros, and a footer.
 
+use isolux_darkroom::document::Instrument;
 use isolux_darkroom::spectrograph::{Exposure, PIXELS as FINE_PIXELS, linearity_coefficients, wavelength_nm};
+use isolux_transport::{LineSettings, Parity};
 use md5::{Digest, Md5};
 
 use crate::server::{Answer, Twin};
+use crate::twins::TwinKind;
 use crate::world::World;
+
+/// In the table of twins. The line is that of its RS-232 connector.
+pub(crate) const TWIN: TwinKind = TwinKind {
+    instrument: Instrument::Spectroradiometer,
+    driver: "ocean-obp",
+    line: LineSettings {
+        baud: 9600,
+        data_bits: 8,
+        parity: Parity::None,
+        stop_bits: 1,
+    },
+    opens: &[("spectroradiometer", "")],
+    calibration: None,
+    start: |_| Box::new(Sts::new()),
+};
 
 const PIXELS: usize = FINE_PIXELS / 2;
 /// Counts of the room's spectrometer in one of its own.
@@ -57,10 +75,18 @@ impl Request {
         let whole = inbox.get(..HEADER + rest)?;
         let end = (HEADER + rest).checked_sub(TAIL)?;
         let immediate = usize::from(header[23]).min(16);
-        let data = if end > HEADER { whole[HEADER..end].to_vec() } else { header[24..24 + immediate].to_vec() };
+        let data = if end > HEADER {
+            whole[HEADER..end].to_vec()
+        } else {
+            header[24..24 + immediate].to_vec()
+        };
         let md5 = header[22] == 1;
         let sum: [u8; 16] = Md5::digest(&whole[..end]).into();
-        let error = if md5 && whole[end..end + 16] != sum { BAD_CHECKSUM } else { 0 };
+        let error = if md5 && whole[end..end + 16] != sum {
+            BAD_CHECKSUM
+        } else {
+            0
+        };
         let request = Self {
             flags: u16::from_le_bytes([header[4], header[5]]),
             kind: word(8),
@@ -79,7 +105,16 @@ impl Request {
         bytes.extend(error.to_le_bytes());
         bytes.extend(self.kind.to_le_bytes());
         bytes.extend(self.regarding.to_le_bytes());
-        bytes.extend([0, 0, 0, 0, 0, 0, u8::from(self.md5), if inside { data.len() as u8 } else { 0 }]);
+        bytes.extend([
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            u8::from(self.md5),
+            if inside { data.len() as u8 } else { 0 },
+        ]);
         if inside {
             bytes.extend(data);
         }
@@ -194,7 +229,10 @@ fn wavelengths([a, b, c, d]: [f64; 4]) -> [f64; 4] {
 /// The polynomial of counts that are four times as large, in powers of its own.
 fn linearity(fine: &[f64]) -> Vec<f64> {
     let powers = std::iter::successors(Some(1.0), |power| Some(power * COUNTS));
-    fine.iter().zip(powers).map(|(coefficient, power)| coefficient * power).collect()
+    fine.iter()
+        .zip(powers)
+        .map(|(coefficient, power)| coefficient * power)
+        .collect()
 }
 
 /// µJ a count: W/(m²·nm) for one count a second, times area and width of the pixel.

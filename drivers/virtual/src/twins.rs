@@ -8,7 +8,7 @@ use isolux_transport::LineSettings;
 
 use crate::server::Twin;
 use crate::world::World;
-use crate::{luxmeter, modbus_lux, oriental, spectrometer, zaber};
+use crate::{luxmeter, modbus_lux, oriental, spectrometer, sts, zaber};
 
 /// All twins; of those that play one instrument the first is the default. A new twin is one entry here.
 pub const TWINS: &[TwinKind] = &[
@@ -17,6 +17,7 @@ pub const TWINS: &[TwinKind] = &[
     luxmeter::TWIN,
     modbus_lux::TWIN,
     spectrometer::TWIN,
+    sts::TWIN,
 ];
 
 /// A twin, for servers and for the writer of station files.

@@ -11,18 +11,32 @@ use crate::VirtualRoom;
 /// Room for the longest answer.
 const PIPE: usize = 1 << 16;
 
-/// An Ocean Optics USB2000+ in `room`: high speed, commands on 0x01, short answers on 0x81, spectra on 0x82.
-pub fn usb2000_plus(room: &VirtualRoom) -> Twin {
-    let serial = room.with_world(|world, _| format!("USB2+V{:05}", world.room().document().seed % 100_000));
-    let model = Model {
-        id: (0x2457, 0x101E),
-        release: 0x0002,
-        strings: ["Ocean Optics".to_owned(), "USB2000+".to_owned(), serial],
-        speed: Speed::High,
-        endpoints: vec![0x01, 0x81, 0x82, 0x86],
-        packing: Packing::Transfers,
+/// The instrument of `room` as a USB device; none where what plays it has no USB connector.
+pub fn device(room: &VirtualRoom, instrument: Instrument) -> Option<Twin> {
+    let seed = room.with_world(|world, _| world.room().document().seed % 100_000);
+    let maker = "Ocean Optics".to_owned();
+    let model = match room.driver(instrument)? {
+        // Commands on 0x01, short answers on 0x81, spectra on 0x82; 0x86 is there and silent at this speed.
+        "ocean-ooi" => Model {
+            id: (0x2457, 0x101E),
+            release: 0x0002,
+            strings: [maker, "USB2000+".to_owned(), format!("USB2+V{seed:05}")],
+            speed: Speed::High,
+            endpoints: vec![0x01, 0x81, 0x82, 0x86],
+            packing: Packing::Transfers,
+        },
+        // Its second pair of endpoints is there and silent.
+        "ocean-obp" => Model {
+            id: (0x2457, 0x4000),
+            release: 0x0001,
+            strings: [maker, "STS".to_owned(), format!("S{seed:05}")],
+            speed: Speed::Full,
+            endpoints: vec![0x01, 0x81, 0x02, 0x82],
+            packing: Packing::Bytes,
+        },
+        _ => return None,
     };
-    twin(room, model, Instrument::Spectroradiometer)
+    Some(twin(room, model, instrument))
 }
 
 fn twin(room: &VirtualRoom, model: Model, instrument: Instrument) -> Twin {

@@ -6,7 +6,9 @@ mod bridge;
 
 use bridge::{Below, bridge, offered};
 use isolux_darkroom::Darkroom;
-use isolux_virtual::VirtualRoom;
+use isolux_usbip::Twin;
+use isolux_virtual::twins::Choice;
+use isolux_virtual::{Instrument, Switches, VirtualRoom};
 
 /// Serial number, first and last wavelength in nm, counts.
 fn parsed(answer: &str) -> (String, f64, f64, Vec<f64>) {
@@ -24,28 +26,39 @@ fn parsed(answer: &str) -> (String, f64, f64, Vec<f64>) {
     )
 }
 
+/// A lit room in which `driver` reaches the spectroradiometer, offered over USB/IP.
+async fn lit_room(driver: &str) -> (VirtualRoom, Twin, u16) {
+    let mut choice = Choice::default();
+    choice.choose(Instrument::Spectroradiometer, driver).unwrap();
+    let room = VirtualRoom::open_with(Darkroom::default(), &choice);
+    room.with_world(|world, now_s| {
+        let lit = Switches {
+            lamp: true,
+            shutter_open: true,
+            baffle_in: false,
+        };
+        world.set_switches(lit, now_s);
+    });
+    let twin = isolux_virtual::usb::device(&room, Instrument::Spectroradiometer).unwrap();
+    let port = offered(vec![twin.clone()]).await;
+    (room, twin, port)
+}
+
+/// Wavelength of a pixel of the room's own spectrometer, nm.
+fn nm(room: &VirtualRoom, pixel: f64) -> f64 {
+    let [a, b, c, d] = room.with_world(|world, _| world.room().document().spectroradiometer.wavelength_nm);
+    ((d * pixel + c) * pixel + b) * pixel + a
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn ocean_ooi_reads_calibration_and_spectrum_over_usb() {
     let Some(bridge) = bridge() else { return };
-    let room = VirtualRoom::open(Darkroom::default());
-    room.with_world(|world, now_s| {
-        let mut switches = world.switches();
-        switches.lamp = true;
-        switches.shutter_open = true;
-        switches.baffle_in = false;
-        world.set_switches(switches, now_s);
-    });
-    let port = offered(vec![isolux_virtual::usb::usb2000_plus(&room)]).await;
+    let (room, _, port) = lit_room("ocean-ooi").await;
     let mut program = Below::start(&bridge, port);
     let answer = program.ask("read ocean-ooi:usb:serial=USB2+V00001 50").await;
     let (serial, first_nm, last_nm, counts) = parsed(&answer);
     assert_eq!(serial, "USB2+V00001");
-    let [a, b, c, d] = room.with_world(|world, _| world.room().document().spectroradiometer.wavelength_nm);
-    let at = |pixel: f64| ((d * pixel + c) * pixel + b) * pixel + a;
-    assert!(
-        (first_nm - at(0.0)).abs() < 1e-3 && (last_nm - at(2047.0)).abs() < 1e-3,
-        "{first_nm} {last_nm}"
-    );
+    assert!((first_nm - nm(&room, 0.0)).abs() < 1e-3 && (last_nm - nm(&room, 2047.0)).abs() < 1e-3);
     assert_eq!(counts.len(), 2048);
     let dark = counts[6..21].iter().sum::<f64>() / 15.0;
     let peak = counts.iter().copied().fold(0.0, f64::max);
@@ -58,4 +71,40 @@ async fn ocean_ooi_reads_calibration_and_spectrum_over_usb() {
     assert!(other.contains("no such USB device"), "{other}");
     let unknown = program.ask("read ocean-ooi:usb:2457:101e?baud=9600 50").await;
     assert!(unknown.contains("unknown option baud"), "{unknown}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn ocean_obp_reads_calibration_and_spectrum_over_usb() {
+    let Some(bridge) = bridge() else { return };
+    let (room, twin, port) = lit_room("ocean-obp").await;
+    let mut program = Below::start(&bridge, port);
+    let answer = program.ask("read ocean-obp:usb: 50").await;
+    let (serial, first_nm, last_nm, counts) = parsed(&answer);
+    assert_eq!(serial, "S00001");
+    // Single precision on the wire.
+    assert!((first_nm - nm(&room, 0.5)).abs() < 1e-2 && (last_nm - nm(&room, 2046.5)).abs() < 1e-2);
+    assert_eq!(counts.len(), 1024);
+    let peak = counts.iter().copied().fold(0.0, f64::max);
+    assert!(
+        counts[..10].iter().all(|dark| (200.0..600.0).contains(dark)) && peak > 700.0,
+        "{peak}: {counts:?}"
+    );
+    // A packet that was lost, or whose endpoint halted, is asked for again; the value is right or there is none.
+    twin.stall(0x81);
+    let (again, ..) = parsed(&program.ask("read ocean-obp:usb:serial=S00001 50").await);
+    assert_eq!(again, "S00001");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_instrument_that_is_unplugged_says_so() {
+    let Some(bridge) = bridge() else { return };
+    let (_, twin, port) = lit_room("ocean-obp").await;
+    let mut program = Below::start(&bridge, port);
+    let unplug = async {
+        // In the middle of an exposure of ten seconds.
+        tokio::time::sleep(std::time::Duration::from_secs(2)).await;
+        twin.unplug();
+    };
+    let (answer, ()) = tokio::join!(program.ask("read ocean-obp:usb: 10000"), unplug);
+    assert!(answer.contains("unplugged"), "{answer}");
 }

@@ -10,13 +10,13 @@ use std::time::Duration;
 use bridge::{Below, bridge, offered};
 use isolux_darkroom::Darkroom;
 use isolux_usbip::Twin;
-use isolux_virtual::VirtualRoom;
+use isolux_virtual::{Instrument, VirtualRoom};
 
 const OPEN: &str = "open usb: ooi";
 
 async fn usb2000() -> (Twin, u16) {
     let room = VirtualRoom::open(Darkroom::default());
-    let twin = isolux_virtual::usb::usb2000_plus(&room);
+    let twin = isolux_virtual::usb::device(&room, Instrument::Spectroradiometer).expect("it has a connector");
     let port = offered(vec![twin.clone()]).await;
     (twin, port)
 }
