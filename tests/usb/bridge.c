@@ -6,8 +6,7 @@
  * transfer of USB/IP. Ends with the program's exit status. Sources: linux/usbdevice_fs.h; the kernel's
  * Documentation/usb/usbip_protocol.rst.
  *
- * What a kernel does beyond passing transfers on and keeping two claims apart (reset, drivers, hotplug) is not here: see
- * the guest of tests/usb/guest.sh for that.
+ * What a kernel does beyond passing transfers on and keeping two claims apart (reset, drivers, hotplug events) is not here.
  */
 #include <arpa/inet.h>
 #include <errno.h>
@@ -225,7 +224,7 @@ static int discard_urb(UMockdevIoctlClient *client, gulong address) {
 static void vanished(UMockdevIoctlBase *base, UMockdevIoctlClient *client, gpointer nothing) {
     (void)base, (void)nothing;
     if (claimer == client)
-        claimer = NULL;
+        g_clear_object(&claimer);
     for (GList *at = transfers, *next; at; at = next) {
         struct transfer *one = at->data;
         next = at->next;
@@ -258,6 +257,34 @@ static int reap(UMockdevIoctlClient *client, UMockdevIoctlData *data) {
             drain(1);
     }
     return gone ? -ENODEV : -EAGAIN;
+}
+
+static gboolean claimed_by_another(UMockdevIoctlClient *client) {
+    return claimer && claimer != client && umockdev_ioctl_client_get_connected(claimer);
+}
+
+static void claim(UMockdevIoctlClient *client) {
+    g_object_ref(client);
+    g_clear_object(&claimer);
+    claimer = client;
+}
+
+/* A program that has closed the device is noticed a moment later: whoever wants the interface waits for that. */
+static gboolean claim_again(gpointer data) {
+    UMockdevIoctlClient *client = data;
+    gboolean free = !gone && !claimed_by_another(client);
+    if (free)
+        claim(client);
+    umockdev_ioctl_client_complete(client, free ? 0 : -1, free ? 0 : gone ? ENODEV : EBUSY);
+    g_object_unref(client);
+    return G_SOURCE_REMOVE;
+}
+
+static void claim_later(UMockdevIoctlClient *client) {
+    GSource *later = g_timeout_source_new(20);
+    g_source_set_callback(later, claim_again, g_object_ref(client), NULL);
+    g_source_attach(later, g_main_context_get_thread_default());
+    g_source_unref(later);
 }
 
 static gboolean handle(UMockdevIoctlBase *base, UMockdevIoctlClient *client, gpointer nothing) {
@@ -294,16 +321,17 @@ static gboolean handle(UMockdevIoctlBase *base, UMockdevIoctlClient *client, gpo
         result = -ENODATA;
         break;
     case USBDEVFS_CLAIMINTERFACE:
-        if (gone || (claimer && claimer != client))
-            result = gone ? -ENODEV : -EBUSY;
-        else
-            claimer = client;
+        if (claimed_by_another(client)) {
+            claim_later(client);
+            return TRUE;
+        }
+        claim(client);
         break;
     case USBDEVFS_RELEASEINTERFACE:
         if (claimer != client)
             result = -EINVAL;
         else
-            claimer = NULL;
+            g_clear_object(&claimer);
         break;
     case USBDEVFS_SETINTERFACE:
     case USBDEVFS_RESET:

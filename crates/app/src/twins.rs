@@ -7,7 +7,7 @@ use isolux_darkroom::{Darkroom, Room};
 use isolux_virtual::outlet::{self, Offer, Outlet};
 use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station, station_in};
 use isolux_virtual::twins::TWINS;
-use isolux_virtual::{Instrument, Switches, VirtualRoom};
+use isolux_virtual::{Instrument, Serving, Switches, VirtualRoom};
 
 use crate::files::{self, Overwrite};
 use crate::init::Instruments;
@@ -26,6 +26,8 @@ pub struct Wishes {
     pub instruments: Instruments,
     /// TCP port on the loopback address, 0 for any; none: a pty each.
     pub tcp_port: Option<u16>,
+    /// Port on the loopback address for the spectroradiometer as a USB device over USB/IP, 0 for any; none: as the others.
+    pub usbip_port: Option<u16>,
     /// Where to write a station file for them.
     pub station_out: Option<Utf8PathBuf>,
     /// Whether an existing station file may be replaced.
@@ -56,6 +58,9 @@ pub struct Reachable {
     pub address: String,
     /// A whole `open` for it.
     pub open: String,
+    /// What makes a USB device of it on this computer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attach: Option<String>,
 }
 
 /// Serves the twins until `lasts` is over or a signal asks for the end. `ready` is told their addresses once, before any byte.
@@ -83,7 +88,7 @@ pub fn serve(
     let signals = OnSignals::listen()?;
     runtime.block_on(async {
         let room = VirtualRoom::open_with(document.clone(), &choice);
-        let instruments: Vec<Instrument> = match wishes.twins {
+        let mut instruments: Vec<Instrument> = match wishes.twins {
             Twins::All => room.instruments().collect(),
             Twins::Axes => vec![Instrument::Axes, Instrument::Outputs],
             Twins::LuxMeter => vec![Instrument::Luxmeter],
@@ -98,16 +103,33 @@ pub fn serve(
             };
             room.with_world(|world, now_s| world.set_switches(lit, now_s));
         }
+        let (usb, mut attach) = match wishes.usbip_port {
+            Some(port) => {
+                let (outlet, port, serving) = usb(&room, port).await?;
+                instruments.retain(|instrument| *instrument != outlet.instrument);
+                let attach = format!("usbip --tcp-port {port} attach --remote 127.0.0.1 --busid 1-1");
+                (Some((outlet, serving)), Some(attach))
+            }
+            None => (None, None),
+        };
         let offer = wishes.tcp_port.map_or(Offer::Pty, |port| Offer::Tcp { port });
-        let (outlets, _serving) = outlet::offer(&room, &instruments, offer).await.map_err(|error| {
+        let (mut outlets, _serving) = outlet::offer(&room, &instruments, offer).await.map_err(|error| {
             Failure::instrument(format!("cannot offer the twins: {error}"))
                 .help("try --tcp 0 for any free port on the loopback address")
         })?;
+        let _usb_serving = usb.map(|(outlet, serving)| {
+            outlets.push(outlet);
+            serving
+        });
         if let Some(path) = &wishes.station_out {
             write_calibration(path, document.clone(), &outlets, wishes.overwrite)?;
             files::write(path, station(&document, &outlets).as_bytes(), wishes.overwrite)?;
         }
-        ready(&outlets.iter().map(reachable).collect::<Vec<_>>())?;
+        let mut reachables: Vec<Reachable> = outlets.iter().map(reachable).collect();
+        if let Some(usb) = reachables.last_mut() {
+            usb.attach = attach.take();
+        }
+        ready(&reachables)?;
         let over = async {
             match wishes.lasts {
                 Some(lasts) => tokio::time::sleep(lasts).await,
@@ -123,6 +145,21 @@ pub fn serve(
             }),
         }
     })
+}
+
+/// The spectroradiometer as a USB device.
+async fn usb(room: &VirtualRoom, port: u16) -> Result<(Outlet, u16, Serving), Failure> {
+    match isolux_virtual::usb::offer(room, Instrument::Spectroradiometer, port).await {
+        Ok(Some(offered)) => Ok(offered),
+        Ok(None) => Err(
+            Failure::bad_input("--usbip: no instrument of this room has a USB connector of its own")
+                .help("with --spectroradiometer ocean-ooi or ocean-obp it has one"),
+        ),
+        Err(error) => Err(
+            Failure::instrument(format!("cannot offer the device over USB/IP: {error}"))
+                .help("try --usbip 0 for any free port on the loopback address"),
+        ),
+    }
 }
 
 /// Writes a station file for the room in memory of whatever process opens it, in virtual time: nothing is served.
@@ -193,6 +230,7 @@ fn reachable(outlet: &Outlet) -> Reachable {
         instrument: instrument.name(),
         address: address.clone(),
         open: format!("{driver}:{address}{rest}"),
+        attach: None,
     }
 }
 

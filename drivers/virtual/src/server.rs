@@ -188,11 +188,6 @@ impl VirtualRoom {
         self.epoch.elapsed().as_secs_f64()
     }
 
-    /// The driver that speaks to what plays `instrument`; none where nothing does.
-    pub fn driver(&self, instrument: Instrument) -> Option<&'static str> {
-        self.devices.get(&instrument).map(|device| device.kind.driver)
-    }
-
     /// Looks at the room, or reaches into it as a person would.
     pub fn with_world<T>(&self, act: impl FnOnce(&mut World, f64) -> T) -> T {
         let now_s = self.now_s();

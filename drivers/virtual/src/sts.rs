@@ -250,15 +250,12 @@ fn irradiance(world: &World) -> Vec<u8> {
 impl Twin for Sts {
     fn receive(&mut self, inbox: &mut Vec<u8>, world: &mut World, now_s: f64) -> Option<Answer> {
         // What does not begin a message is thrown away until something does.
-        let start = inbox.windows(2).position(|pair| pair == [0xC1, 0xC0]);
-        match start {
-            Some(start) => drop(inbox.drain(..start)),
-            None => {
-                let kept = usize::from(inbox.last() == Some(&0xC1));
-                inbox.drain(..inbox.len() - kept);
-                return None;
-            }
-        }
+        let Some(start) = inbox.windows(2).position(|pair| pair == [0xC1, 0xC0]) else {
+            let kept = usize::from(inbox.last() == Some(&0xC1));
+            inbox.drain(..inbox.len() - kept);
+            return None;
+        };
+        inbox.drain(..start);
         let (request, length, error) = Request::read(inbox)?;
         inbox.drain(..length);
         if error != 0 {

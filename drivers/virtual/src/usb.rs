@@ -4,9 +4,11 @@
 //! Release numbers and words are made up: no driver may depend on them.
 
 use isolux_darkroom::document::Instrument;
-use isolux_usbip::{Model, Packing, Speed, Twin};
+use isolux_usbip::{Bench, Model, Packing, Speed, Twin};
+use tokio::task::JoinSet;
 
-use crate::VirtualRoom;
+use crate::outlet::Outlet;
+use crate::{Serving, VirtualRoom};
 
 /// Room for the longest answer.
 const PIPE: usize = 1 << 16;
@@ -15,7 +17,7 @@ const PIPE: usize = 1 << 16;
 pub fn device(room: &VirtualRoom, instrument: Instrument) -> Option<Twin> {
     let seed = room.with_world(|world, _| world.room().document().seed % 100_000);
     let maker = "Ocean Optics".to_owned();
-    let model = match room.driver(instrument)? {
+    let model = match room.twin(instrument)?.driver {
         // Commands on 0x01, short answers on 0x81, spectra on 0x82; 0x86 is there and silent at this speed.
         "ocean-ooi" => Model {
             id: (0x2457, 0x101E),
@@ -37,6 +39,32 @@ pub fn device(room: &VirtualRoom, instrument: Instrument) -> Option<Twin> {
         _ => return None,
     };
     Some(twin(room, model, instrument))
+}
+
+/// Offers the instrument over USB/IP on the loopback address, port 0 for a free one; the address that it has once a kernel has
+/// attached it as device `1-1`, the port, and what serves it. None where it has no USB connector.
+///
+/// # Errors
+/// The system refuses the port.
+pub async fn offer(
+    room: &VirtualRoom,
+    instrument: Instrument,
+    port: u16,
+) -> std::io::Result<Option<(Outlet, u16, Serving)>> {
+    let (Some(twin), Some(device)) = (room.twin(instrument), device(room, instrument)) else {
+        return Ok(None);
+    };
+    let address = format!("usb:serial={}", device.model().strings[2]);
+    let bench = Bench::bind(port, vec![device]).await?;
+    let port = bench.address()?.port();
+    let mut tasks = JoinSet::new();
+    tasks.spawn(bench.serve());
+    let outlet = Outlet {
+        instrument,
+        driver: twin.driver,
+        address,
+    };
+    Ok(Some((outlet, port, Serving::of(tasks))))
 }
 
 fn twin(room: &VirtualRoom, model: Model, instrument: Instrument) -> Twin {

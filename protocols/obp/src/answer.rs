@@ -49,9 +49,10 @@ impl Value {
             });
         }
         if request.is_command() {
-            return match message.flags.has(Flags::ACK) {
-                true => Ok(Self::Done),
-                false => Err("neither acknowledged nor refused".to_owned()),
+            return if message.flags.has(Flags::ACK) {
+                Ok(Self::Done)
+            } else {
+                Err("neither acknowledged nor refused".to_owned())
             };
         }
         if !message.flags.has(Flags::RESPONSE) {

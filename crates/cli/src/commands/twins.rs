@@ -45,11 +45,14 @@ struct Serve {
     /// Offer the twins over TCP from this port on (0: any free port).
     #[arg(long, value_name = "PORT")]
     tcp: Option<u16>,
+    /// Offer the spectroradiometer as a USB device over USB/IP on this port (0: any free port); a kernel with vhci-hcd attaches it.
+    #[arg(long, value_name = "PORT")]
+    usbip: Option<u16>,
     /// Write a station file for these twins, and the spectroradiometer's calibration beside it.
     #[arg(long, value_name = "FILE")]
     station_out: Option<Utf8PathBuf>,
     /// Serve nothing: the station of --station-out keeps the room in the memory of the process that opens it, in virtual time.
-    #[arg(long, requires = "station_out", conflicts_with_all = ["tcp", "lasts_s"])]
+    #[arg(long, requires = "station_out", conflicts_with_all = ["tcp", "usbip", "lasts_s"])]
     in_memory: bool,
     /// End by itself after this many seconds.
     #[arg(long, value_name = "SECONDS")]
@@ -178,6 +181,7 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
         twins,
         instruments: arguments.played.instruments(),
         tcp_port: arguments.tcp,
+        usbip_port: arguments.usbip,
         station_out: arguments.station_out.clone(),
         overwrite: Overwrite::asked(arguments.force),
         lasts,
@@ -187,6 +191,9 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
             match serde_json::to_string(twin) {
                 Ok(line) if arguments.json => screen::say(line)?,
                 _ => screen::say(format_args!("{:18} {}", twin.instrument, twin.open))?,
+            }
+            if let Some(attach) = twin.attach.as_ref().filter(|_| !arguments.json) {
+                screen::say(format_args!("{:18} modprobe vhci-hcd; {attach}", ""))?;
             }
         }
         if let Some(path) = &arguments.station_out

@@ -2,9 +2,7 @@
 //!
 //! What the twin must have said is taken from the room, not from the driver.
 
-mod bridge;
-
-use bridge::{Below, bridge, offered};
+use crate::bridge::{Below, bridge, offered};
 use isolux_darkroom::Darkroom;
 use isolux_usbip::Twin;
 use isolux_virtual::twins::Choice;

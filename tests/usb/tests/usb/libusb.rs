@@ -3,11 +3,9 @@
 //! A twin is offered over USB/IP; `bridge.c`, compiled here, shows it to a program under umockdev. Where umockdev is
 //! missing (Debian: libumockdev-dev) the tests say that they were skipped, and fail where `ISOLUX_NO_SKIP` is set.
 
-mod bridge;
-
 use std::time::Duration;
 
-use bridge::{Below, bridge, offered};
+use crate::bridge::{Below, bridge, offered};
 use isolux_darkroom::Darkroom;
 use isolux_usbip::Twin;
 use isolux_virtual::{Instrument, VirtualRoom};
