@@ -27,6 +27,29 @@ pub fn driver(name: &str) -> Option<&'static Driver> {
     drivers().find(|driver| driver.name == name)
 }
 
+/// Whether `open` is an address of a driver that opens a `kind`, with options that it understands. Nothing is opened.
+///
+/// # Errors
+/// [`OpenError::Address`].
+pub fn place(open: &str, kind: Kind) -> Result<(), OpenError> {
+    let target = Target::parse(open)?;
+    let opens = |driver: &Driver| driver.examples.iter().any(|(known, _)| *known == kind);
+    match driver(target.driver()) {
+        Some(driver) if opens(driver) => (driver.place)(&target, kind).map(drop),
+        known => {
+            let able: Vec<&str> = drivers()
+                .filter(|driver| opens(driver))
+                .map(|driver| driver.name)
+                .collect();
+            let (name, kind, able) = (target.driver(), kind.name(), able.join(", "));
+            Err(target.wrong(match known {
+                Some(_) => format!("driver {name} opens no {kind}; drivers that do: {able}"),
+                None => format!("no driver {name}; drivers that open a {kind}: {able}"),
+            }))
+        }
+    }
+}
+
 /// Full scale and last digit of every range of the lux meter at `open`, in lx; empty where they are not known.
 pub fn display_lx(open: &str) -> Vec<(f64, f64)> {
     let Ok(target) = Target::parse(open) else {
@@ -116,26 +139,12 @@ impl Catalogue {
         select: impl Fn(&'a Factories) -> Option<&'a Arc<F>>,
     ) -> Result<(Target, &'a Arc<F>), OpenError> {
         let target = Target::parse(open)?;
-        let able = || {
-            let able = self.drivers.iter().filter(|(_, factories)| select(factories).is_some());
-            able.map(|(driver, _)| driver.name).collect::<Vec<_>>().join(", ")
-        };
-        let Some((driver, factories)) = self.drivers.iter().find(|(driver, _)| driver.name == target.driver()) else {
-            return Err(target.wrong(format!(
-                "no driver {}; drivers that open a {}: {}",
-                target.driver(),
-                kind.name(),
-                able()
-            )));
-        };
-        match select(factories) {
+        place(open, kind)?;
+        let known = self.drivers.iter().find(|(driver, _)| driver.name == target.driver());
+        match known.and_then(|(_, factories)| select(factories)) {
             Some(factory) => Ok((target, factory)),
-            None => Err(target.wrong(format!(
-                "driver {} opens no {}; drivers that do: {}",
-                driver.name,
-                kind.name(),
-                able()
-            ))),
+            // Its examples say that it does: `every_driver_has_one_example_a_kind_and_reads_it`.
+            None => Err(target.wrong(format!("driver {} opens no {}", target.driver(), kind.name()))),
         }
     }
 }

@@ -207,11 +207,10 @@ mod tests {
     #[test]
     fn lists_drivers_whatever_the_computer_has() {
         let found = devices().unwrap();
-        let names: Vec<_> = found.drivers.iter().map(|driver| driver.name).collect();
-        let catalogued: Vec<_> = catalogue::drivers().map(|driver| driver.name).collect();
-        assert_eq!(names, catalogued);
-        assert_eq!((names[0], known((0x2457, 0x4000)).is_some()), ("zaber", true));
-        assert_eq!(found.drivers[0].kinds, ["axis", "switch", "thermometer"]);
+        assert!(found.drivers.len() == catalogue::drivers().count() && found.drivers.len() > 2);
+        for (facts, driver) in found.drivers.iter().zip(catalogue::drivers()) {
+            assert_eq!((facts.name, facts.kinds.len()), (driver.name, driver.examples.len()));
+        }
         for port in &found.ports {
             assert_eq!(port.usable, port.missing.is_none(), "{port:?}");
         }

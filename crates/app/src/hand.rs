@@ -3,7 +3,8 @@
 use camino::Utf8Path;
 use isolux_device::{LuxMeter, LuxOutcome};
 use isolux_record::Station;
-use isolux_scan::motion::{Axes, Pose, stop_all};
+use isolux_record::station::Rail;
+use isolux_scan::motion::{Axes, Pose, drive_rail, stop_all};
 use isolux_scan::settle::Photometer;
 use isolux_scan::warmup::{Criterion, Stable, until_stable};
 use isolux_scan::{Devices, ScanError, TwoState};
@@ -24,6 +25,32 @@ pub struct Position {
     pub c_deg: f64,
     /// γ in degrees.
     pub gamma_deg: f64,
+    /// Distance of the detector in mm, where it was driven.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance_mm: Option<f64>,
+}
+
+/// An output of the bench.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Output {
+    /// On: lit.
+    Lamp,
+    /// On: open.
+    Shutter,
+    /// On: in the beam.
+    Baffle,
+}
+
+impl Output {
+    /// Its table in the station file.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Lamp => "lamp",
+            Self::Shutter => "shutter",
+            Self::Baffle => "baffle",
+        }
+    }
 }
 
 /// One reading of the lux meter.
@@ -61,14 +88,67 @@ pub fn home(station: &Utf8Path, force: Option<&str>) -> Result<Position, Failure
     })
 }
 
-/// Moves both axes to (C, γ); an angle that is not given stays.
+/// Switches outputs, one after the other, and reads each back. Nothing moves.
 ///
 /// # Errors
-/// As [`home`]; exit 2 before anything moves for an angle outside the limits.
+/// As [`home`]; exit 2 for an output that the station does not have or leaves to a person.
+pub fn switch(
+    station: &Utf8Path,
+    outputs: &[(Output, bool)],
+    force: Option<&str>,
+) -> Result<Vec<(Output, bool)>, Failure> {
+    let known = Station::load(station).map_err(Failure::bad_input)?;
+    for (output, _) in outputs {
+        let (open, prompt) = match output {
+            Output::Lamp => (
+                known.lamp().map(|lamp| &lamp.open),
+                known.lamp().map(|lamp| &lamp.prompt),
+            ),
+            Output::Shutter => (
+                known.shutter().map(|part| &part.open),
+                known.shutter().map(|part| &part.prompt),
+            ),
+            Output::Baffle => (
+                known.baffle().map(|part| &part.open),
+                known.baffle().map(|part| &part.prompt),
+            ),
+        };
+        if open.is_some_and(Option::is_some) {
+            continue;
+        }
+        let name = output.name();
+        return Err(Failure::bad_input(match prompt {
+            Some(Some(prompt)) => format!("{station}: the {name} is left to a person: {prompt}"),
+            _ => format!("{station}: there is no [{name}]"),
+        })
+        .help("nothing was switched"));
+    }
+    by_hand(station, force, async |_, devices| {
+        let mut states = Vec::new();
+        for (output, on) in outputs {
+            let part = match output {
+                Output::Lamp => &devices.lamp,
+                Output::Shutter => &devices.shutter,
+                Output::Baffle => &devices.baffle,
+            };
+            if let Some(TwoState::Device(switch)) = part {
+                switch.set(*on).await.map_err(device(output.name()))?;
+                states.push((*output, switch.state().await.map_err(device(output.name()))?));
+            }
+        }
+        Ok(states)
+    })
+}
+
+/// Moves both axes to (C, γ) and the detector to a distance; what is not given stays.
+///
+/// # Errors
+/// As [`home`]; exit 2 before anything moves for a position outside the limits, and for a distance without a driven rail.
 pub fn move_to(
     station: &Utf8Path,
     c_deg: Option<f64>,
     gamma_deg: Option<f64>,
+    distance_mm: Option<f64>,
     force: Option<&str>,
 ) -> Result<Position, Failure> {
     let limits = Station::load(station).map_err(Failure::bad_input)?;
@@ -85,13 +165,35 @@ pub fn move_to(
             );
         }
     }
+    if let Some(wanted) = distance_mm {
+        let refused = |reason: String| Err(Failure::bad_input(reason).help("nothing was moved"));
+        match limits.rail().and_then(Rail::driven).map(|rail| rail.limit_mm) {
+            Some([low, high]) if (low..=high).contains(&wanted) => {}
+            Some([low, high]) => {
+                return refused(format!("{wanted} mm is outside the rail's limits {low} mm…{high} mm"));
+            }
+            None => {
+                return refused(format!(
+                    "{station}: no rail is driven here; the detector is set by hand"
+                ));
+            }
+        }
+    }
     by_hand(station, force, async |source, devices| {
         let mut axes = Axes::new(devices, &source.station);
-        let here = axes.pose().await?;
-        Ok(position(
-            axes.go_to(c_deg.unwrap_or(here.c_deg), gamma_deg.unwrap_or(here.gamma_deg))
-                .await?,
-        ))
+        let mut at = position(axes.pose().await?);
+        if let (Some(distance_mm), Some(rail)) = (distance_mm, &devices.rail) {
+            at.distance_mm = Some(drive_rail(rail.as_ref(), distance_mm).await?);
+        }
+        if c_deg.is_some() || gamma_deg.is_some() {
+            let (c_deg, gamma_deg) = (c_deg.unwrap_or(at.c_deg), gamma_deg.unwrap_or(at.gamma_deg));
+            let pose = position(axes.go_to(c_deg, gamma_deg).await?);
+            at = Position {
+                distance_mm: at.distance_mm,
+                ..pose
+            };
+        }
+        Ok(at)
     })
 }
 
@@ -227,6 +329,7 @@ fn position(pose: Pose) -> Position {
     Position {
         c_deg: pose.c_deg,
         gamma_deg: pose.gamma_deg,
+        distance_mm: None,
     }
 }
 

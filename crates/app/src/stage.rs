@@ -1,23 +1,55 @@
-//! Where a bench plays: real links and real time, or the built-in virtual darkroom and a clock that runs as fast as it can.
+//! Where a bench plays: real links and real time, twins among them perhaps; or the virtual darkroom alone and a clock that runs
+//! as fast as it can.
 
 use std::future::Future;
 use std::sync::Arc;
 
+use async_trait::async_trait;
 use camino::Utf8Path;
 use isolux_darkroom::Darkroom;
-use isolux_device::Target;
+use isolux_device::{Kind, Target};
 use isolux_record::Station;
-use isolux_transport::{Links, Recorder, SystemLinks};
+use isolux_transport::{LineSettings, Link, LinkError, Links, MemoryLinks, Recorder, SystemLinks};
 use isolux_virtual::twins::Choice;
 use isolux_virtual::{Instrument, Serving, VirtualRoom};
 
 use crate::owner::{self, TakeOver};
-use crate::progress::Progress;
+use crate::progress::{Event, Progress};
 use crate::{Failure, FailureKind, capture, catalogue, roles};
 
-/// Whether a station lives in the virtual darkroom of this process: all its links are `memory:`.
+/// Whether a station lives in the virtual darkroom of this process, in virtual time: every instrument that it opens is a twin.
 pub fn is_virtual(station: &Station) -> bool {
-    station.axis_c().open.contains(":memory:") && station.luxmeter().open.contains(":memory:")
+    let mut opened = roles::opened(station);
+    opened.all(|(_, _, open)| in_memory(open))
+}
+
+/// Whether a station has twins of this process, beside real instruments perhaps.
+fn has_twins(station: &Station) -> bool {
+    roles::opened(station).any(|(_, _, open)| in_memory(open))
+}
+
+fn in_memory(open: &str) -> bool {
+    Target::parse(open).is_ok_and(|target| target.link().starts_with("memory:"))
+}
+
+/// Links of virtual time: the clock runs on as soon as nobody computes, which no real instrument can follow.
+struct TwinsOnly(MemoryLinks);
+
+#[async_trait]
+impl Links for TwinsOnly {
+    async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError> {
+        if address.starts_with("memory:") {
+            return self.0.open(address, line).await;
+        }
+        Err(LinkError {
+            address: address.to_owned(),
+            reason:
+                "this session runs in virtual time, hours in seconds, and a real instrument needs its own time: every \
+                     deadline would be over before it could answer"
+                    .to_owned(),
+            advice: Some("open it in a station of its own, or together with twins at memory: in real time".to_owned()),
+        })
+    }
 }
 
 /// The links of a session, and the room behind them if it is virtual.
@@ -27,7 +59,8 @@ pub struct Stage {
     /// The virtual room, on the same runtime as the drivers.
     pub room: Option<VirtualRoom>,
     system: SystemLinks,
-    _serving: Option<Serving>,
+    /// Ends with the stage.
+    serving: Option<Serving>,
 }
 
 impl Stage {
@@ -39,13 +72,17 @@ impl Stage {
         if in_memory {
             return Self::in_room(Darkroom::built_in().map_err(Failure::bad_input)?, &Choice::default());
         }
-        let system = SystemLinks::default();
-        Ok(Self {
+        Ok(Self::of_links(SystemLinks::default()))
+    }
+
+    /// The links of the machine, without a room.
+    pub(crate) fn of_links(system: SystemLinks) -> Self {
+        Self {
             links: Arc::new(system.clone()),
             room: None,
             system,
-            _serving: None,
-        })
+            serving: None,
+        }
     }
 
     /// Links for `station`, which stands in `file`: those of the machine, and in memory those of the darkroom that the station
@@ -54,21 +91,54 @@ impl Stage {
     /// # Errors
     /// Bad input (exit 2) with file and line of the darkroom.
     pub fn of(station: &Station, file: &Utf8Path, progress: &dyn Progress) -> Result<Self, Failure> {
-        match station.darkroom() {
-            None if is_virtual(station) => {
-                let document = Darkroom::built_in().map_err(Failure::bad_input)?;
-                Self::in_room(document, &twins_of(station, file)?)
-            }
-            None => Self::open(false),
-            Some(_) if !is_virtual(station) => Err(Failure::bad_input(format!(
-                "{file}: `darkroom` is the room behind memory: links, and this station has others"
-            ))
-            .help("remove the key, or write a station by `isolux virtual darkroom --in-memory --station-out FILE`")),
+        Self::on(SystemLinks::default(), station, file, progress)
+    }
+
+    /// As [`of`](Self::of), through links of the caller's.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn on(
+        system: SystemLinks,
+        station: &Station,
+        file: &Utf8Path,
+        progress: &dyn Progress,
+    ) -> Result<Self, Failure> {
+        if !has_twins(station) {
+            return match station.darkroom() {
+                None => Ok(Self::of_links(system)),
+                Some(_) => Err(Failure::bad_input(format!(
+                    "{file}: `darkroom` is the room behind memory: links, and this station has none"
+                ))
+                .help(
+                    "remove the key, or write a station by `isolux virtual darkroom --in-memory --station-out FILE`",
+                )),
+            };
+        }
+        let document = match station.darkroom() {
+            None => Darkroom::built_in().map_err(Failure::bad_input)?,
             Some(darkroom) => {
                 let darkroom = file.parent().unwrap_or(Utf8Path::new("")).join(darkroom);
-                Self::in_room(capture::document(&darkroom, progress)?, &twins_of(station, file)?)
+                capture::document(&darkroom, progress)?
             }
+        };
+        let choice = twins_of(station, file)?;
+        if is_virtual(station) {
+            return Self::in_room(document, &choice);
         }
+        let (twins, real): (Vec<_>, Vec<_>) = roles::opened(station).partition(|(_, _, open)| in_memory(open));
+        let names = |roles: &[(&'static str, Kind, &str)]| {
+            let names = roles.iter().map(|(key, ..)| key.trim_end_matches(".open"));
+            names.collect::<Vec<_>>().join(", ")
+        };
+        progress.event(Event::Note(&format!(
+            "in real time, because {} are real instruments; twins are {}: they see the virtual room, its axes and its lamp alone",
+            names(&real),
+            names(&twins)
+        )));
+        let mut stage = Self::of_links(system);
+        stage.serve(document, &choice)?;
+        Ok(stage)
     }
 
     /// As [`of`](Self::of), with every byte on the links written to `trace`.
@@ -115,15 +185,18 @@ impl Stage {
     /// # Errors
     /// Exit 3 when the twins cannot listen.
     pub fn in_room(document: Darkroom, choice: &Choice) -> Result<Self, Failure> {
-        let links = SystemLinks::default();
+        let mut stage = Self::of_links(SystemLinks::default());
+        stage.serve(document, choice)?;
+        stage.links = Arc::new(TwinsOnly(stage.system.memory.clone()));
+        Ok(stage)
+    }
+
+    /// Serves the twins of `choice` in the room of `document` to the memory: links of this stage.
+    fn serve(&mut self, document: Darkroom, choice: &Choice) -> Result<(), Failure> {
         let room = VirtualRoom::open_with(document, choice);
-        let serving = room.listen(&links.memory).map_err(Failure::instrument)?;
-        Ok(Self {
-            links: Arc::new(links.clone()),
-            room: Some(room),
-            system: links,
-            _serving: Some(serving),
-        })
+        self.serving = Some(room.listen(&self.system.memory).map_err(Failure::instrument)?);
+        self.room = Some(room);
+        Ok(())
     }
 }
 
@@ -189,5 +262,90 @@ pub fn failure(error: &isolux_scan::ScanError) -> Failure {
         kind,
         message: error.to_string(),
         help: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalogue::Catalogue;
+    use crate::init::virtual_station;
+    use crate::progress::Silent;
+
+    fn station(changes: &[(&str, &str)]) -> Station {
+        let mut text = virtual_station(&Choice::default()).unwrap().0;
+        for (from, to) in changes {
+            assert!(text.contains(from), "{from}");
+            text = text.replacen(from, to, 1);
+        }
+        Station::parse(Utf8Path::new("s.toml"), &text).unwrap()
+    }
+
+    #[test]
+    fn one_real_instrument_makes_time_real_whichever_it_is() {
+        assert!(is_virtual(&station(&[])));
+        for (from, to) in [
+            ("konica-t10a:memory:luxmeter?head=0", "konica-t10a:/dev/ttyUSB1?head=0"),
+            ("zaber:memory:axes?axis=2", "zaber:/dev/ttyUSB0?axis=2"),
+            ("ocean-ooi:memory:spectrometer", "ocean-ooi:tcp://127.0.0.1:7000"),
+            ("zaber:memory:axes?ai=1&", "zaber:/dev/ttyUSB0?ai=1&"),
+        ] {
+            let mixed = station(&[(from, to)]);
+            assert!(!is_virtual(&mixed) && has_twins(&mixed), "{to}");
+        }
+    }
+
+    #[tokio::test]
+    async fn a_mixed_station_has_twins_in_real_time_and_opens_the_rest() {
+        let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let meter = format!("konica-t10a:tcp://{}?head=0", listener.local_addr().unwrap());
+        let mixed = station(&[("konica-t10a:memory:luxmeter?head=0", &meter)]);
+        let stage = Stage::of(&mixed, Utf8Path::new("s.toml"), &Silent).unwrap();
+        let catalogue = Catalogue::new(stage.links.clone());
+        let thermometer = catalogue
+            .thermometer(mixed.ambient().unwrap().open.as_deref().unwrap())
+            .await;
+        thermometer.unwrap().read().await.unwrap();
+        let (opened, accepted) = tokio::join!(
+            tokio::time::timeout(
+                std::time::Duration::from_millis(200),
+                catalogue.lux_meter(&mixed.luxmeter().open)
+            ),
+            listener.accept()
+        );
+        assert!(
+            opened.is_err() && accepted.is_ok(),
+            "it was connected, and waits for an answer in real time"
+        );
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn virtual_time_refuses_a_real_instrument_and_says_why() {
+        let stage = Stage::open(true).unwrap();
+        let catalogue = Catalogue::new(stage.links.clone());
+        let error = catalogue
+            .lux_meter("konica-t10a:tcp://127.0.0.1:9?head=0")
+            .await
+            .err()
+            .unwrap();
+        let said = error.to_string();
+        assert!(said.contains("virtual time") && said.contains("its own time"), "{said}");
+    }
+
+    #[test]
+    fn two_drivers_on_one_twin_and_a_driver_without_twin_are_refused_by_the_key() {
+        let of = |changes: &[(&str, &str)]| twins_of(&station(changes), Utf8Path::new("s.toml"));
+        let both = [("konica-t10a:memory:luxmeter?head=0", "konica-t10a:memory:axes?head=0")];
+        let error = of(&both).err().unwrap().message;
+        assert!(
+            error.contains("s.toml: luxmeter.open") && error.contains("axis.c.open has driver zaber"),
+            "{error}"
+        );
+        let wrong = [("konica-t10a:memory:luxmeter?head=0", "zaber:memory:luxmeter?head=0")];
+        let error = of(&wrong).err().unwrap().message;
+        assert!(
+            error.contains("no twin that plays the luxmeter") && error.contains("konica-t10a"),
+            "{error}"
+        );
     }
 }

@@ -6,7 +6,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Duration;
 
 use camino::Utf8Path;
@@ -14,7 +13,7 @@ use isolux_device::{Axis, Coordinate, Target};
 use isolux_lock::{Held, Holder, Lock, LockError, ProcessState};
 use isolux_record::Station;
 use isolux_scan::motion;
-use isolux_transport::{Links, SystemLinks, lock_files};
+use isolux_transport::{SystemLinks, lock_files};
 use serde::Serialize;
 use tokio::time::{Instant, sleep};
 
@@ -50,16 +49,13 @@ pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
         // A stop is not interrupted.
         let _signals = OnSignals::listen()?;
         let (_locks, owner, may_drive) = hand_over(&axis_links(&station)).await;
-        let room = if in_memory {
-            Some(Stage::of(&station, file, &Silent)?)
-        } else {
-            None
+        let stage = match Stage::on(SystemLinks::beside_their_owner(), &station, file, &Silent) {
+            Ok(stage) => stage,
+            Err(failure) if in_memory => return Err(failure),
+            // A room that cannot be read keeps no real axis from being stopped.
+            Err(_) => Stage::of_links(SystemLinks::beside_their_owner()),
         };
-        let links: Arc<dyn Links> = match &room {
-            Some(stage) => stage.links.clone(),
-            None => Arc::new(SystemLinks::beside_their_owner()),
-        };
-        let catalogue = Catalogue::new(links);
+        let catalogue = Catalogue::new(stage.links.clone());
         let c = bench::open_axis(&catalogue, "axis.c", station.axis_c());
         let gamma = bench::open_axis(&catalogue, "axis.gamma", station.axis_gamma());
         // Each as soon as it can be reached: one that does not answer must not keep another running.
@@ -78,7 +74,11 @@ pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
                 Err(Failure::instrument(format!("{rest}; {}", owner.join("; "))))
             }
             (Ok(Some(c_deg)), Ok(Some(gamma_deg))) if failed.is_empty() => Ok(Stopped {
-                at: Position { c_deg, gamma_deg },
+                at: Position {
+                    c_deg,
+                    gamma_deg,
+                    distance_mm: None,
+                },
                 owner,
             }),
             _ => {

@@ -274,3 +274,98 @@ fn by_hand_and_dry() {
     let lost = answer(&["move", &station, "--c", "10"]);
     assert_eq!(lost.status.code(), Some(3), "{}", String::from_utf8_lossy(&lost.stderr));
 }
+
+#[test]
+fn outputs_and_the_rail_are_moved_by_hand() {
+    let bench = Bench::new();
+    let station = bench.path("station.toml");
+    let said = |arguments: &[&str]| -> (Option<i32>, String) {
+        let out = answer(arguments);
+        let text = [out.stdout, out.stderr]
+            .map(|bytes| String::from_utf8(bytes).unwrap())
+            .concat();
+        (out.status.code(), text)
+    };
+    let (code, text) = said(&[
+        "switch",
+        &station,
+        "--lamp",
+        "on",
+        "--shutter",
+        "open",
+        "--baffle",
+        "in",
+    ]);
+    assert_eq!(
+        (code, text.trim()),
+        (Some(0), "lamp on, shutter open, baffle in the beam")
+    );
+    let (code, text) = said(&["switch", &station, "--shutter", "closed", "--json"]);
+    assert_eq!((code, text.trim()), (Some(0), "{\"shutter\":false}"));
+    let (code, text) = said(&["move", &station, "--distance-mm", "3700"]);
+    assert!(code == Some(0) && text.contains("detector at 3700.00 mm"), "{text}");
+    let (code, text) = said(&["move", &station, "--distance-mm", "50"]);
+    assert!(
+        code == Some(2) && text.contains("100 mm…12000 mm") && text.contains("nothing was moved"),
+        "{text}"
+    );
+    bench.change(
+        "station.toml",
+        "[lamp]\nopen = \"zaber:memory:axes?do=1\"",
+        "[lamp]\nprompt = \"turn the knob\"",
+    );
+    let (code, text) = said(&["switch", &station, "--lamp", "off"]);
+    assert!(
+        code == Some(2) && text.contains("left to a person: turn the knob"),
+        "{text}"
+    );
+    assert_eq!(said(&["switch", &station]).0, Some(2), "something has to be named");
+}
+
+/// Twins as a process over TCP for the lux meter, twins of this process for the rest: in real time.
+#[test]
+fn a_real_link_and_twins_play_together_in_real_time() {
+    use std::io::{BufRead, BufReader};
+    let bench = Bench::new();
+    let mut twin = command(&["virtual", "luxmeter", "--tcp", "0", "--json", "--lasts-s", "300"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(twin.stdout.take().unwrap())
+        .read_line(&mut line)
+        .unwrap();
+    let twin_at: serde_json::Value = serde_json::from_str(&line).unwrap();
+    std::fs::create_dir(bench.path("mixed")).unwrap();
+    let (file, open) = (
+        bench.path("mixed/station.toml"),
+        format!("luxmeter={}", twin_at["open"].as_str().unwrap()),
+    );
+    let written = answer(&["init", "--bench", &file, "--open", &open, "--open", "baffle=hand"]);
+    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+    let checked = answer(&["check", &file, "--json"]);
+    twin.kill().unwrap();
+    twin.wait().unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&checked.stdout).unwrap();
+    assert!(checked.status.success(), "{report}");
+    for (role, link) in [
+        ("axis.c", "memory:axes"),
+        ("luxmeter", "tcp://127.0.0.1"),
+        ("spectroradiometer", "memory:"),
+    ] {
+        let found = report["instruments"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|found| found["role"] == role)
+            .unwrap();
+        assert!(
+            found["ok"] == true && found["open"].as_str().unwrap().contains(link),
+            "{found}"
+        );
+    }
+    assert!(
+        answer(&["init", "--bench", &file]).status.code() == Some(2),
+        "it asks on a terminal only, and replaces nothing"
+    );
+}

@@ -2,6 +2,7 @@
 
 use camino::Utf8PathBuf;
 use clap::Args;
+use isolux_app::hand::Output;
 use isolux_app::scan::duration;
 use isolux_app::{Failure, hand, stop};
 use serde::Serialize;
@@ -22,18 +23,44 @@ pub struct Home {
     json: bool,
 }
 
-/// Moves the axes and waits until they rest where they were sent.
+/// Switches lamp, shutter and baffle, and reads back what they are.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: isolux switch station.toml --lamp on --shutter open")]
+#[group(required = true, multiple = true, id = "outputs", args = ["lamp", "shutter", "baffle"])]
+pub struct Switch {
+    /// The bench, STATION.toml.
+    station: Utf8PathBuf,
+    /// The lamp.
+    #[arg(long, value_parser = ["on", "off"])]
+    lamp: Option<String>,
+    /// The shutter before the detectors.
+    #[arg(long, value_parser = ["open", "closed"])]
+    shutter: Option<String>,
+    /// The baffle: in the beam or out of it.
+    #[arg(long, value_parser = ["in", "out"])]
+    baffle: Option<String>,
+    #[command(flatten)]
+    takeover: TakeOver,
+    /// Print the facts as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Moves axes and detector and waits until they rest where they were sent.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux move station.toml --c 90 --gamma -30")]
 pub struct Move {
     /// The bench, STATION.toml.
     station: Utf8PathBuf,
     /// Target of the C axis in degrees; without it C stays.
-    #[arg(long, allow_negative_numbers = true, required_unless_present = "gamma")]
+    #[arg(long, allow_negative_numbers = true, required_unless_present_any = ["gamma", "distance_mm"])]
     c: Option<f64>,
     /// Target of the γ axis in degrees, signed; without it γ stays.
     #[arg(long, allow_negative_numbers = true)]
     gamma: Option<f64>,
+    /// Distance of the detector in mm, where a rail drives it; without it the detector stays.
+    #[arg(long, value_name = "MM")]
+    distance_mm: Option<f64>,
     #[command(flatten)]
     takeover: TakeOver,
     /// Print the facts as JSON.
@@ -96,10 +123,42 @@ pub fn move_to(arguments: &Move) -> Result<(), Failure> {
         &arguments.station,
         arguments.c,
         arguments.gamma,
+        arguments.distance_mm,
         arguments.takeover.reason(),
     )?;
     tell(arguments.json, &at, || {
-        format!("at rest: C {:.4}°, γ {:.4}°", at.c_deg, at.gamma_deg)
+        let distance = at
+            .distance_mm
+            .map_or(String::new(), |mm| format!(", detector at {mm:.2} mm"));
+        format!("at rest: C {:.4}°, γ {:.4}°{distance}", at.c_deg, at.gamma_deg)
+    })
+}
+
+/// Runs `switch`.
+pub fn switch(arguments: &Switch) -> Result<(), Failure> {
+    let asked = [
+        (Output::Lamp, &arguments.lamp),
+        (Output::Shutter, &arguments.shutter),
+        (Output::Baffle, &arguments.baffle),
+    ];
+    let on = |word: &String| matches!(word.as_str(), "on" | "open" | "in");
+    let asked: Vec<(Output, bool)> = asked
+        .into_iter()
+        .filter_map(|(output, word)| Some((output, on(word.as_ref()?))))
+        .collect();
+    let states = hand::switch(&arguments.station, &asked, arguments.takeover.reason())?;
+    let facts: std::collections::BTreeMap<&str, bool> =
+        states.iter().map(|(output, on)| (output.name(), *on)).collect();
+    tell(arguments.json, &facts, || {
+        let word = |(output, on): &(Output, bool)| match (output, on) {
+            (Output::Lamp, true) => "lamp on",
+            (Output::Lamp, false) => "lamp off",
+            (Output::Shutter, true) => "shutter open",
+            (Output::Shutter, false) => "shutter closed",
+            (Output::Baffle, true) => "baffle in the beam",
+            (Output::Baffle, false) => "baffle out of the beam",
+        };
+        states.iter().map(word).collect::<Vec<_>>().join(", ")
     })
 }
 

@@ -1,9 +1,12 @@
 //! `isolux init`.
 
+use std::io::{IsTerminal as _, Write as _};
+
 use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::files::Overwrite;
-use isolux_app::{Failure, init};
+use isolux_app::init::Part;
+use isolux_app::{Failure, devices, init};
 
 use super::twins::Played;
 use crate::screen;
@@ -12,16 +15,26 @@ use crate::screen;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  isolux init bench && isolux scan bench/station.toml bench/plan.toml --out bench/run\n  \
-isolux init --room room.toml      the whole built-in virtual darkroom, every key of it, to change\n\
+isolux init --room room.toml      the whole built-in virtual darkroom, every key of it, to change\n  \
+isolux init --bench bench.toml    a bench of your own: asks which instruments and ports there are\n  \
+isolux init --bench bench.toml --open axis.c=zaber:/dev/ttyUSB0?axis=1 --open lamp=hand\n\
+Parts of a bench: axis.c, axis.gamma, luxmeter, spectroradiometer, lamp, shutter, baffle, rail, ambient. What is not named stays a twin; \
+`hand` is a person, `none` is absent. `isolux devices` lists drivers and ports.\n\
 A room file may leave keys out: those are the built-in room's, and the commands that read it say which."
 )]
 pub struct Init {
     /// The folder to write into.
-    #[arg(required_unless_present = "room")]
+    #[arg(required_unless_present_any = ["room", "bench"])]
     folder: Option<Utf8PathBuf>,
     /// Write the whole built-in virtual darkroom to FILE (`-` prints it).
     #[arg(long, value_name = "FILE")]
     room: Option<Utf8PathBuf>,
+    /// Write a station file for a bench of instruments, one after the other, and twins for the rest.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["folder", "room", "plan", "axes", "luxmeter", "spectroradiometer"])]
+    bench: Option<Utf8PathBuf>,
+    /// A part of that bench; without any, they are asked for.
+    #[arg(long, value_name = "PART=DRIVER:TARGET", requires = "bench")]
+    open: Vec<String>,
     /// Plan of the day: at the distance that `isolux plan` proposes, or the published one at 10 m.
     #[arg(long, default_value = "published-10m", value_parser = ["near", "published-10m"])]
     plan: String,
@@ -38,6 +51,14 @@ pub struct Init {
 /// Runs the command.
 pub fn run(arguments: &Init) -> Result<(), Failure> {
     let overwrite = Overwrite::asked(arguments.force);
+    if let Some(file) = &arguments.bench {
+        isolux_app::files::refuse_existing(file, overwrite)?;
+        let parts = match arguments.open.as_slice() {
+            [] => asked()?,
+            named => named.iter().map(|text| named_part(text)).collect::<Result<_, _>>()?,
+        };
+        return told(&init::bench(file, &parts, overwrite)?, arguments.json);
+    }
     let room = arguments.room.as_ref().filter(|room| *room != "-");
     if let Some(room) = room {
         // Before the folder's files are written: all of them or none.
@@ -60,8 +81,69 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
         (None, Some(_)) => screen::say(init::ROOM.trim_end())?,
         (None, None) => {}
     }
-    if arguments.json {
+    told(&written, arguments.json)
+}
+
+fn told(written: &[Utf8PathBuf], json: bool) -> Result<(), Failure> {
+    if json {
         return screen::say(serde_json::json!({ "written": written }));
     }
     written.iter().try_for_each(screen::say)
+}
+
+/// `PART=DRIVER:TARGET`.
+fn named_part(text: &str) -> Result<Part, Failure> {
+    match text.split_once('=') {
+        Some((name, open)) => init::part(name, open),
+        None => Err(Failure::bad_input(format!("--open {text} is not PART=DRIVER:TARGET"))),
+    }
+}
+
+/// Asks for one part after the other what it is; an empty answer leaves the twin.
+fn asked() -> Result<Vec<Part>, Failure> {
+    if !std::io::stdin().is_terminal() {
+        return Err(Failure::bad_input("--bench asks on a terminal, and this is none")
+            .help("name the parts, as --open axis.c=zaber:/dev/ttyUSB0?axis=1"));
+    }
+    let found = devices::devices()?;
+    screen::say("Empty: a twin for now. hand: a person does it. none: the bench has none.")?;
+    for port in &found.ports {
+        let missing = port
+            .missing
+            .as_ref()
+            .map_or(String::new(), |missing| format!(" ({missing})"));
+        screen::say(format_args!("  port {} {}{missing}", port.path, port.description))?;
+    }
+    let mut parts = Vec::new();
+    for (name, kind, _) in init::PARTS {
+        for driver in &found.drivers {
+            if let Some(place) = driver.kinds.iter().position(|known| *known == kind.name()) {
+                screen::say(format_args!("  {}", driver.examples[place]))?;
+            }
+        }
+        loop {
+            prompt(name)?;
+            let mut line = String::new();
+            let read = std::io::stdin().read_line(&mut line).map_err(Failure::bad_input)?;
+            match line.trim() {
+                _ if read == 0 => return Err(Failure::bad_input("the questions were broken off; nothing was written")),
+                "" => break,
+                open => match init::part(name, open) {
+                    Ok(part) => {
+                        parts.push(part);
+                        break;
+                    }
+                    Err(failure) => screen::say(failure.message)?,
+                },
+            }
+        }
+    }
+    Ok(parts)
+}
+
+fn prompt(name: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout();
+    write!(out, "{name}: ")
+        .and_then(|()| out.flush())
+        .map_err(Failure::instrument)
 }
