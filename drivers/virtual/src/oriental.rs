@@ -203,7 +203,7 @@ impl Drive {
             OUTPUTS => self.outputs(world, now_s) as i32,
             _ => return None,
         };
-        Some(if at % 2 == 0 {
+        Some(if at.is_multiple_of(2) {
             (value >> 16) as u16
         } else {
             value as u16
