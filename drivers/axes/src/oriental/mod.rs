@@ -31,7 +31,7 @@ pub const ORIENTAL_AZ: Driver = Driver {
     name: NAME,
     speaks_to: "Oriental Motor AZ drives over Modbus RTU, on a line or behind a bridge or gateway",
     examples: &[(Kind::Axis, "oriental-az:/dev/ttyUSB0?unit=1")],
-    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    seen_with: "🧪 its virtual twin, which pymodbus moves too; not yet real hardware",
     usb: &[],
     place: |target, _| Ok(Address::parse(target)?.place),
     display_lx: no_display,

@@ -39,7 +39,7 @@ pub const MODBUS_LUX: Driver = Driver {
     name: NAME,
     speaks_to: "lux meters and transmitters on Modbus RTU or TCP, by a profile in TOML",
     examples: &[(Kind::LuxMeter, "modbus-lux:/dev/ttyUSB0?profile=rs485-u32&unit=1")],
-    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    seen_with: "🧪 its virtual twin, pymodbus and mbpoll; not yet real hardware",
     usb: &[],
     place: |target, _| isolux_modbus::place(target, profile(target)?.line),
     display_lx: |target| {
