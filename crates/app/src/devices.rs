@@ -211,6 +211,7 @@ mod tests {
         for (facts, driver) in found.drivers.iter().zip(catalogue::drivers()) {
             assert_eq!((facts.name, facts.kinds.len()), (driver.name, driver.examples.len()));
         }
+        assert!(known((0x2457, 0x4000)).is_some(), "a model that a driver names");
         for port in &found.ports {
             assert_eq!(port.usable, port.missing.is_none(), "{port:?}");
         }
