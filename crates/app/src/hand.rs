@@ -291,7 +291,7 @@ pub(crate) async fn readings(meter: &dyn LuxMeter, factor: f64, count: u32) -> R
 }
 
 /// Opens the station, does `step` under a handle for signals, and stops the axes when it does not end well.
-fn by_hand<T>(
+pub(crate) fn by_hand<T>(
     station: &Utf8Path,
     force: Option<&str>,
     step: impl AsyncFnOnce(&Source, &Devices) -> Result<T, ScanError>,
@@ -333,6 +333,6 @@ fn position(pose: Pose) -> Position {
     }
 }
 
-fn device(role: &'static str) -> impl Fn(isolux_device::DeviceError) -> ScanError {
+pub(crate) fn device(role: &'static str) -> impl Fn(isolux_device::DeviceError) -> ScanError {
     move |source| ScanError::Device { role, source }
 }

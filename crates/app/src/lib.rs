@@ -17,6 +17,7 @@ mod diagnosis_report;
 pub mod failure;
 pub mod files;
 pub mod hand;
+pub mod hand_spectrum;
 pub mod init;
 pub mod inspect;
 pub mod investigate;

@@ -4,7 +4,7 @@ use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::hand::Output;
 use isolux_app::scan::duration;
-use isolux_app::{Failure, hand, stop};
+use isolux_app::{Failure, hand, hand_spectrum, stop};
 use serde::Serialize;
 
 use super::takeover::TakeOver;
@@ -80,15 +80,20 @@ pub struct Stop {
     json: bool,
 }
 
-/// Reads the lux meter, with lamp, shutter and baffle as they are.
+/// Reads the lux meter, or one spectrum, with lamp, shutter and baffle as they are.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: isolux read station.toml --count 10")]
+#[command(after_help = "Example: isolux read station.toml --count 10\n\
+With --spectrum: the integration time is found first; an instrument without dark pixels closes the station's shutter for its dark and \
+puts it back. --json holds the spectrum itself.")]
 pub struct Read {
     /// The bench, STATION.toml.
     station: Utf8PathBuf,
     /// Readings to take.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     count: u32,
+    /// One spectrum with its colorimetry instead.
+    #[arg(long, conflicts_with = "count")]
+    spectrum: bool,
     #[command(flatten)]
     takeover: TakeOver,
     /// Print the facts as JSON.
@@ -180,6 +185,10 @@ pub fn stop(arguments: &Stop) -> Result<(), Failure> {
 
 /// Runs `read`.
 pub fn read(arguments: &Read) -> Result<(), Failure> {
+    if arguments.spectrum {
+        let reading = hand_spectrum::read(&arguments.station, arguments.takeover.reason())?;
+        return tell(arguments.json, &reading, || colorimetry(&reading));
+    }
     let readings = hand::read(&arguments.station, arguments.count, arguments.takeover.reason())?;
     tell(arguments.json, &readings, || {
         let lines: Vec<String> = readings
@@ -193,6 +202,44 @@ pub fn read(arguments: &Read) -> Result<(), Failure> {
             .collect();
         lines.join("\n")
     })
+}
+
+/// One line a quantity, with its unit.
+fn colorimetry(reading: &hand_spectrum::Reading) -> String {
+    let colour = &reading.quantities;
+    let shown = |value: Option<f64>, digits: usize| value.map_or("–".to_owned(), |value| format!("{value:.digits$}"));
+    let saturated = match reading.saturated_pixels {
+        0 => String::new(),
+        count => format!(", {count} pixels saturated: their values are \"at least\""),
+    };
+    [
+        format!("illuminance        {:.3} lx", reading.illuminance_lx),
+        format!("irradiance         {:.5} W/m² (360–830 nm)", reading.irradiance_w_m2),
+        format!("chromaticity       x {}  y {}", shown(colour.x, 4), shown(colour.y, 4)),
+        format!(
+            "colour temperature {} K, Duv {}",
+            shown(colour.cct_k, 0),
+            shown(colour.duv, 4)
+        ),
+        format!(
+            "colour rendering   Ra {}  Rf {}  Rg {}",
+            shown(colour.ra, 1),
+            shown(colour.rf, 1),
+            shown(colour.rg, 1)
+        ),
+        format!(
+            "peak               {} nm, FWHM {} nm",
+            shown(colour.peak_nm, 1),
+            shown(colour.fwhm_nm, 1)
+        ),
+        format!(
+            "exposure           {:.4} s, peak at {:.0} % of saturation{saturated}; dark by {}",
+            reading.integration_s,
+            reading.peak_of_saturation * 100.0,
+            reading.dark.replace('_', " "),
+        ),
+    ]
+    .join("\n")
 }
 
 /// Runs `warmup`.
