@@ -1,12 +1,15 @@
 //! Axis drivers, one module an instrument.
 
+mod easi;
 mod oriental;
+mod watched;
 mod zaber;
 
 use isolux_transport::Driver;
 
+pub use easi::PARKER_EASI;
 pub use oriental::{ORIENTAL_AZ, OrientalAzDriver};
 pub use zaber::{ZABER, ZaberDriver};
 
 /// The drivers of this crate. A new one is one entry here.
-pub const DRIVERS: &[Driver] = &[ZABER, ORIENTAL_AZ];
+pub const DRIVERS: &[Driver] = &[ZABER, ORIENTAL_AZ, PARKER_EASI];
