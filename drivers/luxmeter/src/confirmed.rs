@@ -59,6 +59,11 @@ pub(crate) trait Meter: Send + Sync {
     /// Proves by an answer that looks like no other that none is still on its way; tried once.
     async fn put_in_step(&self, deadline: Instant) -> Result<(), DeviceError>;
 
+    /// Readings that differ by no more than this are the same to the meter, by its specification; digits aside.
+    fn indistinct_lx(&self, _: &LuxReading) -> f64 {
+        0.0
+    }
+
     /// A request of `action` on the line that is kept.
     async fn ask(
         &self,
@@ -110,6 +115,7 @@ pub(crate) struct State {
 #[derive(Debug, Clone)]
 struct Exchange {
     asked: Instant,
+    indistinct_lx: f64,
     reading: LuxReading,
 }
 
@@ -157,7 +163,11 @@ impl State {
             let reason = "more bytes arrived than the answer to one request";
             return Err(meter.malformed("read", reason, reading.evidence));
         }
-        Ok(Exchange { asked, reading })
+        Ok(Exchange {
+            asked,
+            indistinct_lx: meter.indistinct_lx(&reading),
+            reading,
+        })
     }
 }
 
@@ -264,8 +274,11 @@ impl Exchange {
         match (a.outcome, b.outcome) {
             (LuxOutcome::Measured(first), LuxOutcome::Measured(second)) => {
                 let (first, second, digit) = (first.value(), second.value(), a.digit.value());
-                let allowed = (AGREEMENT * first.abs().max(second.abs())).max((digits + 1e-6) * digit);
-                a.range == b.range && a.digit == b.digit && (first - second).abs() <= allowed
+                let shares = AGREEMENT * first.abs().max(second.abs());
+                let allowed = shares.max((digits + 1e-6) * digit).max(self.indistinct_lx);
+                a.range == b.range
+                    && (a.digit == b.digit || self.indistinct_lx > 0.0)
+                    && (first - second).abs() <= allowed
             }
             (first, second) => first == second,
         }

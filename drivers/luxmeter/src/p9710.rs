@@ -4,7 +4,7 @@
 //! request. Eight ranges of the detector's current, 2 mA to 200 pA, the automatic range by the meter. `a_per_lx=4.2e-10`,
 //! the detector's sensitivity from its certificate, says where the ranges end in lx; nothing else depends on it.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use async_trait::async_trait;
@@ -38,6 +38,12 @@ const INTEGRATION_TENTHS: u16 = 5000;
 
 /// The automatic range may measure once more in each of the eight ranges before it answers.
 const ANSWER: Duration = Duration::from_secs(5);
+
+/// Offset error of each range as a share of its full scale, 0 (2 mA) first: manual, section 12.2.
+const OFFSET: [f64; 8] = [5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 1e-3, 1e-2];
+
+/// Share of a range above which the stated percentage says what the range is in lx.
+const TELLING_PERCENT: f64 = 5.0;
 
 /// A second answer to the same request comes within this; an old one does not fit the request that is due.
 const GUARD: Duration = Duration::from_millis(100);
@@ -124,6 +130,7 @@ impl LuxMeterFactory for P9710Driver {
                 update_interval: INTEGRATION,
                 integration: INTEGRATION,
             },
+            sensitivity: Mutex::new(address.sensitivity),
             confirmed: Confirmed::default(),
         };
         meter.begin().await?;
@@ -136,10 +143,16 @@ struct Optometer {
     name: String,
     identity: Identity,
     properties: LuxMeterProperties,
+    /// A/lx, by the certificate or by what the meter itself has said.
+    sensitivity: Mutex<Option<f64>>,
     confirmed: Confirmed,
 }
 
 impl Optometer {
+    fn sensitivity(&self) -> MutexGuard<'_, Option<f64>> {
+        self.sensitivity.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Identity, unit, integration time, automatic range.
     async fn begin(&mut self) -> Result<(), DeviceError> {
         let action = "GI;TT;GU";
@@ -222,6 +235,12 @@ impl Meter for Optometer {
         let evidence = measured.answer.bytes;
         let (outcome, range, digit) = match measured.answer.answer {
             Answer::Measurement(measurement) => {
+                let amps = RANGES
+                    .get(usize::from(measurement.range))
+                    .map(|full| full * measurement.percent / 100.0);
+                if let Some(amps) = amps.filter(|_| measurement.percent.abs() >= TELLING_PERCENT) {
+                    self.sensitivity().get_or_insert((amps / measurement.value.value).abs());
+                }
                 let lux = Lux::new(measurement.value.value).map(LuxOutcome::Measured);
                 // Its numbers fall as the range rises, 0 for 2 mA; a reading's begin at 1, the most sensitive.
                 (lux, 8 - measurement.range, measurement.value.step)
@@ -243,6 +262,16 @@ impl Meter for Optometer {
             retries: 0,
             evidence,
         })
+    }
+
+    /// The offset error of the range: 0.05 % to 1 % of its full scale.
+    fn indistinct_lx(&self, reading: &LuxReading) -> f64 {
+        let range = usize::from(8_u8.saturating_sub(reading.range));
+        let sensitivity = *self.sensitivity();
+        match (RANGES.get(range), OFFSET.get(range), sensitivity) {
+            (Some(full_scale), Some(offset), Some(a_per_lx)) => full_scale * offset / a_per_lx,
+            _ => 0.0,
+        }
     }
 
     async fn put_in_step(&self, deadline: Instant) -> Result<(), DeviceError> {

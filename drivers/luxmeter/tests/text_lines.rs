@@ -3,7 +3,7 @@
 //! The meters below were written from the manuals' text, not from the codecs. The light of second n is 100 + 0.1 n lx: as values
 //! two that follow each other agree, and each says when it was taken.
 
-#![expect(clippy::unwrap_used, reason = "a test")]
+#![expect(clippy::unwrap_used, clippy::single_match_else, reason = "a test")]
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
@@ -42,13 +42,13 @@ struct Script {
     old: Option<String>,
 }
 
-impl Script {
-    fn light(&self, second: u64) -> f64 {
-        100.0 + 0.1 * second as f64
-    }
+fn light(second: u64) -> f64 {
+    100.0 + 0.1 * second as f64
+}
 
+impl Script {
     /// The MAVO: a conversion is complete every two seconds.
-    fn mavo(&mut self, command: &str) -> Option<(String, u64)> {
+    fn mavo(&mut self, command: &str) -> (String, u64) {
         let header = command.trim_end_matches('?');
         let text = match command {
             "ECHO ON" | "UNI:PHOT LX" => command.to_owned(),
@@ -66,22 +66,22 @@ impl Script {
                 Some(error) => error.to_owned(),
                 None => {
                     let conversion = (self.began.elapsed().as_secs() / 2).saturating_sub(1);
-                    format!("{command} {:.0}E-01 {}", self.light(2 * conversion) * 10.0, self.unit)
+                    format!("{command} {:.0}E-01 {}", light(2 * conversion) * 10.0, self.unit)
                 }
             },
             _ => "ERROR = 101".to_owned(),
         };
-        Some((text, 20))
+        (text, 20)
     }
 
     /// The P-9710: a measurement begins with its request and takes half a second.
-    fn p9710(&mut self, command: &str) -> Option<(String, u64)> {
+    fn p9710(&mut self, command: &str) -> (String, u64) {
         let spaced: String = command
             .chars()
             .map(|c| if "; ,\t".contains(c) { ' ' } else { c })
             .collect();
         let spacers: Vec<char> = command.chars().filter(|c| "; ,\t".contains(*c)).collect();
-        Some(match spaced.as_str() {
+        match spaced.as_str() {
             "GI TT GU" => (format!("P-9710 4.7;1234;\"{}\"", self.unit.to_lowercase()), 20),
             "SN5000GS3" => ("5000".to_owned(), 20),
             "SB1GS0" => {
@@ -91,7 +91,7 @@ impl Script {
             "MV GR GP" => match self.error {
                 Some(error) => (error.to_owned(), 500),
                 None => {
-                    let light = self.light(self.began.elapsed().as_secs());
+                    let light = light(self.began.elapsed().as_secs());
                     let value = format!("+{:.4}E+02", light / 100.0);
                     (format!("{value}{}{}{}+61.7", spacers[0], self.range, spacers[1]), 500)
                 }
@@ -101,7 +101,7 @@ impl Script {
                 (format!("0;{}", self.range), 20)
             }
             _ => ("?1".to_owned(), 20),
-        })
+        }
     }
 }
 
@@ -109,14 +109,14 @@ type Shared = Arc<Mutex<Script>>;
 
 async fn bench(
     open: &str,
-    answer: fn(&mut Script, &str) -> Option<(String, u64)>,
+    answer: fn(&mut Script, &str) -> (String, u64),
 ) -> (Result<Box<dyn LuxMeter>, OpenError>, Shared) {
     bench_with(open, answer, |_| {}).await
 }
 
 async fn bench_with(
     open: &str,
-    answer: fn(&mut Script, &str) -> Option<(String, u64)>,
+    answer: fn(&mut Script, &str) -> (String, u64),
     prepare: fn(&mut Script),
 ) -> (Result<Box<dyn LuxMeter>, OpenError>, Shared) {
     let links = MemoryLinks::default();
@@ -149,7 +149,7 @@ async fn bench_with(
                 script.heard.push(command.clone());
                 (answer(&mut script, &command), script.faults.pop_front())
             };
-            let Some((mut text, mut wait)) = said else { continue };
+            let (mut text, mut wait) = said;
             let old = twin.lock().unwrap().old.replace(text.clone());
             let mut again = None;
             match fault {
@@ -371,7 +371,7 @@ async fn ranges_are_set_and_those_that_are_not_there_refused() {
 #[tokio::test(start_paused = true)]
 async fn another_unit_and_unknown_options_are_refused_with_a_remedy() {
     let (opened, _) = bench_with("gigahertz-p9710:memory:meter", Script::p9710, |script| {
-        script.unit = "W"
+        script.unit = "W";
     })
     .await;
     let error = opened.err().unwrap().to_string();
@@ -380,7 +380,7 @@ async fn another_unit_and_unknown_options_are_refused_with_a_remedy() {
         "{error}"
     );
     let (meter, _) = bench_with("gossen-mavo-usb:memory:meter", Script::mavo, |script| {
-        script.unit = "FC"
+        script.unit = "FC";
     })
     .await;
     let error = meter

@@ -6,10 +6,13 @@
 
 pub mod fault;
 mod luxmeter;
+mod mavo;
 mod modbus;
 mod modbus_lux;
 mod oriental;
 pub mod outlet;
+mod p9710;
+mod parker;
 mod server;
 mod spectrometer;
 pub mod station;

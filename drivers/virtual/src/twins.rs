@@ -8,14 +8,17 @@ use isolux_transport::LineSettings;
 
 use crate::server::Twin;
 use crate::world::World;
-use crate::{luxmeter, modbus_lux, oriental, spectrometer, sts, zaber};
+use crate::{luxmeter, mavo, modbus_lux, oriental, p9710, parker, spectrometer, sts, zaber};
 
 /// All twins; of those that play one instrument the first is the default. A new twin is one entry here.
 pub const TWINS: &[TwinKind] = &[
     zaber::TWIN,
     oriental::TWIN,
+    parker::TWIN,
     luxmeter::TWIN,
     modbus_lux::TWIN,
+    mavo::TWIN,
+    p9710::TWIN,
     spectrometer::TWIN,
     sts::TWIN,
 ];

@@ -16,15 +16,14 @@ use isolux_darkroom::motion::Motion;
 use isolux_darkroom::spectrograph::{Exposure, linearity_coefficients, wavelength_nm};
 use isolux_darkroom::{Darkroom, Kind, Observation, Room};
 use isolux_device::{
-    Axis, AxisFactory, AxisPosition, AxisScale, AxisSettings, LuxMeterFactory, LuxOutcome, LuxRange, LuxReading,
-    OpenError, Sense, Spectroradiometer, SpectroradiometerFactory, Switch, SwitchFactory, Target, Thermometer,
-    ThermometerFactory,
+    Axis, AxisFactory, AxisPosition, AxisScale, AxisSettings, LuxOutcome, LuxRange, LuxReading, OpenError, Sense,
+    Spectroradiometer, SpectroradiometerFactory, Switch, SwitchFactory, Target, Thermometer, ThermometerFactory,
 };
-use isolux_luxmeter::T10aDriver;
 use isolux_spectroradiometer::OceanOoiDriver;
 use isolux_transport::{MemoryLinks, Ports};
 use isolux_units::AxisAngle;
-use isolux_virtual::{AxisName, Serving, Switches, VirtualRoom};
+use isolux_virtual::twins::Choice;
+use isolux_virtual::{AxisName, Instrument, Serving, Switches, VirtualRoom};
 use middle::{Dice, Middle};
 use tokio::time::{Instant, sleep};
 
@@ -104,8 +103,13 @@ struct Bench {
 
 /// A room whose lamp burns, and everything between it and the drivers.
 fn bench(document: Darkroom, salt: u64, requests: u64) -> Bench {
+    bench_of(document, &Choice::default(), salt, requests)
+}
+
+/// The same with the twins of `choice`.
+fn bench_of(document: Darkroom, choice: &Choice, salt: u64, requests: u64) -> Bench {
     let seed = environment("ISOLUX_ATTACK_SEED", 1);
-    let room = VirtualRoom::open(document);
+    let room = VirtualRoom::open_with(document, choice);
     let links = MemoryLinks::default();
     let serving = room.listen(&links).unwrap();
     Bench {
@@ -164,15 +168,36 @@ async fn opened<T: ?Sized>(tally: &mut Tally, open: impl AsyncFn() -> Result<Box
 
 #[tokio::test(start_paused = true)]
 async fn the_lux_meter_gives_the_light_of_the_moment() {
-    let mut bench = bench(lit(), 1, 4000);
-    let mut tally = Tally::new("lux meter", bench.seed);
+    attack_lux_meter("konica-t10a:memory:luxmeter?head=0", 1, 4000, 4).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_mavo_gives_the_light_of_the_moment() {
+    attack_lux_meter("gossen-mavo-usb:memory:luxmeter", 11, 4000, 4).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_p9710_gives_the_light_of_the_moment() {
+    attack_lux_meter("gigahertz-p9710:memory:luxmeter?a_per_lx=3e-10", 12, 4000, 8).await;
+}
+
+/// Reads the light of many places and switches; `widest` is a range that shows all of it.
+async fn attack_lux_meter(at: &'static str, salt: u64, requests: u64, widest: u8) {
+    let meter_at = target(at);
+    let mut choice = Choice::default();
+    choice.choose(Instrument::Luxmeter, meter_at.driver()).unwrap();
+    let mut bench = bench_of(lit(), &choice, salt, requests);
+    let mut tally = Tally::new(at, bench.seed);
     switch_to(&bench.room, true, false);
-    let meter_at = target("konica-t10a:memory:luxmeter?head=0");
+    let driver = isolux_luxmeter::DRIVERS
+        .iter()
+        .find(|driver| driver.name == meter_at.driver())
+        .unwrap();
     // A registry keeps its links: only another one opens them again.
     let middle = bench.middle.clone();
     let open = async || {
-        let driver = T10aDriver::new(Ports::new(Arc::new(middle.clone())));
-        driver.open_lux_meter(&meter_at).await
+        let factories = (driver.factories)(Ports::new(Arc::new(middle.clone())));
+        factories.lux_meter.unwrap().open_lux_meter(&meter_at).await
     };
     let mut meter = opened(&mut tally, open).await;
     while bench.middle.exchanges() < bench.wanted {
@@ -185,9 +210,10 @@ async fn the_lux_meter_gives_the_light_of_the_moment() {
             let range = if dice.chance(0.5) {
                 LuxRange::Auto
             } else {
-                LuxRange::Fixed(4)
+                LuxRange::Fixed(widest)
             };
-            meter.set_range(range).await.unwrap();
+            // A setting is a question and an answer too, where the meter does not take it with the reading.
+            tally.errors += u64::from(meter.set_range(range).await.is_err());
         }
         if dice.chance(0.7) {
             put(&bench.room, AxisName::Gamma, dice.between(0.0, 85.0).round());
@@ -264,6 +290,77 @@ async fn controller(tally: &mut Tally, driver: &ZaberDriver) -> Controller {
         baffle: opened(tally, async || driver.open_switch(&baffle_at).await).await,
         thermometer: opened(tally, async || driver.open_thermometer(&thermometer_at).await).await,
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_parker_axis_says_where_it_is() {
+    let mut choice = Choice::default();
+    choice.choose(Instrument::Axes, "parker-easi").unwrap();
+    let mut bench = bench_of(lit(), &choice, 13, 6000);
+    let mut tally = Tally::new("Parker axis", bench.seed);
+    let angle = |deg: f64| AxisAngle::new(deg).unwrap();
+    let scale = AxisScale::new(12_800, 3, angle(0.0), Sense::Positive).unwrap();
+    let settings = AxisSettings::new(scale, (angle(-180.0), angle(180.0)), 20.0, 40.0).unwrap();
+    let gamma_at = target("parker-easi:memory:axes?address=2&home=-,0,-10,40,1");
+    let driver = isolux_axes::DRIVERS
+        .iter()
+        .find(|driver| driver.name == gamma_at.driver())
+        .unwrap();
+    let middle = bench.middle.clone();
+    let open = async || {
+        let factories = (driver.factories)(Ports::new(Arc::new(middle.clone())));
+        factories.axis.unwrap().open_axis(&gamma_at, settings).await
+    };
+    let mut gamma = opened(&mut tally, open).await;
+    let mut homed = false;
+    while bench.middle.exchanges() < bench.wanted {
+        let (dice, room) = (&mut bench.dice, &bench.room);
+        if dice.chance(0.005) {
+            drop(gamma);
+            gamma = opened(&mut tally, open).await;
+        }
+        if !homed {
+            homed = gamma.home(soon()).await.is_ok();
+            continue;
+        }
+        let to = angle(dice.between(-30.0, 30.0));
+        let (before, _) = true_gamma(room);
+        match dice.below(4) {
+            0 => match gamma.move_to(to).await {
+                Ok(position) => place(&mut tally, room, true_gamma(room).0, &position, "after a move"),
+                Err(_) => {
+                    tally.errors += 1;
+                    homed = false;
+                }
+            },
+            1 => {
+                if gamma.start_move(to).await.is_ok() {
+                    sleep(Duration::from_secs_f64(dice.between(0.0, 0.5))).await;
+                    let (before, _) = true_gamma(room);
+                    match gamma.position().await {
+                        Ok(position) => place(&mut tally, room, before, &position, "on the way"),
+                        Err(_) => tally.errors += 1,
+                    }
+                }
+                match gamma.stop().await {
+                    Ok(position) => place(&mut tally, room, true_gamma(room).0, &position, "after a stop"),
+                    Err(_) => tally.errors += 1,
+                }
+            }
+            _ => match gamma.position().await {
+                Ok(position) => place(&mut tally, room, before, &position, "at rest"),
+                Err(_) => tally.errors += 1,
+            },
+        }
+        if gamma
+            .position()
+            .await
+            .is_err_and(|error| error.kind() == isolux_device::ErrorKind::Disconnected)
+        {
+            gamma = opened(&mut tally, open).await;
+        }
+    }
+    tally.end(&bench.middle);
 }
 
 /// Where γ truly is, microsteps, and what the air truly has.
