@@ -15,6 +15,7 @@ const DRIVERS: &[&[Driver]] = &[
     isolux_axes::DRIVERS,
     isolux_luxmeter::DRIVERS,
     isolux_spectroradiometer::DRIVERS,
+    isolux_electrical::DRIVERS,
 ];
 
 /// All drivers, in a fixed order.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use async_trait::async_trait;
 use isolux_units::Millimetre;
 
-use crate::{Axis, AxisSettings, DeviceError, LuxMeter, Spectroradiometer, Switch, Thermometer};
+use crate::{Axis, AxisSettings, DeviceError, LuxMeter, PowerMeter, Spectroradiometer, Switch, Thermometer};
 
 /// Opens axes of one driver.
 #[async_trait]
@@ -68,6 +68,16 @@ pub trait ThermometerFactory: Send + Sync {
     async fn open_thermometer(&self, target: &Target) -> Result<Box<dyn Thermometer>, OpenError>;
 }
 
+/// Opens power meters of one driver.
+#[async_trait]
+pub trait PowerMeterFactory: Send + Sync {
+    /// Opens the meter at `target` and sets what it is to measure.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    async fn open_power_meter(&self, target: &Target) -> Result<Box<dyn PowerMeter>, OpenError>;
+}
+
 /// Kinds of device that a driver opens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Kind {
@@ -81,16 +91,19 @@ pub enum Kind {
     Switch,
     /// A thermometer.
     Thermometer,
+    /// A power meter.
+    PowerMeter,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Axis,
         Self::LuxMeter,
         Self::Spectroradiometer,
         Self::Switch,
         Self::Thermometer,
+        Self::PowerMeter,
     ];
 
     /// Its name, as a station file writes it.
@@ -101,6 +114,7 @@ impl Kind {
             Self::Spectroradiometer => "spectroradiometer",
             Self::Switch => "switch",
             Self::Thermometer => "thermometer",
+            Self::PowerMeter => "powermeter",
         }
     }
 }
@@ -118,6 +132,8 @@ pub struct Factories {
     pub switch: Option<Arc<dyn SwitchFactory>>,
     /// Thermometers.
     pub thermometer: Option<Arc<dyn ThermometerFactory>>,
+    /// Power meters.
+    pub power_meter: Option<Arc<dyn PowerMeterFactory>>,
 }
 
 impl Factories {
@@ -129,6 +145,7 @@ impl Factories {
             Kind::Spectroradiometer => self.spectroradiometer.is_some(),
             Kind::Switch => self.switch.is_some(),
             Kind::Thermometer => self.thermometer.is_some(),
+            Kind::PowerMeter => self.power_meter.is_some(),
         };
         Kind::ALL.into_iter().filter(opens).collect()
     }

@@ -13,6 +13,7 @@ mod error;
 mod factory;
 mod identity;
 mod luxmeter;
+mod power;
 mod spectroradiometer;
 mod switch;
 mod thermometer;
@@ -21,11 +22,12 @@ pub use axis::{Axis, AxisPosition, AxisSettings, InvalidSettings, Motion};
 pub use axis_scale::{AxisScale, Coordinate, InvalidScale, Sense};
 pub use error::{DeviceError, ErrorKind};
 pub use factory::{
-    AxisFactory, Factories, Kind, LuxMeterFactory, OpenError, SpectroradiometerFactory, SwitchFactory, Target,
-    ThermometerFactory,
+    AxisFactory, Factories, Kind, LuxMeterFactory, OpenError, PowerMeterFactory, SpectroradiometerFactory,
+    SwitchFactory, Target, ThermometerFactory,
 };
 pub use identity::Identity;
 pub use luxmeter::{Caution, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange, LuxReading};
+pub use power::{PowerMeter, PowerReading, Quantity};
 pub use spectroradiometer::{LinearisationError, RawSpectrum, Spectroradiometer, SpectroradiometerProperties};
 pub use switch::Switch;
 pub use thermometer::{TemperatureReading, Thermometer};

@@ -1,0 +1,221 @@
+//! Profiles: what an instrument is like, as a TOML file says it. One message for a bad one, with file and line.
+
+use std::ops::Range;
+use std::path::Path;
+use std::time::Duration;
+
+use isolux_transport::{LineSettings, Parity};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+pub use toml::Spanned;
+
+/// The profiles that come with the program: name and text.
+pub type Shipped = &'static [(&'static str, &'static str)];
+
+/// Offset in the text and what is wrong there.
+pub type Wrong = (usize, String);
+
+/// What is wrong with the value at `span`.
+pub fn wrong(span: Range<usize>, reason: impl Into<String>) -> Wrong {
+    (span.start, reason.into())
+}
+
+/// Why a profile was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ProfileError {
+    /// The file cannot be read.
+    #[error("profile {file}: {reason}; profiles that come with the program: {known}")]
+    Unreadable {
+        /// As written.
+        file: String,
+        /// What the system said.
+        reason: String,
+        /// Names of those that come with the program.
+        known: String,
+    },
+    /// The file says something that cannot be.
+    #[error("{file}:{line}: {reason}")]
+    Wrong {
+        /// Its name.
+        file: String,
+        /// One-based.
+        line: usize,
+        /// What is wrong, and what would be right.
+        reason: String,
+    },
+}
+
+/// The profile of this name among `shipped`, or in the file at this path (one that ends in `.toml`).
+///
+/// # Errors
+/// [`ProfileError`].
+pub fn load<D: DeserializeOwned, P>(
+    name: &str,
+    shipped: Shipped,
+    check: impl FnOnce(D) -> Result<P, Wrong>,
+) -> Result<P, ProfileError> {
+    if let Some((name, text)) = shipped.iter().find(|(known, _)| *known == name) {
+        return parse(name, text, check);
+    }
+    let unreadable = |reason: String| ProfileError::Unreadable {
+        file: name.to_owned(),
+        reason,
+        known: shipped.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
+    };
+    if Path::new(name).extension().is_none_or(|extension| extension != "toml") {
+        return Err(unreadable(
+            "no such profile, and a file's name ends in .toml".to_owned(),
+        ));
+    }
+    let text = std::fs::read_to_string(name).map_err(|error| unreadable(error.to_string()))?;
+    parse(name, &text, check)
+}
+
+/// Reads the text of a profile; `file` is its name for messages.
+///
+/// # Errors
+/// [`ProfileError::Wrong`].
+pub fn parse<D: DeserializeOwned, P>(
+    file: &str,
+    text: &str,
+    check: impl FnOnce(D) -> Result<P, Wrong>,
+) -> Result<P, ProfileError> {
+    let wrong = |at: usize, reason: String| {
+        let before = text.get(..at).unwrap_or(text);
+        let line = 1 + before.bytes().filter(|byte| *byte == b'\n').count();
+        let file = file.to_owned();
+        ProfileError::Wrong { file, line, reason }
+    };
+    let document: D = toml::from_str(text).map_err(|error| {
+        let at = error.span().map_or(0, |span| span.start);
+        wrong(at, error.message().replace('\n', ", "))
+    })?;
+    check(document).map_err(|(at, reason)| wrong(at, reason))
+}
+
+/// `[line]`: how a serial line is set.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Line {
+    baud: Spanned<u32>,
+    data_bits: Spanned<u8>,
+    parity: LineParity,
+    stop_bits: Spanned<u8>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum LineParity {
+    None,
+    Even,
+    Odd,
+}
+
+impl Line {
+    /// The settings.
+    ///
+    /// # Errors
+    /// [`Wrong`] for settings that no port has.
+    pub fn check(&self) -> Result<LineSettings, Wrong> {
+        if !(300..=4_000_000).contains(self.baud.get_ref()) {
+            return Err(wrong(self.baud.span(), "baud must be 300 to 4000000"));
+        }
+        if !(7..=8).contains(self.data_bits.get_ref()) {
+            return Err(wrong(self.data_bits.span(), "data_bits must be 7 or 8"));
+        }
+        if !(1..=2).contains(self.stop_bits.get_ref()) {
+            return Err(wrong(self.stop_bits.span(), "stop_bits must be 1 or 2"));
+        }
+        Ok(LineSettings {
+            baud: *self.baud.get_ref(),
+            data_bits: *self.data_bits.get_ref(),
+            parity: match self.parity {
+                LineParity::None => Parity::None,
+                LineParity::Even => Parity::Even,
+                LineParity::Odd => Parity::Odd,
+            },
+            stop_bits: *self.stop_bits.get_ref(),
+        })
+    }
+}
+
+/// A duration in seconds, from a millisecond to a minute.
+///
+/// # Errors
+/// [`Wrong`] names the key.
+pub fn seconds(key: &str, value: &Spanned<f64>) -> Result<Duration, Wrong> {
+    if (0.001..=60.0).contains(value.get_ref()) {
+        Ok(Duration::from_secs_f64(*value.get_ref()))
+    } else {
+        Err(wrong(value.span(), format!("{key} must be 0.001 to 60")))
+    }
+}
+
+/// A text that goes over a wire: printable ASCII, not empty.
+///
+/// # Errors
+/// [`Wrong`] names the key.
+pub fn ascii(key: &str, value: &Spanned<String>) -> Result<String, Wrong> {
+    let text = value.get_ref();
+    if !text.is_empty() && text.bytes().all(|byte| matches!(byte, b' '..=b'~')) {
+        Ok(text.clone())
+    } else {
+        Err(wrong(
+            value.span(),
+            format!("{key} must be printable ASCII, and not empty"),
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Small {
+        line: Line,
+        wait_s: Spanned<f64>,
+    }
+
+    fn small(text: &str) -> Result<(LineSettings, Duration), ProfileError> {
+        parse("x.toml", text, |small: Small| {
+            Ok((small.line.check()?, seconds("wait_s", &small.wait_s)?))
+        })
+    }
+
+    #[test]
+    fn a_bad_profile_is_one_message_with_file_and_line() {
+        let good = "wait_s = 0.5\n[line]\nbaud = 9600\ndata_bits = 7\nparity = \"even\"\nstop_bits = 2\n";
+        let (line, wait) = small(good).unwrap();
+        assert_eq!(
+            (line.to_string().as_str(), wait),
+            ("9600 7E2", Duration::from_millis(500))
+        );
+        for (from, to, message) in [
+            ("wait_s = 0.5", "wait_s = 0.0", "x.toml:1: wait_s must be 0.001 to 60"),
+            ("data_bits = 7", "data_bits = 9", "x.toml:4: data_bits must be 7 or 8"),
+            (
+                "parity = \"even\"",
+                "parity = \"mark\"",
+                "x.toml:5: unknown variant `mark`",
+            ),
+            (
+                "stop_bits = 2",
+                "stop_bits = 2\nbits = 1",
+                "x.toml:7: unknown field `bits`",
+            ),
+            ("stop_bits = 2", "stop_bits = 2\nbaud = 1", "x.toml:7: duplicate key"),
+        ] {
+            let error = small(&good.replace(from, to)).unwrap_err().to_string();
+            assert!(error.starts_with(message), "{error}");
+        }
+        let missing = load("none", &[("one", "")], |small: Small| Ok(small.line.check().is_ok()));
+        assert!(
+            missing
+                .unwrap_err()
+                .to_string()
+                .ends_with("profiles that come with the program: one")
+        );
+    }
+}
