@@ -71,8 +71,23 @@ fn scan_with(choice: &Choice) -> Run {
         .await
     });
     let summary = summary.unwrap();
-    assert_eq!((summary.spectra, summary.without_number), (1, 0));
-    Run::read(&path).unwrap()
+    let run = Run::read(&path).unwrap();
+    let drivers: Vec<&str> = choice
+        .instruments()
+        .filter_map(|instrument| Some(choice.twin(instrument)?.driver))
+        .collect();
+    let lost: Vec<_> = run
+        .readings
+        .rows
+        .iter()
+        .filter(|row| row.quality != Quality::Ok)
+        .collect();
+    assert_eq!(
+        (summary.spectra, summary.without_number),
+        (1, 0),
+        "{drivers:?}: {lost:?}"
+    );
+    run
 }
 
 /// Block, C, γ, illuminance and digit of the points.

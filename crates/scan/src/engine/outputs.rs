@@ -17,6 +17,7 @@ use crate::error::ScanError;
 use crate::itinerary::REFERENCE_DEG;
 use crate::motion::{drive_rail, rail_holds, stop_all};
 use crate::observe::ScanEvent;
+use crate::settle::Noise;
 use crate::warmup::{Criterion, Gate, Look, Stable};
 
 impl Session<'_> {
@@ -185,7 +186,9 @@ impl Session<'_> {
             noise,
             ..
         } = stable;
-        self.photometer.noise = noise;
+        // The scatter under the lit lamp says nothing of that near zero; what the station states does.
+        let absolute_lx = self.engine.station.luxmeter().noise_lx.unwrap_or_default();
+        self.photometer.noise = Noise { absolute_lx, ..noise };
         self.warm = true;
         self.warm_up_s = Some(elapsed_s);
         observer.event(&ScanEvent::WarmUpEnded { elapsed_s, spread_rel });
