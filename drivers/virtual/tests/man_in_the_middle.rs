@@ -326,13 +326,14 @@ async fn a_parker_axis_says_where_it_is() {
         let to = angle(dice.between(-30.0, 30.0));
         let (before, _) = true_gamma(room);
         match dice.below(4) {
-            0 => match gamma.move_to(to).await {
-                Ok(position) => place(&mut tally, room, true_gamma(room).0, &position, "after a move"),
-                Err(_) => {
+            0 => {
+                if let Ok(position) = gamma.move_to(to).await {
+                    place(&mut tally, room, true_gamma(room).0, &position, "after a move");
+                } else {
                     tally.errors += 1;
                     homed = false;
                 }
-            },
+            }
             1 => {
                 if gamma.start_move(to).await.is_ok() {
                     sleep(Duration::from_secs_f64(dice.between(0.0, 0.5))).await;
