@@ -206,6 +206,25 @@ mod tests {
         }
     }
 
+    #[test]
+    fn split_at_every_byte_it_is_the_same_and_with_garbage_around_it_is_nothing() {
+        let now = Instant::now();
+        let whole = spectrum(7);
+        let ask = |pieces: &[&[u8]]| {
+            let mut host = Host::default();
+            host.start(now, Request::Spectrum);
+            let events = pieces.iter().flat_map(|piece| host.handle_input(now, piece));
+            events.filter(|event| matches!(event, Event::Answer(_))).count()
+        };
+        for cut in 0..=whole.len() {
+            assert_eq!(ask(&[&whole[..cut], &whole[cut..]]), 1, "{cut}");
+        }
+        for garbage in [&b"\0"[..], b"\x82", b"\x81\0\0", b"noise"] {
+            assert_eq!(ask(&[garbage, &whole]), 0);
+            assert_eq!(ask(&[&[&whole, garbage].concat()]), 0);
+        }
+    }
+
     proptest! {
         #[test]
         fn the_pieces_do_not_matter(cuts in proptest::collection::vec(1..600_usize, 1..40), counts: u16) {
