@@ -194,6 +194,8 @@ pub struct Left<'a> {
     pub sequence: &'a Sequence,
     /// Correlation that counts as noise.
     pub rho: f64,
+    /// Its standard uncertainty; 0 where there is none.
+    pub u_rho: f64,
     /// Fitted scatter in units of the stated uncertainties, and its degrees of freedom.
     pub scale: f64,
     /// Its degrees of freedom.

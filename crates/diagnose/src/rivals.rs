@@ -40,6 +40,7 @@ pub fn rivals(rows: &[Row], level: &[f64], order: &[usize]) -> Vec<Rival> {
     if rows.iter().any(|row| row.source == Source::Reading) {
         time::time(&mut build, order);
         time::memory(&mut build, order);
+        time::visits(&mut build, order);
         direction::gamma(&mut build);
         direction::azimuth(&mut build);
         distance::distance(&mut build, Source::Reading);

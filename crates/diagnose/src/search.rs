@@ -67,7 +67,7 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
     let scan = bench.scan(&baseline, &[], None);
     let first = scan.look();
     let whitened = |numbers: &[usize]| bench.whitened(numbers);
-    let nulls = scan.nulls(&whitened, settings.nulls, settings.seed, &sequence, bench.noise.rho);
+    let nulls = scan.nulls(&whitened, settings.nulls, settings.seed, &sequence, &bench.noise);
     bench.nulls = nulls;
     let statistic = |found: &[Found]| ln_sum_exp(&found.iter().map(|f| f.ln_evidence).collect::<Vec<_>>());
     let p_global = p_value(statistic(&first), &bench.nulls);

@@ -61,6 +61,7 @@ fn tested(rows: &[Row], residual: &[f64], rho: f64) -> NoiseTest {
         refitted: Basis::empty(rows.len()),
         sequence: &sequence,
         rho,
+        u_rho: if rho > 0.0 { ((1.0 - rho * rho) / n).sqrt() } else { 0.0 },
         scale: (whitened.norm_squared() / n).sqrt(),
         freedom: n,
     };

@@ -150,7 +150,11 @@ fn hide(
             if unit.is_nan() || unit <= 1e-6 {
                 return None;
             }
-            let one_way = matches!(name, "pole_shadow" | "door_opened" | "dust" | "reflex" | "settling_lag");
+            // A dark bump is what the catalogue calls self-absorption.
+            let one_way = matches!(
+                name,
+                "pole_shadow" | "door_opened" | "dust" | "reflex" | "settling_lag" | "bright_bump"
+            );
             let sign = if one_way { 1.0 } else { draws.sign() };
             hidden
                 .added

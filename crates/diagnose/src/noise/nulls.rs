@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::limits::{FEWEST_NULLS, NULL_VALUES, NULLS};
 use super::series::Series;
 use super::{Left, Strongest, Test};
+use crate::whitening::MOST_CORRELATED;
 
 /// The simulated records are others than those of the scan.
 const APART: u64 = 0x6e6f_6973;
@@ -105,12 +106,7 @@ impl Tail {
 /// Simulated records of unit variance, one vector each.
 fn simulated(left: &Left<'_>, series: &Series<'_>, numbers: std::ops::Range<usize>, seed: u64) -> Vec<Vec<f64>> {
     let rows = left.rows.len();
-    // A correlation of white noise's own size is none, and then nothing is known wrongly.
-    let u_rho = if left.sequence.has_neighbours() && left.rho > 0.1 {
-        (2.0 * (1.0 - left.rho * left.rho) / left.freedom.max(1.0)).sqrt()
-    } else {
-        0.0
-    };
+    let u_rho = left.u_rho;
     let whiten = left.sequence.whitening(left.rho);
     let mut drawn = DMatrix::zeros(rows, numbers.len());
     for (k, mut column) in numbers.zip(drawn.column_iter_mut()) {
@@ -127,7 +123,7 @@ fn simulated(left: &Left<'_>, series: &Series<'_>, numbers: std::ops::Range<usiz
         if u_rho > 0.0 {
             let off: f64 = rng.sample(StandardNormal);
             left.sequence
-                .colour((left.rho + u_rho * off).clamp(0.0, 0.95), all.as_mut_slice());
+                .colour((left.rho + u_rho * off).clamp(0.0, MOST_CORRELATED), all.as_mut_slice());
             whiten(all.as_mut_slice());
         }
         column.copy_from(&all);

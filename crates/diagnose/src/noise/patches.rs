@@ -1,16 +1,18 @@
 //! Readings that are off together: every n-th, successive ones, neighbouring directions, neighbouring bins.
+//!
+//! A place is a list of cells with weights, a cell a few rows that every place of its level takes together: thousands of places of
+//! thousands of readings would not fit in memory.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 use super::limits::{CENTRES, EVERY, PATCH_DEG, PATCH_SHARE, RUNS};
 use super::series::Series;
 use super::{Finding, Kind, Strongest, Test, digits};
 use crate::table::{Coordinate, Light};
 
-/// Rows that may be off together, with weights of unit length.
+/// Cells whose rows may be off together, with weights such that the whole has unit length.
 struct Together {
-    /// In single precision: there are thousands of places of thousands of readings.
-    members: Vec<(u32, f32)>,
+    cells: Vec<(u32, f32)>,
     what: What,
 }
 
@@ -28,130 +30,215 @@ enum What {
     Bins(f64, f64, f64),
 }
 
+/// A row that is in no cell of a level.
+const NOWHERE: u32 = u32::MAX;
+/// Cells in the width of a patch.
+const CELLS_A_WIDTH: f64 = 4.0;
+/// Patches end where their weight is a twentieth.
+const REACH: f64 = 2.5;
+
 /// Places of one kind.
+#[derive(Default)]
 pub(super) struct Patches {
+    /// Of each level the cell of each row, the first cell of a level after the last of the one before.
+    levels: Vec<Vec<u32>>,
+    /// Rows of each cell.
+    counts: Vec<u32>,
     places: Vec<Together>,
 }
 
 impl Patches {
-    fn of(places: impl Iterator<Item = (Vec<(u32, f64)>, What)>) -> Option<Self> {
-        let unit = |(members, what): (Vec<(u32, f64)>, What)| {
-            let length = members.iter().map(|(_, w)| w * w).sum::<f64>().sqrt();
-            let members: Vec<(u32, f32)> = members.into_iter().map(|(i, w)| (i, (w / length) as f32)).collect();
-            (members.len() >= 2 && length > 0.0).then_some(Together { members, what })
-        };
-        let places: Vec<Together> = places.filter_map(unit).collect();
-        (!places.is_empty()).then_some(Self { places })
+    /// Adds a level whose row `i` is in cell `cell(i)`, and returns the number of its first cell and how many it has.
+    fn level(&mut self, rows: usize, mut cell: impl FnMut(usize) -> Option<usize>) -> (usize, usize) {
+        let first = self.counts.len();
+        let numbers: Vec<u32> = (0..rows)
+            .map(|i| {
+                let Some(number) = cell(i) else { return NOWHERE };
+                let number = first + number;
+                if number >= self.counts.len() {
+                    self.counts.resize(number + 1, 0);
+                }
+                self.counts[number] += 1;
+                number as u32
+            })
+            .collect();
+        self.levels.push(numbers);
+        (first, self.counts.len() - first)
+    }
+
+    /// A level whose rows are in one cell where their keys are the same, and the mean of `at` over the rows of each cell.
+    fn keyed<const N: usize>(
+        &mut self,
+        rows: usize,
+        width: f64,
+        at: impl Fn(usize) -> Option<[f64; N]>,
+    ) -> (usize, Vec<[f64; N]>) {
+        let mut known: HashMap<[i64; N], usize> = HashMap::new();
+        let mut sums: Vec<[f64; N]> = Vec::new();
+        let (first, _) = self.level(rows, |i| {
+            let at = at(i)?;
+            let number = *known
+                .entry(at.map(|part| (part / width).round() as i64))
+                .or_insert(sums.len());
+            if number == sums.len() {
+                sums.push([0.0; N]);
+            }
+            for (sum, part) in sums[number].iter_mut().zip(at) {
+                *sum += part;
+            }
+            Some(number)
+        });
+        let mean = |(k, sum): (usize, [f64; N])| sum.map(|part| part / f64::from(self.counts[first + k]));
+        (first, sums.into_iter().enumerate().map(mean).collect())
+    }
+
+    /// A place of these cells; nothing where fewer than two rows are in them.
+    fn place(&mut self, cells: impl Iterator<Item = (usize, f64)>, what: What) {
+        let mut cells: Vec<(u32, f32)> = cells.map(|(cell, weight)| (cell as u32, weight as f32)).collect();
+        let rows = |cell: u32| self.counts[cell as usize];
+        let length: f64 = cells
+            .iter()
+            .map(|&(cell, w)| f64::from(rows(cell)) * f64::from(w).powi(2))
+            .sum();
+        if cells.iter().map(|&(cell, _)| rows(cell)).sum::<u32>() < 2 || length <= 0.0 {
+            return;
+        }
+        for (_, weight) in &mut cells {
+            *weight /= length.sqrt() as f32;
+        }
+        cells.shrink_to_fit();
+        self.places.push(Together { cells, what });
+    }
+
+    fn some(self) -> Option<Self> {
+        (!self.places.is_empty()).then_some(self)
     }
 
     /// Every second to every [`EVERY`]-th reading.
     pub(super) fn every(series: &Series<'_>) -> Option<Self> {
+        let mut all = Self::default();
         let number = |i: usize| series.index[i].round() as i64;
-        Self::of((2..=EVERY.min(series.len() / 8)).flat_map(|n| {
-            (0..n).map(move |phase| {
-                let members = (0..series.len())
-                    .filter(|&i| number(i).rem_euclid(n as i64) == phase as i64)
-                    .map(|i| (i as u32, 1.0))
-                    .collect();
-                (members, What::Every(n, phase))
-            })
-        }))
+        for n in 2..=EVERY.min(series.len() / 8) {
+            let (first, cells) = all.level(series.len(), |i| Some(number(i).rem_euclid(n as i64) as usize));
+            for phase in 0..cells {
+                all.place(std::iter::once((first + phase, 1.0)), What::Every(n, phase));
+            }
+        }
+        all.some()
     }
 
-    /// Runs of successive readings.
+    /// Runs of successive readings, each begun a third of its length after the one before.
     pub(super) fn runs(series: &Series<'_>) -> Option<Self> {
-        let n = series.len();
-        Self::of(RUNS.into_iter().filter(|length| 3 * length < n).flat_map(|length| {
-            (0..=n - length).step_by((length / 3).max(1)).map(move |from| {
-                let members = (from..from + length).map(|i| (i as u32, 1.0)).collect();
-                (members, What::Run(from, from + length - 1))
-            })
-        }))
+        let mut all = Self::default();
+        for length in RUNS.into_iter().filter(|length| 3 * length < series.len()) {
+            let step = (length / 3).max(1);
+            let (first, _) = all.level(series.len(), |i| Some(i / step));
+            for from in (0..=series.len() - length).step_by(step) {
+                let cells = (from / step..(from + length) / step).map(|cell| (first + cell, 1.0));
+                all.place(cells, What::Run(from, from + length - 1));
+            }
+        }
+        all.some()
     }
 
     /// Neighbouring directions of lit readings.
     pub(super) fn directions(series: &Series<'_>) -> Option<Self> {
-        let direction = |i: usize| {
-            let (sin_c, cos_c) = series.rows[i].c_deg.to_radians().sin_cos();
-            let (sin_g, cos_g) = series.rows[i].gamma_deg.to_radians().sin_cos();
-            [sin_g * cos_c, sin_g * sin_c, cos_g]
+        let direction = |i: usize| -> Option<[f64; 3]> {
+            let row = series.rows[i];
+            let (sin_c, cos_c) = row.c_deg.to_radians().sin_cos();
+            let (sin_g, cos_g) = row.gamma_deg.to_radians().sin_cos();
+            let towards = [sin_g * cos_c, sin_g * sin_c, cos_g];
+            (row.light == Light::Lit && towards.iter().all(|part| part.is_finite())).then_some(towards)
         };
-        let lit: Vec<(usize, [f64; 3])> = (0..series.len())
-            .filter(|&i| series.rows[i].light == Light::Lit)
-            .map(|i| (i, direction(i)))
-            .filter(|(_, d)| d.iter().all(|part| part.is_finite()))
-            .collect();
         // Directions two degrees apart or less are one centre.
         let mut known = BTreeSet::new();
-        let cell = |d: &[f64; 3]| d.map(|part| (30.0 * part).round() as i32);
-        let centres: Vec<&(usize, [f64; 3])> = lit.iter().filter(|(_, d)| known.insert(cell(d))).collect();
+        let centres: Vec<(usize, [f64; 3])> = (0..series.len())
+            .filter_map(|i| Some((i, direction(i)?)))
+            .filter(|(_, towards)| known.insert(towards.map(|part| (30.0 * part).round() as i32)))
+            .collect();
         let every = centres.len().div_ceil(CENTRES).max(1);
-        let row = |i: usize| (series.rows[i].c_deg, series.rows[i].gamma_deg);
-        Self::of(centres.into_iter().step_by(every).flat_map(|(at, centre)| {
-            let lit = &lit;
-            PATCH_DEG.into_iter().map(move |width| {
-                let near = lit.iter().filter_map(|(i, d)| {
-                    let cosine: f64 = d.iter().zip(centre).map(|(a, b)| a * b).sum();
+        let mut all = Self::default();
+        for width in PATCH_DEG {
+            let (first, cells) = all.keyed(series.len(), width.to_radians() / CELLS_A_WIDTH, direction);
+            for (at, centre) in centres.iter().step_by(every) {
+                let near = cells.iter().enumerate().filter_map(|(k, towards)| {
+                    let cosine: f64 = towards.iter().zip(centre).map(|(a, b)| a * b).sum();
                     let apart = cosine.clamp(-1.0, 1.0).acos().to_degrees() / width;
-                    (apart < 2.5).then(|| (*i as u32, (-0.5 * apart * apart).exp()))
+                    (apart < REACH).then(|| (first + k, (-0.5 * apart * apart).exp()))
                 });
-                let (c_deg, gamma_deg) = row(*at);
-                (near.collect(), What::Directions(c_deg, gamma_deg, width))
-            })
-        }))
+                let row = series.rows[*at];
+                all.place(near, What::Directions(row.c_deg, row.gamma_deg, width));
+            }
+        }
+        all.some()
     }
 
     /// Every second to every eighth column and row of the bins.
     pub(super) fn lines(series: &Series<'_>) -> Option<Self> {
-        let of = |coordinate: Coordinate| {
+        let mut all = Self::default();
+        for coordinate in [Coordinate::XMm, Coordinate::YMm] {
             let at = |i: usize| series.rows[i].coordinate(coordinate, 0.0);
             let mut places: Vec<f64> = (0..series.len()).map(at).collect();
             places.sort_by(f64::total_cmp);
             places.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
-            let number: Vec<usize> = (0..series.len())
+            let line: Vec<usize> = (0..series.len())
                 .map(|i| places.partition_point(|place| *place < at(i) - 1e-9))
                 .collect();
-            (2..=8_usize).flat_map(move |n| {
-                let number = number.clone();
-                (0..n).map(move |phase| {
-                    let chosen = number.iter().enumerate().filter(|(_, line)| *line % n == phase);
-                    (
-                        chosen.map(|(i, _)| (i as u32, 1.0)).collect(),
-                        What::Lines(coordinate, n),
-                    )
-                })
-            })
-        };
-        Self::of(of(Coordinate::XMm).chain(of(Coordinate::YMm)))
+            for n in 2..=8 {
+                let (first, cells) = all.level(series.len(), |i| Some(line[i] % n));
+                for phase in 0..cells {
+                    all.place(std::iter::once((first + phase, 1.0)), What::Lines(coordinate, n));
+                }
+            }
+        }
+        all.some()
     }
 
     /// Neighbouring bins, the same in all lit maps.
     pub(super) fn bins(series: &Series<'_>) -> Option<Self> {
-        let lit: Vec<usize> = (0..series.len())
-            .filter(|&i| series.rows[i].light == Light::Lit)
-            .collect();
-        let reach = lit.iter().fold(0.0_f64, |most, &i| most.max(series.rows[i].x_mm.abs()));
-        let lit = &lit;
-        let centre = move |k: usize| reach * (2.0 * k as f64 / 11.0 - 1.0);
-        Self::of((0..144).flat_map(move |k| {
-            let (x, y) = (centre(k % 12), centre(k / 12));
-            PATCH_SHARE.into_iter().map(move |share| {
-                let width = 2.0 * share * reach;
-                let near = lit.iter().filter_map(|&i| {
-                    let row = series.rows[i];
-                    let apart = (row.x_mm - x).hypot(row.y_mm - y) / width;
-                    (apart < 2.5).then(|| (i as u32, (-0.5 * apart * apart).exp()))
+        let at = |i: usize| {
+            let row = series.rows[i];
+            (row.light == Light::Lit).then_some([row.x_mm, row.y_mm])
+        };
+        let reach = (0..series.len())
+            .filter_map(at)
+            .fold(0.0_f64, |most, [x, _]| most.max(x.abs()));
+        let centre = |k: usize| reach * (2.0 * k as f64 / 11.0 - 1.0);
+        let mut all = Self::default();
+        for share in PATCH_SHARE {
+            let width = 2.0 * share * reach;
+            if width <= 0.0 {
+                continue;
+            }
+            let (first, cells) = all.keyed(series.len(), width / CELLS_A_WIDTH, at);
+            for k in 0..144 {
+                let (x, y) = (centre(k % 12), centre(k / 12));
+                let near = cells.iter().enumerate().filter_map(|(k, place)| {
+                    let apart = (place[0] - x).hypot(place[1] - y) / width;
+                    (apart < REACH).then(|| (first + k, (-0.5 * apart * apart).exp()))
                 });
-                (near.collect(), What::Bins(x, y, width))
-            })
-        }))
+                all.place(near, What::Bins(x, y, width));
+            }
+        }
+        all.some()
     }
 
-    fn amplitude(&self, place: usize, values: &[f64]) -> f64 {
+    /// Sum of the values of each cell.
+    fn sums(&self, values: &[f64]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.counts.len()];
+        for level in &self.levels {
+            for (&cell, value) in level.iter().zip(values).filter(|(cell, _)| **cell != NOWHERE) {
+                sums[cell as usize] += value;
+            }
+        }
+        sums
+    }
+
+    fn amplitude(&self, place: usize, sums: &[f64]) -> f64 {
         self.places[place]
-            .members
+            .cells
             .iter()
-            .map(|&(i, weight)| f64::from(weight) * values[i as usize])
+            .map(|&(cell, weight)| f64::from(weight) * sums[cell as usize])
             .sum()
     }
 }
@@ -159,14 +246,15 @@ impl Patches {
 impl Test for Patches {
     fn strongest(&self, values: &[f64]) -> Strongest {
         let mut best = Strongest::default();
+        let sums = self.sums(values);
         for place in 0..self.places.len() {
-            best.raise(0.5 * self.amplitude(place, values).powi(2), place);
+            best.raise(0.5 * self.amplitude(place, &sums).powi(2), place);
         }
         best
     }
 
     fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
-        let whole = self.amplitude(strongest.place, &series.plain);
+        let whole = self.amplitude(strongest.place, &self.sums(&series.plain));
         let sign = if whole > 0.0 { "above" } else { "below" };
         let (kind, coordinate, range, note) = match self.places[strongest.place].what {
             What::Every(n, phase) => {

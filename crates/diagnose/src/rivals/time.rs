@@ -163,3 +163,44 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
         build.add(Coordinate::TimeS, "memory", span, note, vec![column]);
     }
 }
+
+/// Visits of a half-plane with fewer readings hold no ramp of their own.
+const OF_A_VISIT: usize = 4;
+
+/// A ramp that starts anew with every visit of a half-plane: a meter or a lamp that creeps while one is read and recovers before the next.
+pub(super) fn visits(build: &mut Builder<'_>, order: &[usize]) {
+    let mut visits: Vec<Vec<usize>> = Vec::new();
+    for &i in order.iter().filter(|&&i| build.rows[i].source == Source::Reading) {
+        let same = |&before: &usize| {
+            let (a, b) = (&build.rows[before], &build.rows[i]);
+            (a.file, a.group, a.light) == (b.file, b.group, b.light) && a.c_deg == b.c_deg
+        };
+        match visits.last_mut() {
+            Some(visit) if visit.last().is_some_and(same) => visit.push(i),
+            _ => visits.push(vec![i]),
+        }
+    }
+    let longest = visits.iter().map(Vec::len).max().unwrap_or(0);
+    if longest < OF_A_VISIT || visits.iter().filter(|visit| visit.len() >= OF_A_VISIT).count() < 3 {
+        return;
+    }
+    let mut since = vec![0.0; build.rows.len()];
+    for visit in &visits {
+        for (k, &i) in visit.iter().enumerate() {
+            since[i] = k as f64 / (longest - 1) as f64;
+        }
+    }
+    let since: Arc<[f64]> = since.into();
+    for acts in [Acts::Relative, Acts::Light] {
+        let since = Arc::clone(&since);
+        let column = build.column(Source::Reading, acts, move |i, _| since[i]);
+        let note = format!("{} that grows within every visit of a half-plane", word(acts));
+        build.add(
+            Coordinate::Index,
+            "visit",
+            [0.0, (longest - 1) as f64],
+            note,
+            vec![column],
+        );
+    }
+}

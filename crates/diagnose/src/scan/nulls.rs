@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use super::{AT_A_TIME, Scan, Seen, Whitened};
 use crate::evidence::{EvidenceTable, ln_sum_exp};
-use crate::whitening::Sequence;
+use crate::search;
+use crate::whitening::{MOST_CORRELATED, Sequence};
 
 /// Values of directions that simulated noise is compared with at a time: noise is drawn again for the next ones.
 const NULL_VALUES: usize = 1 << 26;
@@ -19,8 +20,15 @@ impl Scan {
     /// The statistic of the whole scan, ln Σ prior·Bayes factor, for `count` simulated noise-only repeats, rising.
     ///
     /// Repeat `k` depends on `seed` and `k` alone.
-    pub fn nulls(&self, whitened: Whitened<'_>, count: usize, seed: u64, sequence: &Sequence, rho: f64) -> Vec<f64> {
-        let noise = Noise::new(seed, sequence, rho, self.rows, self.freedom);
+    pub fn nulls(
+        &self,
+        whitened: Whitened<'_>,
+        count: usize,
+        seed: u64,
+        sequence: &Sequence,
+        noise: &search::Noise,
+    ) -> Vec<f64> {
+        let noise = Noise::new(seed, sequence, noise, self.rows, self.freedom);
         self.in_groups(whitened, count, &noise, (NULL_VALUES / self.rows.max(1)).max(1))
     }
 
@@ -113,31 +121,29 @@ impl Scan {
 
 /// Simulated noise of whitened rows, one vector and one fitted scale a repeat.
 ///
-/// White unit noise is drawn, because the whitened residual is that; the scale is as uncertain as the fitted one, and its serial correlation is as
-/// far from the fitted `rho` as that is uncertain: smooth patterns live where a correlation that was underestimated leaves noise.
+/// White unit noise is drawn, because the whitened residual is that; its serial correlation is as far from the fitted `rho` as that is uncertain, for
+/// smooth patterns live where a correlation that was underestimated leaves noise; the scale is as uncertain as the fitted one, and what would
+/// have been fitted to noise of that correlation.
 struct Noise<'a> {
     seed: u64,
     sequence: &'a Sequence,
     rho: f64,
     u_rho: f64,
+    variance_at: [f64; 2],
     rows: usize,
     freedom: f64,
     scale: Option<ChiSquared<f64>>,
 }
 
 impl<'a> Noise<'a> {
-    fn new(seed: u64, sequence: &'a Sequence, rho: f64, rows: usize, freedom: f64) -> Self {
-        // A correlation of white noise's own size is none.
-        let u_rho = if sequence.has_neighbours() && rho > 0.1 {
-            (2.0 * (1.0 - rho * rho) / freedom.max(1.0)).sqrt()
-        } else {
-            0.0
-        };
+    fn new(seed: u64, sequence: &'a Sequence, noise: &search::Noise, rows: usize, freedom: f64) -> Self {
+        let (rho, u_rho) = (noise.rho, noise.u_rho);
         Self {
             seed,
             sequence,
             rho,
             u_rho,
+            variance_at: noise.variance_at,
             rows,
             freedom,
             scale: ChiSquared::new(freedom.max(1.0)).ok(),
@@ -177,9 +183,13 @@ impl<'a> Noise<'a> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(k as u64 + 1);
         let mut values: Vec<f64> = (0..self.rows).map(|_| rng.sample(StandardNormal)).collect();
+        let mut variance = 1.0;
         if self.u_rho > 0.0 {
             let off: f64 = rng.sample(StandardNormal);
-            let rho = (self.rho + self.u_rho * off).clamp(0.0, 0.95);
+            let rho = (self.rho + self.u_rho * off).clamp(0.0, MOST_CORRELATED);
+            // What would be found of the scale: a parabola through the three known places.
+            let (off, [low, high]) = ((rho - self.rho) / self.u_rho, self.variance_at);
+            variance = (1.0 + 0.5 * off * (high - low) + off * off * (0.5 * (high + low) - 1.0)).max(0.1);
             self.sequence.colour(rho, &mut values);
             whiten(&mut values);
         }
@@ -187,8 +197,8 @@ impl<'a> Noise<'a> {
             *target = value as f32;
         }
         match &self.scale {
-            Some(law) => law.sample(&mut rng) / self.freedom,
-            None => 1.0,
+            Some(law) => variance * law.sample(&mut rng) / self.freedom,
+            None => variance,
         }
     }
 }
@@ -242,7 +252,15 @@ mod tests {
             );
         }
         let sequence = Sequence::by_time(&vec![0; rows], &(0..rows).map(|i| i as f64).collect::<Vec<_>>());
-        let noise = Noise::new(3, &sequence, 0.4, rows, rows as f64);
+        let correlated = search::Noise {
+            scale: 1.0,
+            observed: 1.0,
+            rho: 0.4,
+            u_rho: 0.01,
+            variance_at: [1.01, 0.99],
+            weights: Vec::new(),
+        };
+        let noise = Noise::new(3, &sequence, &correlated, rows, rows as f64);
         let together = scan.in_groups(&whitened, 20, &noise, 1000);
         let apart = scan.in_groups(&whitened, 20, &noise, 40);
         for (a, b) in together.iter().zip(&apart) {

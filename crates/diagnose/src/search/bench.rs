@@ -17,7 +17,7 @@ use crate::scan::{Candidate, Found, Scan, Who, p_value};
 use crate::search::{Noise, Settings};
 use crate::shrinkage::Held;
 use crate::table::Row;
-use crate::whitening::{Sequence, heavy_tail_weights};
+use crate::whitening::{Correlation, MOST_CORRELATED, Sequence, heavy_tail_weights};
 
 /// A whitened dictionary of up to so many values (half a gigabyte) is kept; a larger one is computed block by block wherever it is needed.
 const KEPT_VALUES: usize = 1 << 26;
@@ -59,6 +59,8 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             scale: 1.0,
             observed: 1.0,
             rho: 0.0,
+            u_rho: 0.0,
+            variance_at: [1.0; 2],
             weights: vec![1.0; n],
         };
         let alone = Rounding::default();
@@ -173,17 +175,28 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         basis.project_out_vector(&mut residual);
         let freedom = (n as f64 - basis.rank() as f64).max(1.0);
         let rms = (residual.norm_squared() / freedom).sqrt().max(f64::MIN_POSITIVE);
-        let rho = self.sequence.autocorrelation(&residual, basis.directions());
+        let correlation = self.sequence.autocorrelation(&residual, basis.directions());
         drop(basis);
         self.noise.weights = heavy_tail_weights(&(&residual / rms));
         // White noise has a correlation of this size by chance.
-        self.noise.rho = if rho > 1.5 / freedom.sqrt() { rho } else { 0.0 };
+        let Correlation { rho, u } = correlation;
+        (self.noise.rho, self.noise.u_rho) = if rho > 1.5 * u { (rho, u) } else { (0.0, 0.0) };
         let whitener = Whitener::new(self.sequence, &rounding, self.row_scale(), self.noise.rho, &self.errors);
         self.reference = Arc::clone(&whitener.reference);
         let basis = basis_of(&whitener);
         let mut residual = whitener.vector(&raw);
         basis.project_out_vector(&mut residual);
         self.freedom = (n as f64 - basis.rank() as f64).max(1.0);
+        let Noise { rho, u_rho, .. } = self.noise;
+        let variance = |off: f64| {
+            let possible = (rho + off).clamp(0.0, MOST_CORRELATED);
+            self.sequence.expected_variance(possible, rho, basis.directions())
+        };
+        self.noise.variance_at = if u_rho > 0.0 {
+            [variance(-u_rho), variance(u_rho)]
+        } else {
+            [1.0; 2]
+        };
         self.noise.observed = (residual.norm_squared() / self.freedom).sqrt().max(self.least_scale);
         self.noise.scale = if self.settings.fit_scale {
             self.noise.observed
@@ -253,6 +266,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             refitted,
             sequence: self.sequence,
             rho,
+            u_rho: self.noise.u_rho,
             scale: self.noise.observed,
             freedom: self.freedom,
         })
