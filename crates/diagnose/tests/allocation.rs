@@ -21,9 +21,8 @@ use rand_distr::StandardNormal;
 static COUNTING: Counting = Counting;
 
 const READINGS: usize = 20_000;
-/// All patterns at once would be about 700 MB, and the search would hold them more than once. It held 0.5 GB before the test of
-/// the noise came, 0.75 GB with it.
-const BOUND: usize = 800 << 20;
+/// All patterns at once would be about 700 MB, and the search would hold them more than once.
+const BOUND: usize = 512 << 20;
 
 const MODEL: &str = r#"format = "isolux-model/1"
 [luminaire]

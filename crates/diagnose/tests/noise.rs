@@ -142,17 +142,27 @@ fn outliers_in_one_place_are_a_patch_and_scattered_ones_are_not() {
     assert!(!test.disagrees(), "{:#?}", test.findings);
 }
 
+/// Twenty-nine readings that scatter 2.2 times as much: their own scatter is known to 13 %, and where it comes out at 1.8 chance does as much in some of
+/// a few hundred places.
 #[test]
 fn a_block_that_scatters_more_is_no_noise() {
     let rows = plan(false);
-    let noise = white(rows.len(), 8);
-    let loud: Vec<f64> = (0..rows.len())
-        .map(|i| noise[i] * if (116..145).contains(&i) { 3.0 } else { 1.0 })
-        .collect();
-    let test = tested(&rows, &loud, 0.0);
-    let finding = found(&test, Kind::Blocks);
-    assert_eq!(finding.coordinate, Coordinate::Noise);
-    assert!(finding.range[0] >= 90.0 && finding.range[1] <= 170.0, "{finding:?}");
+    let found = (0..10)
+        .filter(|&seed| {
+            let noise = white(rows.len(), seed);
+            let loud: Vec<f64> = (0..rows.len())
+                .map(|i| noise[i] * if (116..145).contains(&i) { 2.2 } else { 1.0 })
+                .collect();
+            let test = tested(&rows, &loud, 0.0);
+            let finding = test.findings.iter().find(|finding| finding.kind == Kind::Blocks);
+            if let Some(finding) = finding {
+                assert_eq!(finding.coordinate, Coordinate::Noise);
+                assert!(finding.range[0] >= 90.0 && finding.range[1] <= 170.0, "{finding:?}");
+            }
+            finding.is_some()
+        })
+        .count();
+    assert!(found >= 8, "{found} of 10");
 }
 
 fn correlated(rows: usize, rho: f64, seed: u64) -> Vec<f64> {

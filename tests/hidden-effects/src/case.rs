@@ -9,7 +9,7 @@ use crate::plan::{self, Frame, Plan, Step};
 use crate::random::Draws;
 use crate::recipe::{self, Recipe};
 use crate::truth::{self, Setting};
-use crate::{no_noise, outside};
+use crate::{no_noise, oracle, outside};
 
 /// What is wanted of a case.
 #[derive(Debug, Clone)]
@@ -43,6 +43,8 @@ pub struct Case {
     pub without: Without,
     /// Strength of each hidden effect over its plausible maximum (0 outside the catalogue).
     pub strength: Vec<f64>,
+    /// Squared deviation, in σ², that even the best fit is expected to leave on the held-out readings; none for maps and for what has no name.
+    pub unavoidable: Option<f64>,
 }
 
 /// A case's readings with nothing hidden.
@@ -153,7 +155,15 @@ fn hide(
             // A dark bump is what the catalogue calls self-absorption.
             let one_way = matches!(
                 name,
-                "pole_shadow" | "door_opened" | "dust" | "reflex" | "settling_lag" | "bright_bump"
+                "pole_shadow"
+                    | "door_opened"
+                    | "dust"
+                    | "reflex"
+                    | "settling_lag"
+                    | "bright_bump"
+                    | "bright_ring"
+                    | "start_of_visit"
+                    | "sticky_readings"
             );
             let sign = if one_way { 1.0 } else { draws.sign() };
             hidden
@@ -223,7 +233,7 @@ pub(crate) fn day(order: &Order, draws: &mut Draws) -> Option<Day> {
             changed.iter().zip(&plain).map(|(a, b)| a - b).collect()
         },
         |name, draws| {
-            if no_noise::DEVELOPED.contains(&name) || no_noise::FRESH.contains(&name) {
+            if no_noise::has(name) {
                 no_noise::gonio(name, &steps, &plain, draws)
             } else {
                 outside::gonio(name, &steps, &plain, draws)
@@ -298,8 +308,16 @@ fn gonio(order: &Order) -> Option<Case> {
             let _ = writeln!(without_csv, "{place},{:.6},{u:.6}", day.plain[i] + noise);
         }
     }
+    let named = !day.settings.is_empty() && day.settings.len() == order.hidden.len();
+    let unavoidable = named.then(|| {
+        let sigma: Vec<f64> = day.plain.iter().map(|lx| day.noise.sigma(*lx)).collect();
+        oracle::held_out_square(&day.steps, &sigma, &day.plain, &day.settings, |settings| {
+            truth::readings(truth::with_effects(day.room.clone(), settings), settings, &day.steps)
+        })
+    });
     Some(Case {
         order: order.clone(),
+        unavoidable,
         files: vec![
             ("model.toml", MODEL.to_owned()),
             ("distribution.csv", believed(&day.room, &mut draws)),
@@ -318,8 +336,8 @@ fn gonio(order: &Order) -> Option<Case> {
 /// The operator's distribution: rotational, with a smooth error of its shape.
 fn believed(room: &Darkroom, draws: &mut Draws) -> String {
     let room = Room::new(room.clone());
-    let error: Vec<f64> = (0..7)
-        .map(|k| 0.01 / (1.0 + 0.5 * f64::from(k)) * draws.normal())
+    let error: Vec<f64> = (0..oracle::BELIEVED_TERMS)
+        .map(|k| oracle::believed_error(k) * draws.normal())
         .collect();
     let mut csv = String::from("gamma_deg,intensity_cd\n");
     for gamma in 0..=90 {
@@ -464,6 +482,7 @@ fn sensor(order: &Order) -> Option<Case> {
     }
     Some(Case {
         order: order.clone(),
+        unavoidable: None,
         files: vec![
             ("model.toml", MODEL.to_owned()),
             ("distribution.csv", believed(&day.room, &mut draws)),

@@ -4,6 +4,7 @@
 pub mod case;
 pub mod follow_up;
 pub mod no_noise;
+mod oracle;
 pub mod outside;
 pub mod plan;
 pub mod random;

@@ -8,7 +8,7 @@ use crate::random::Draws;
 /// Kinds with which the test of the noise was developed.
 pub const DEVELOPED: &[&str] = &["added_beat", "numbered_wave", "bright_patch", "loud_block"];
 
-/// Kinds that were drawn after the test was finished.
+/// Kinds that were drawn after the first test was finished; what was missed of them led to its present form.
 pub const FRESH: &[&str] = &[
     "mains_on_amplifier",
     "every_nth_off",
@@ -23,6 +23,23 @@ pub const FRESH: &[&str] = &[
     "dropouts_together",
     "square_wave",
 ];
+
+/// Kinds that were drawn after the present form was finished.
+pub const LATER: &[&str] = &[
+    "saw_tooth",
+    "every_third_visit",
+    "start_of_visit",
+    "bright_ring",
+    "gain_of_each_visit",
+    "sticky_readings",
+    "chirp",
+    "spokes",
+];
+
+/// Whether a name is one of these kinds.
+pub fn has(name: &str) -> bool {
+    [DEVELOPED, FRESH, LATER].iter().any(|kinds| kinds.contains(&name))
+}
 
 /// Noise of about the size that a meter has at so much light.
 fn rough(lx: f64) -> f64 {
@@ -79,6 +96,11 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
         let same = steps[i].at.time_s - steps[i - 1].at.time_s < 6.0 && steps[i].block == steps[i - 1].block;
         since[i] = if same { since[i - 1] + 1.0 } else { 0.0 };
     }
+    let mut visit = vec![0_usize; steps.len()];
+    for i in 1..steps.len() {
+        visit[i] = visit[i - 1] + usize::from(since[i] == 0.0);
+    }
+    let span_s = steps[steps.len() - 1].at.time_s - steps[0].at.time_s;
     let change = |(i, (step, &lx)): (usize, (&Step, &f64))| {
         let at = &step.at;
         let on = f64::from(at.kind == Kind::Lit);
@@ -116,6 +138,28 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
             "dropouts_together" => {
                 let inside = i >= from && i < from + length;
                 -lx * f64::from(inside && each[i] > 0.3)
+            }
+            // An added error that rises and falls back at once.
+            "saw_tooth" => 0.01 * ((at.time_s / (2.0 * period_s)).fract() - 0.5),
+            "every_third_visit" => on * lx * f64::from(visit[i] % 3 == remainder % 3),
+            // The first readings after a motion of C are off.
+            "start_of_visit" => -on * lx * (1.0 - since[i] / 3.0).max(0.0),
+            "bright_ring" => {
+                let off = (apart(direction(i), spot) - 2.0 * wide) / (0.5 * wide);
+                on * lx * (-0.5 * off * off).exp()
+            }
+            "gain_of_each_visit" => on * lx * each[visit[i] % each.len()],
+            // Some readings keep a part of the one before.
+            "sticky_readings" => f64::from(each[i] > 1.0) * (clean[i.max(1) - 1] - lx),
+            "chirp" => {
+                let share = (at.time_s - steps[0].at.time_s) / span_s;
+                lx * (share * share * std::f64::consts::PI * span_s / period_s + phase).sin()
+            }
+            // Spokes of the luminaire's cover.
+            "spokes" => {
+                let azimuth = at.c_deg + if at.gamma_deg < 0.0 { 180.0 } else { 0.0 };
+                let turn = (8.0 * azimuth).to_radians() + phase;
+                on * lx * turn.sin() * f64::from(at.gamma_deg.abs() > 25.0)
             }
             "square_wave" => {
                 0.01 * (std::f64::consts::TAU * at.time_s / (1.5 * period_s) + phase)

@@ -24,8 +24,10 @@ pub enum Class {
     Outside(u32),
     /// An error that looks like noise, at this significance: the kinds with which the test was developed.
     Developed(u32),
-    /// The same: kinds that were drawn after the test was finished.
+    /// The same: kinds that were drawn after the first form of the test was finished.
     Fresh(u32),
+    /// The same: kinds that were drawn after its present form was finished.
+    Later(u32),
     /// One effect at 20 σ on a common plan: the right answer is a set that holds it.
     Common,
 }
@@ -44,6 +46,8 @@ pub struct Answer {
     pub removed: Option<f64>,
     /// The same share, 1 being no deviation at all.
     pub removed_of_all: Option<f64>,
+    /// The same share that a fit could remove at best: one that knows the form of what is hidden and how the model's own errors are drawn.
+    pub removable: Option<f64>,
     /// Deviation on held-out truth, rms in true σ: of the baseline, and with the effects.
     pub deviation: Option<(f64, f64)>,
     /// What came of the measurement that was suggested, where the answer was ambiguous and one effect hidden.
@@ -104,6 +108,10 @@ pub fn orders(class: Class, sensor: bool, count: u64, seed: u64) -> Vec<Order> {
                     let kinds = no_noise::FRESH;
                     order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
                 }
+                Class::Later(sigma) => {
+                    let kinds = no_noise::LATER;
+                    order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
+                }
                 Class::Common => {
                     order.plan = Plan::Common;
                     order.hidden = vec![(name, 20.0)];
@@ -151,7 +159,7 @@ pub fn judge(class: Class, order: &Order, answer: &Answer) -> Vec<(&'static str,
             ));
             scores.push(("both in the sets", truth.iter().all(|name| in_set(name))));
         }
-        Class::Outside(_) | Class::Developed(_) | Class::Fresh(_) => {
+        Class::Outside(_) | Class::Developed(_) | Class::Fresh(_) | Class::Later(_) => {
             scores.push(("called unexplained", answer.verdict == "unexplained"));
         }
         Class::Common => scores.push((

@@ -13,8 +13,11 @@ use crate::evidence::{EvidenceTable, ln_sum_exp};
 use crate::search;
 use crate::whitening::{MOST_CORRELATED, Sequence};
 
-/// Values of directions that simulated noise is compared with at a time: noise is drawn again for the next ones.
-const NULL_VALUES: usize = 1 << 26;
+/// Values of directions that simulated noise is compared with at a time: noise is drawn again for the next ones, so these are not few.
+const NULL_VALUES: usize = 1 << 25;
+const LEAST_DIRECTIONS: usize = 640;
+/// Values of simulated noise at a time.
+const BATCH_VALUES: usize = 1 << 17;
 
 impl Scan {
     /// The statistic of the whole scan, ln Σ prior·Bayes factor, for `count` simulated noise-only repeats, rising.
@@ -29,7 +32,12 @@ impl Scan {
         noise: &search::Noise,
     ) -> Vec<f64> {
         let noise = Noise::new(seed, sequence, noise, self.rows, self.freedom);
-        self.in_groups(whitened, count, &noise, (NULL_VALUES / self.rows.max(1)).max(1))
+        self.in_groups(
+            whitened,
+            count,
+            &noise,
+            (NULL_VALUES / self.rows.max(1)).max(LEAST_DIRECTIONS),
+        )
     }
 
     /// As [`nulls`](Self::nulls), with up to `most` directions at a time.
@@ -94,7 +102,8 @@ impl Scan {
         };
         let mut directions = DMatrix::<f32>::zeros(end - start, self.rows);
         let mut place = 0;
-        for some in these.chunks(AT_A_TIME) {
+        // Half as many as elsewhere: the directions so far are in memory beside them.
+        for some in these.chunks(AT_A_TIME / 2) {
             let computed: Vec<DMatrix<f64>> = some
                 .par_iter()
                 .map(|block| self.directions(whitened, block.clone()).0)
@@ -153,15 +162,16 @@ impl<'a> Noise<'a> {
     /// Repeats `0..count`, each along `directions` (directions × rows): what `judge` makes of that and of the repeat's variance. Repeat `k` depends on the
     /// seed and `k` alone.
     fn compared(&self, directions: &DMatrix<f32>, count: usize, judge: impl Fn(&[f32], f64) -> f64 + Sync) -> Vec<f64> {
-        const BATCH: usize = 50;
+        // Few repeats of many readings, so that they need little memory; many of few, for the directions are packed anew for each batch.
+        let batch = (BATCH_VALUES / self.rows.max(1)).clamp(50, 250);
         let whiten = self.sequence.whitening(self.rho);
-        let batches: Vec<usize> = (0..count).step_by(BATCH).collect();
+        let batches: Vec<usize> = (0..count).step_by(batch).collect();
         let mut all = Vec::with_capacity(count);
         for some in batches.chunks(AT_A_TIME) {
             let judged: Vec<Vec<f64>> = some
                 .par_iter()
                 .map(|&first| {
-                    let size = BATCH.min(count - first);
+                    let size = batch.min(count - first);
                     let mut noise = DMatrix::<f32>::zeros(self.rows, size);
                     let scales: Vec<f64> = (0..size)
                         .map(|k| self.draw(first + k, &whiten, noise.column_mut(k).as_mut_slice()))
