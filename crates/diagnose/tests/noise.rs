@@ -142,12 +142,12 @@ fn outliers_in_one_place_are_a_patch_and_scattered_ones_are_not() {
     assert!(!test.disagrees(), "{:#?}", test.findings);
 }
 
-/// Twenty-nine readings that scatter 2.2 times as much: their own scatter is known to 13 %, and where it comes out at 1.8 chance does as much in some of
-/// a few hundred places.
+/// Twenty-nine readings that scatter 2.2 times as much: their own scatter is known to 13 %, and where it comes out below 1.8 chance does as much somewhere in
+/// a few hundred places. Six of seven are found (34 of 40 with these seeds).
 #[test]
 fn a_block_that_scatters_more_is_no_noise() {
     let rows = plan(false);
-    let found = (0..10)
+    let found = (1000..1020)
         .filter(|&seed| {
             let noise = white(rows.len(), seed);
             let loud: Vec<f64> = (0..rows.len())
@@ -162,7 +162,7 @@ fn a_block_that_scatters_more_is_no_noise() {
             finding.is_some()
         })
         .count();
-    assert!(found >= 8, "{found} of 10");
+    assert!(found >= 16, "{found} of 20");
 }
 
 fn correlated(rows: usize, rho: f64, seed: u64) -> Vec<f64> {
