@@ -134,6 +134,25 @@ impl Sequence {
         }
     }
 
+    /// The transpose of [`whitening`](Self::whitening), in place.
+    pub fn whiten_transposed(&self, rho: f64, values: &mut [f64]) {
+        if rho == 0.0 {
+            return;
+        }
+        let couplings = self.couplings(rho);
+        for place in 0..self.order.len() {
+            let later = couplings.get(place + 1).map_or(0.0, |(phi, own)| {
+                if *phi == 0.0 {
+                    0.0
+                } else {
+                    phi / own * values[self.order[place + 1]]
+                }
+            });
+            let here = &mut values[self.order[place]];
+            *here = *here / couplings[place].1 - later;
+        }
+    }
+
     /// The serial correlation ρ with which `residual` is the most probable once the directions of `removed` are free (restricted maximum
     /// likelihood: Harville 1977), between 0 and 0.95, and its standard uncertainty.
     ///
@@ -236,7 +255,9 @@ impl Sequence {
         let mut normal = DMatrix::zeros(width + 1, width + 1);
         for some in starts.chunks(AT_A_TIME) {
             let computed: Vec<DMatrix<f64>> = some.par_iter().map(of).collect();
-            computed.iter().for_each(|part| normal += part);
+            for part in &computed {
+                normal += part;
+            }
         }
         let square = normal[(width, width)];
         let cross = normal.view((0, width), (width, 1)).into_owned();

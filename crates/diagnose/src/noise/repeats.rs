@@ -3,12 +3,9 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{DMatrix, DVector};
-
 use super::limits::{REPEATS, SCALE};
 use super::series::{Series, hold};
 use super::{Finding, Kind, Left, Strongest, digits};
-use crate::basis::Basis;
 use crate::table::{Coordinate, Light, Source};
 use crate::whitening::Sequence;
 
@@ -133,25 +130,66 @@ fn visits(left: &Left<'_>, series: &Series<'_>) -> Option<Pure> {
     let times: Vec<f64> = members.iter().map(|&i| series.rows[i].time_s).collect();
     let sequence = Sequence::by_time(&runs, &times);
     let whole: Vec<f64> = members.iter().map(|&i| left.plain[series.place[i]]).collect();
-    let mut residual = DMatrix::from_column_slice(members.len(), 1, &hold(&whole));
-    sequence.whiten(left.rho, &mut residual);
-    let mut means = DMatrix::zeros(members.len(), poses.len());
+    let mut pose_of = vec![0; members.len()];
     for (k, pose) in poses.iter().enumerate() {
         for i in pose {
             if let Ok(place) = members.binary_search(i) {
-                means[(place, k)] = 1.0;
+                pose_of[place] = k;
             }
         }
     }
-    sequence.whiten(left.rho, &mut means);
-    let means = Basis::spanning(&means, 1e-9);
-    let mut residual: DVector<f64> = residual.column(0).into_owned();
-    means.project_out_vector(&mut residual);
-    let freedom = (members.len() - means.rank()) as f64;
+    let freedom = (members.len() - poses.len()) as f64;
     Some(Pure {
-        variance: residual.norm_squared() / freedom.max(1.0),
+        variance: about_means(hold(&whole), &pose_of, poses.len(), &sequence, left.rho) / freedom.max(1.0),
         freedom,
     })
+}
+
+/// Squared length that values of correlation `rho` keep once the mean of each pose is fitted: least squares by conjugate gradients (CGLS: Björck 1996), for a
+/// matrix of readings times poses would not fit in memory. A correlation of a half makes a condition of nine at most.
+fn about_means(mut left: Vec<f64>, pose_of: &[usize], poses: usize, sequence: &Sequence, rho: f64) -> f64 {
+    const MOST: usize = 200;
+    const SMALL: f64 = 1e-20;
+    let whiten = sequence.whitening(rho);
+    let mut share = vec![0.0_f64; poses];
+    for &pose in pose_of {
+        share[pose] += 1.0;
+    }
+    for share in &mut share {
+        *share = share.max(1.0).sqrt().recip();
+    }
+    let to_poses = |values: &[f64]| -> Vec<f64> {
+        let mut back = values.to_vec();
+        sequence.whiten_transposed(rho, &mut back);
+        let mut sums = vec![0.0; poses];
+        for (value, &pose) in back.iter().zip(pose_of) {
+            sums[pose] += value * share[pose];
+        }
+        sums
+    };
+    let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+    whiten(&mut left);
+    let mut gradient = to_poses(&left);
+    let mut direction = gradient.clone();
+    let mut steep = square(&gradient);
+    let first = steep;
+    for _ in 0..MOST {
+        if steep <= SMALL * first {
+            break;
+        }
+        let mut moved: Vec<f64> = pose_of.iter().map(|&pose| direction[pose] * share[pose]).collect();
+        whiten(&mut moved);
+        let length = steep / square(&moved);
+        for (left, moved) in left.iter_mut().zip(&moved) {
+            *left -= length * moved;
+        }
+        gradient = to_poses(&left);
+        let before = std::mem::replace(&mut steep, square(&gradient));
+        for (direction, gradient) in direction.iter_mut().zip(&gradient) {
+            *direction = gradient + steep / before * *direction;
+        }
+    }
+    square(&left)
 }
 
 /// Mean squared differences of successive readings of one pose, and of different poses.
@@ -179,4 +217,31 @@ fn successive(left: &Left<'_>, series: &Series<'_>) -> Option<(Pure, Pure)> {
         })
     };
     Some((pure(same)?, pure(other)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::basis::Basis;
+
+    /// The same from an orthonormal basis of the whitened means.
+    #[test]
+    fn means_are_fitted_as_a_basis_fits_them() {
+        let n = 60;
+        let time: Vec<f64> = (0..n).map(|i| (4 * i + 20 * (i / 7)) as f64).collect();
+        let sequence = Sequence::by_time(&vec![0; n], &time);
+        let pose_of: Vec<usize> = (0..n).map(|i| if i % 3 == 0 { 0 } else { 1 + (i * i) % 9 }).collect();
+        let values: Vec<f64> = (0..n).map(|i| ((i * 37) % 23) as f64 / 11.0 - 1.0).collect();
+        for rho in [0.0, 0.5] {
+            let mut means = DMatrix::from_fn(n, 10, |i, k| f64::from(pose_of[i] == k));
+            sequence.whiten(rho, &mut means);
+            let mut left = DMatrix::from_column_slice(n, 1, &values);
+            sequence.whiten(rho, &mut left);
+            Basis::spanning(&means, 1e-9).project_out(&mut left);
+            let found = about_means(values.clone(), &pose_of, 10, &sequence, rho);
+            assert!((found / left.norm_squared() - 1.0).abs() < 1e-9, "{found}");
+        }
+    }
 }
