@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use crate::basis::product;
 
-/// Rows that are decoupled together, and how many of these blocks at a time, so that many readings and many columns do not meet twice in memory.
+/// Rows that are decoupled together, and how many of these blocks at a time, so that many readings and many columns do
+/// not meet twice in memory.
 const TOGETHER: usize = 4096;
 const AT_A_TIME: usize = 4;
 /// Difference of two correlations that are compared.
@@ -153,11 +154,12 @@ impl Sequence {
         }
     }
 
-    /// The serial correlation ρ with which `residual` is the most probable once the directions of `removed` are free (restricted maximum
-    /// likelihood: Harville 1977), between 0 and 0.95, and its standard uncertainty.
+    /// The serial correlation ρ with which `residual` is the most probable once the directions of `removed` are free
+    /// (restricted maximum likelihood: Harville 1977), between 0 and 0.95, and its standard uncertainty.
     ///
-    /// What is projected out makes white residuals look negatively correlated; the restricted likelihood knows that. The ratio of
-    /// neighbouring products, its expectation matched, is a third less certain where a third of the directions is gone.
+    /// What is projected out makes white residuals look negatively correlated; the restricted likelihood knows that.
+    /// The ratio of neighbouring products, its expectation matched, scatters more: by 0.097 instead of 0.086 in 200
+    /// days of readings with ρ = 0.5.
     pub fn autocorrelation(&self, residual: &DVector<f64>, removed: &DMatrix<f64>) -> Correlation {
         if !self.has_neighbours() {
             return Correlation::default();
@@ -191,8 +193,8 @@ impl Sequence {
         }
     }
 
-    /// Expected variance of noise of correlation `rho` that was whitened with `taken` and what lies along the orthonormal directions of `removed` left
-    /// out: below 1 where too little correlation was taken.
+    /// Expected variance of noise of correlation `rho` that was whitened with `taken` and what lies along the
+    /// orthonormal directions of `removed` left out: below 1 where too little correlation was taken.
     pub fn expected_variance(&self, rho: f64, taken: f64, removed: &DMatrix<f64>) -> f64 {
         let (own, whitening) = (self.couplings(rho), self.couplings(taken));
         // Variance along one direction q: the length of Lᵀ·Wᵀ·q, where W whitens and L·Lᵀ is the correlation matrix.

@@ -142,8 +142,8 @@ fn outliers_in_one_place_are_a_patch_and_scattered_ones_are_not() {
     assert!(!test.disagrees(), "{:#?}", test.findings);
 }
 
-/// Twenty-nine readings that scatter 2.2 times as much: their own scatter is known to 13 %, and where it comes out below 1.8 chance does as much somewhere in
-/// a few hundred places. Six of seven are found (34 of 40 with these seeds).
+/// Twenty-nine readings that scatter 2.2 times as much: their own scatter is known to 13 %, and where it comes out
+/// below 1.8 chance does as much somewhere in a few hundred places. 34 of the 40 seeds from 1000 are found.
 #[test]
 fn a_block_that_scatters_more_is_no_noise() {
     let rows = plan(false);

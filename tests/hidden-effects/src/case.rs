@@ -43,7 +43,8 @@ pub struct Case {
     pub without: Without,
     /// Strength of each hidden effect over its plausible maximum (0 outside the catalogue).
     pub strength: Vec<f64>,
-    /// Squared deviation, in σ², that even the best fit is expected to leave on the held-out readings; none for maps and for what has no name.
+    /// Squared deviation, in σ², that even the best fit is expected to leave on the held-out readings; none for maps
+    /// and for what has no name.
     pub unavoidable: Option<f64>,
 }
 

@@ -1,5 +1,5 @@
-//! What no fit can avoid: the error, on readings that nobody fitted, of one that knows the form of what is hidden and how large the model's own
-//! errors are drawn, but none of their values.
+//! What no fit can avoid: the error, on readings that nobody fitted, of one that knows the form of what is hidden and
+//! how large the model's own errors are drawn, but none of their values.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,7 +7,8 @@ use crate::plan::Step;
 use crate::recipe::{self, Extra};
 use crate::truth::{self, Setting};
 
-/// Terms in which the operator's distribution is wrong, the level being the first, and the standard deviation of each (`case::believed`).
+/// Terms in which the operator's distribution is wrong, the level being the first, and the standard deviation of each
+/// (`case::believed`).
 pub(crate) const BELIEVED_TERMS: usize = 7;
 
 /// Standard deviation of term `k` of ln I.
@@ -18,10 +19,11 @@ pub(crate) fn believed_error(k: usize) -> f64 {
 /// Standard deviation of the cos 2C term: the room's ellipticity is 0.01 to 0.03.
 const ELLIPTICITY: f64 = 0.02;
 
-/// Expected squared deviation, in σ², on the held-out steps, of the best linear estimate from the others (Gauss–Markov with what is known before the
-/// data as further observations).
+/// Expected squared deviation, in σ², on the held-out steps, of the best linear estimate from the others (Gauss–Markov
+/// with what is known before the data as further observations).
 ///
-/// `sigma` is the noise of each reading, `plain` what is read with nothing hidden, `with` what is read with these settings.
+/// `sigma` is the noise of each reading, `plain` what is read with nothing hidden, `with` what is read with these
+/// settings.
 pub(crate) fn held_out_square(
     steps: &[Step],
     sigma: &[f64],

@@ -46,7 +46,8 @@ pub struct Answer {
     pub removed: Option<f64>,
     /// The same share, 1 being no deviation at all.
     pub removed_of_all: Option<f64>,
-    /// The same share that a fit could remove at best: one that knows the form of what is hidden and how the model's own errors are drawn.
+    /// The same share that a fit could remove at best: one that knows the form of what is hidden and how the model's
+    /// own errors are drawn.
     pub removable: Option<f64>,
     /// Deviation on held-out truth, rms in true σ: of the baseline, and with the effects.
     pub deviation: Option<(f64, f64)>,

@@ -1,7 +1,7 @@
 //! Readings that are off together: every n-th, successive ones, neighbouring directions, neighbouring bins.
 //!
-//! A place is a list of cells with weights, a cell a few rows that every place of its level takes together: thousands of places of
-//! thousands of readings would not fit in memory.
+//! A place is a list of cells with weights, a cell a few rows that every place of its level takes together: thousands
+//! of places of thousands of readings would not fit in memory.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -66,7 +66,8 @@ impl Patches {
         (first, self.counts.len() - first)
     }
 
-    /// A level whose rows are in one cell where their keys are the same, and the mean of `at` over the rows of each cell.
+    /// A level whose rows are in one cell where their keys are the same, and the mean of `at` over the rows of each
+    /// cell.
     fn keyed<const N: usize>(
         &mut self,
         rows: usize,

@@ -145,8 +145,9 @@ fn visits(left: &Left<'_>, series: &Series<'_>) -> Option<Pure> {
     })
 }
 
-/// Squared length that values of correlation `rho` keep once the mean of each pose is fitted: least squares by conjugate gradients (CGLS: Björck 1996), for a
-/// matrix of readings times poses would not fit in memory. A correlation of a half makes a condition of nine at most.
+/// Squared length that values of correlation `rho` keep once the mean of each pose is fitted: least squares by
+/// conjugate gradients (CGLS: Björck 1996), for a matrix of readings times poses would not fit in memory. A correlation
+/// of a half makes a condition of nine at most.
 fn about_means(mut left: Vec<f64>, pose_of: &[usize], poses: usize, sequence: &Sequence, rho: f64) -> f64 {
     const MOST: usize = 200;
     const SMALL: f64 = 1e-20;

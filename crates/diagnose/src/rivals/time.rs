@@ -167,7 +167,8 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
 /// Visits of a half-plane with fewer readings hold no ramp of their own.
 const OF_A_VISIT: usize = 4;
 
-/// A ramp that starts anew with every visit of a half-plane: a meter or a lamp that creeps while one is read and recovers before the next.
+/// A ramp that starts anew with every visit of a half-plane: a meter or a lamp that creeps while one is read and
+/// recovers before the next.
 pub(super) fn visits(build: &mut Builder<'_>, order: &[usize]) {
     let mut visits: Vec<Vec<usize>> = Vec::new();
     for &i in order.iter().filter(|&&i| build.rows[i].source == Source::Reading) {

@@ -13,7 +13,8 @@ use crate::evidence::{EvidenceTable, ln_sum_exp};
 use crate::search;
 use crate::whitening::{MOST_CORRELATED, Sequence};
 
-/// Values of directions that simulated noise is compared with at a time: noise is drawn again for the next ones, so these are not few.
+/// Values of directions that simulated noise is compared with at a time: noise is drawn again for the next ones, so
+/// these are not few.
 const NULL_VALUES: usize = 1 << 25;
 const LEAST_DIRECTIONS: usize = 640;
 /// Values of simulated noise at a time.
@@ -130,9 +131,9 @@ impl Scan {
 
 /// Simulated noise of whitened rows, one vector and one fitted scale a repeat.
 ///
-/// White unit noise is drawn, because the whitened residual is that; its serial correlation is as far from the fitted `rho` as that is uncertain, for
-/// smooth patterns live where a correlation that was underestimated leaves noise; the scale is as uncertain as the fitted one, and what would
-/// have been fitted to noise of that correlation.
+/// White unit noise is drawn, because the whitened residual is that; its serial correlation is as far from the fitted
+/// `rho` as that is uncertain, for smooth patterns live where a correlation that was underestimated leaves noise; the
+/// scale is as uncertain as the fitted one, and what would have been fitted to noise of that correlation.
 struct Noise<'a> {
     seed: u64,
     sequence: &'a Sequence,
@@ -162,7 +163,8 @@ impl<'a> Noise<'a> {
     /// Repeats `0..count`, each along `directions` (directions × rows): what `judge` makes of that and of the repeat's variance. Repeat `k` depends on the
     /// seed and `k` alone.
     fn compared(&self, directions: &DMatrix<f32>, count: usize, judge: impl Fn(&[f32], f64) -> f64 + Sync) -> Vec<f64> {
-        // Few repeats of many readings, so that they need little memory; many of few, for the directions are packed anew for each batch.
+        // Few repeats of many readings, so that they need little memory; many of few, for the directions are packed
+        // anew for each batch.
         let batch = (BATCH_VALUES / self.rows.max(1)).clamp(50, 250);
         let whiten = self.sequence.whitening(self.rho);
         let batches: Vec<usize> = (0..count).step_by(batch).collect();

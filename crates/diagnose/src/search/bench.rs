@@ -19,7 +19,8 @@ use crate::shrinkage::Held;
 use crate::table::Row;
 use crate::whitening::{Correlation, MOST_CORRELATED, Sequence, heavy_tail_weights};
 
-/// A whitened dictionary of up to so many values (a quarter of a gigabyte) is kept; a larger one is computed block by block wherever it is needed.
+/// A whitened dictionary of up to so many values (a quarter of a gigabyte) is kept; a larger one is computed block by
+/// block wherever it is needed.
 const KEPT_VALUES: usize = 1 << 25;
 /// A stated uncertainty is not ten times too large: readings that agree better were copied, rounded or averaged.
 const LEAST_SCALE: f64 = 0.1;

@@ -22,7 +22,8 @@ pub struct Noise {
     pub rho: f64,
     /// Its standard uncertainty; 0 where there is none.
     pub u_rho: f64,
-    /// What the variance of the residuals would be expected to be, in units of what it is, were the correlation lower or higher by `u_rho`.
+    /// What the variance of the residuals would be expected to be, in units of what it is, were the correlation lower
+    /// or higher by `u_rho`.
     pub variance_at: [f64; 2],
     /// Outlier weights, one a row.
     pub weights: Vec<f64>,
