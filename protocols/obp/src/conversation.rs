@@ -12,6 +12,8 @@ const QUIET: Duration = Duration::from_millis(300);
 
 /// The instrument will answer later.
 const DEFERRED: u16 = 255;
+/// The request's sum was wrong: the line damaged it, and nothing was refused.
+const BAD_CHECKSUM: u16 = 3;
 
 /// The host's side of the line.
 #[derive(Debug, Default)]
@@ -94,6 +96,10 @@ impl Conversation for Host {
             }
             if self.bytes.len() > length {
                 events.push(self.damaged(now, "bytes after the end of the answer"));
+                break;
+            }
+            if message.error == BAD_CHECKSUM {
+                events.push(self.damaged(now, "the request reached the instrument with a wrong sum"));
                 break;
             }
             match Value::read(request, &message) {
@@ -188,6 +194,26 @@ mod tests {
             };
             assert!(answer.checked && counts[1023] == 1023 * 15);
         }
+    }
+
+    #[test]
+    fn a_request_that_the_line_damaged_was_not_refused() {
+        let nack = |error: u16| {
+            let message = Message {
+                flags: Flags::NACK,
+                error,
+                kind: Request::Irradiance.kind(),
+                regarding: 1,
+                checked: true,
+                data: Vec::new(),
+            };
+            asked(Request::Irradiance).handle_input(Instant::now(), &message.encode())
+        };
+        assert!(matches!(nack(BAD_CHECKSUM)[..], [Event::Malformed { .. }]));
+        let [Event::Answer(answer)] = &nack(2)[..] else {
+            panic!()
+        };
+        assert!(matches!(answer.value, Value::Refused { error: 2, .. }));
     }
 
     #[test]

@@ -58,6 +58,7 @@ struct Mind {
     rate: f64,
     history: VecDeque<(Instant, Vec<u8>)>,
     held: Option<Vec<u8>>,
+    last_request: Vec<u8>,
     replaced_at: u64,
     requests: u64,
     answers: u64,
@@ -87,6 +88,7 @@ impl Middle {
             rate,
             history: VecDeque::new(),
             held: None,
+            last_request: Vec::new(),
             replaced_at: 0,
             requests: 0,
             answers: 0,
@@ -186,6 +188,7 @@ impl Mind {
 
     fn of_request(&mut self, bytes: &[u8]) -> Fate {
         self.requests += 1;
+        self.last_request = bytes.to_vec();
         let mut fate = Fate {
             pieces: vec![(Duration::ZERO, bytes.to_vec())],
             ..Fate::default()
@@ -241,7 +244,7 @@ impl Mind {
 
     fn damage(&mut self, bytes: &[u8], fate: &mut Fate) {
         let zero = Duration::ZERO;
-        match self.dice.below(13) {
+        match self.dice.below(14) {
             0 => {
                 self.count("lost");
                 fate.pieces.clear();
@@ -313,6 +316,11 @@ impl Mind {
                 let at = self.dice.below(fate.pieces.len() + 1);
                 let garbage = self.garbage();
                 fate.pieces.insert(at, (zero, garbage));
+            }
+            12 => {
+                self.count("request echoed");
+                let at = self.dice.below(fate.pieces.len() + 1);
+                fate.pieces.insert(at, (zero, self.last_request.clone()));
             }
             _ => {
                 self.count("held back until after the next");
