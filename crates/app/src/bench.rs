@@ -92,16 +92,17 @@ impl Source {
             .await
             .map_err(|error| failed("luxmeter", error))?;
         let spectro = self.open_spectro(catalogue).await?;
-        let lamp = match station.lamp() {
-            Some(lamp) => {
-                let access = Access {
-                    open: lamp.open.clone(),
-                    prompt: lamp.prompt.clone(),
-                };
-                two_state(catalogue, "lamp", Some(&access)).await?
-            }
+        let power = match station.powermeter() {
+            Some(settings) => Some(
+                catalogue
+                    .power_meter(&settings.open)
+                    .await
+                    .map_err(|error| failed("powermeter", error))?,
+            ),
             None => None,
         };
+        let switched_by = if station.supply().is_some() { "supply" } else { "lamp" };
+        let lamp = two_state(catalogue, switched_by, station.lamp_switch().as_ref()).await?;
         let ambient = match station.ambient().and_then(|ambient| ambient.open.as_deref()) {
             Some(open) => Some(
                 catalogue
@@ -116,6 +117,7 @@ impl Source {
             axis_gamma,
             meter,
             spectro,
+            power,
             lamp,
             shutter: two_state(catalogue, "shutter", station.shutter()).await?,
             baffle: two_state(catalogue, "baffle", station.baffle()).await?,

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use isolux_device::{
-    Axis, AxisSettings, ErrorKind, Factories, Kind, LuxMeter, OpenError, Spectroradiometer, Switch, Target, Thermometer,
+    Axis, AxisSettings, ErrorKind, Factories, Kind, LuxMeter, OpenError, PowerMeter, Spectroradiometer, Switch, Target,
+    Thermometer,
 };
 use isolux_transport::{Driver, Links, Ports};
 use isolux_units::Millimetre;
@@ -131,6 +132,15 @@ impl Catalogue {
     pub async fn thermometer(&self, open: &str) -> Result<Box<dyn Thermometer>, OpenError> {
         let (target, factory) = self.factory(open, Kind::Thermometer, |opens| opens.thermometer.as_ref())?;
         factory.open_thermometer(&target).await
+    }
+
+    /// Opens a power meter.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub async fn power_meter(&self, open: &str) -> Result<Box<dyn PowerMeter>, OpenError> {
+        let (target, factory) = self.factory(open, Kind::PowerMeter, |opens| opens.power_meter.as_ref())?;
+        factory.open_power_meter(&target).await
     }
 
     fn factory<'a, F: ?Sized>(

@@ -3,7 +3,9 @@
 use camino::Utf8Path;
 use isolux_device::{Axis, Coordinate, Identity};
 use isolux_record::station::Access;
+use isolux_scan::electrical;
 use serde::Serialize;
+use tokio::time::Instant;
 
 use crate::Failure;
 use crate::bench::{self, Source};
@@ -86,7 +88,9 @@ pub fn run(
         }
         light(&source, &catalogue, &mut report).await;
         spectro(&source, &catalogue, &mut report).await;
+        power(&source, &catalogue, &mut report).await;
         for (role, open) in [
+            ("supply", station.supply().map(|supply| supply.open.as_str())),
             ("lamp", station.lamp().and_then(|lamp| lamp.open.as_deref())),
             ("baffle", station.baffle().and_then(|access| access.open.as_deref())),
         ] {
@@ -159,7 +163,7 @@ async fn light(source: &Source, catalogue: &Catalogue, report: &mut Report) {
                 (Some(device), Some(_)) => device.set(false).await.is_ok(),
                 _ => false,
             };
-            match hand::readings(meter.as_ref(), settings.calibration_factor, DARK_READINGS).await {
+            match hand::readings(meter.as_ref(), None, settings.calibration_factor, DARK_READINGS).await {
                 Ok(readings) => {
                     let state = if capped { "capped" } else { "as it stands" };
                     let shown: Vec<String> = readings
@@ -210,6 +214,31 @@ async fn spectro(source: &Source, catalogue: &Catalogue, report: &mut Report) {
             let (shortest, longest) = properties.integration_limits;
             found.facts.push(format!("integrates {shortest:?} to {longest:?}"));
             found.ok = true;
+        }
+    }
+    report.instruments.push(found);
+}
+
+async fn power(source: &Source, catalogue: &Catalogue, report: &mut Report) {
+    let Some(settings) = source.station.powermeter() else {
+        return;
+    };
+    let mut found = blank("powermeter", &settings.open);
+    match catalogue.power_meter(&settings.open).await {
+        Err(error) => found.error = Some(error.to_string()),
+        Ok(meter) => {
+            found.identity = Some(identity(meter.identity()));
+            let interval = meter.update_interval();
+            found.facts.push(format!("a new value every {interval:?}"));
+            match electrical::read(meter.as_ref(), Instant::now()).await {
+                Ok(reading) => {
+                    found
+                        .facts
+                        .push(format!("reads {}", hand::in_words(&electrical::recorded(&reading))));
+                    found.ok = true;
+                }
+                Err(error) => found.error = Some(error.to_string()),
+            }
         }
     }
     report.instruments.push(found);

@@ -1,13 +1,13 @@
 //! `home`, `move`, `stop`, `read`, `warmup`: one step of the day by hand.
 
 use camino::Utf8Path;
-use isolux_device::{LuxMeter, LuxOutcome};
-use isolux_record::Station;
+use isolux_device::{LuxMeter, LuxOutcome, PowerMeter};
 use isolux_record::station::Rail;
+use isolux_record::{Electrical, Station};
 use isolux_scan::motion::{Axes, Pose, drive_rail, stop_all};
 use isolux_scan::settle::Photometer;
 use isolux_scan::warmup::{Criterion, Stable, until_stable};
-use isolux_scan::{Devices, ScanError, TwoState};
+use isolux_scan::{Devices, ScanError, TwoState, electrical};
 use serde::Serialize;
 use tokio::time::Instant;
 
@@ -40,6 +40,8 @@ pub enum Output {
     Shutter,
     /// On: in the beam.
     Baffle,
+    /// On: it feeds the lamp.
+    Supply,
 }
 
 impl Output {
@@ -49,6 +51,7 @@ impl Output {
             Self::Lamp => "lamp",
             Self::Shutter => "shutter",
             Self::Baffle => "baffle",
+            Self::Supply => "supply",
         }
     }
 }
@@ -64,6 +67,9 @@ pub struct Lux {
     pub range: u8,
     /// `ok`, `over_range`, `under_range` or `unsteady`.
     pub quality: &'static str,
+    /// The lamp's supply line at that time, where the bench has a power meter.
+    #[serde(flatten)]
+    pub electrical: Electrical,
 }
 
 /// The lamp is stable.
@@ -98,26 +104,19 @@ pub fn switch(
     force: Option<&str>,
 ) -> Result<Vec<(Output, bool)>, Failure> {
     let known = Station::load(station).map_err(Failure::bad_input)?;
+    let lamp = known.lamp_switch();
     for (output, _) in outputs {
-        let (open, prompt) = match output {
-            Output::Lamp => (
-                known.lamp().map(|lamp| &lamp.open),
-                known.lamp().map(|lamp| &lamp.prompt),
-            ),
-            Output::Shutter => (
-                known.shutter().map(|part| &part.open),
-                known.shutter().map(|part| &part.prompt),
-            ),
-            Output::Baffle => (
-                known.baffle().map(|part| &part.open),
-                known.baffle().map(|part| &part.prompt),
-            ),
+        let part = match output {
+            Output::Lamp => lamp.as_ref(),
+            Output::Shutter => known.shutter(),
+            Output::Baffle => known.baffle(),
+            Output::Supply => lamp.as_ref().filter(|_| known.supply().is_some()),
         };
-        if open.is_some_and(Option::is_some) {
+        if part.is_some_and(|part| part.open.is_some()) {
             continue;
         }
         let name = output.name();
-        return Err(Failure::bad_input(match prompt {
+        return Err(Failure::bad_input(match part.map(|part| &part.prompt) {
             Some(Some(prompt)) => format!("{station}: the {name} is left to a person: {prompt}"),
             _ => format!("{station}: there is no [{name}]"),
         })
@@ -127,7 +126,7 @@ pub fn switch(
         let mut states = Vec::new();
         for (output, on) in outputs {
             let part = match output {
-                Output::Lamp => &devices.lamp,
+                Output::Lamp | Output::Supply => &devices.lamp,
                 Output::Shutter => &devices.shutter,
                 Output::Baffle => &devices.baffle,
             };
@@ -197,7 +196,27 @@ pub fn move_to(
     })
 }
 
-/// Reads the lux meter `count` times, with lamp, shutter and baffle as they are.
+impl Lux {
+    /// The supply line in words, where there was a power meter that gave a number.
+    pub fn electrical(&self) -> Option<String> {
+        (self.electrical != Electrical::default()).then(|| in_words(&self.electrical))
+    }
+}
+
+/// Volts, amperes, watts and power factor; a dash where the meter gave no number.
+pub(crate) fn in_words(reading: &Electrical) -> String {
+    let shown =
+        |value: Option<f64>, unit: &str| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.5}{unit}"));
+    [
+        shown(reading.voltage_v, " V"),
+        shown(reading.current_a, " A"),
+        shown(reading.power_w, " W"),
+        format!("power factor {}", shown(reading.power_factor, "")),
+    ]
+    .join(", ")
+}
+
+/// Reads the lux meter `count` times, and the power meter with it, with lamp, shutter and baffle as they are.
 ///
 /// # Errors
 /// As [`home`].
@@ -205,6 +224,7 @@ pub fn read(station: &Utf8Path, count: u32, force: Option<&str>) -> Result<Vec<L
     by_hand(station, force, async |source, devices| {
         readings(
             devices.meter.as_ref(),
+            devices.power.as_deref(),
             source.station.luxmeter().calibration_factor,
             count,
         )
@@ -269,11 +289,21 @@ pub fn warm_up(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress)
 ///
 /// # Errors
 /// What the meter reports.
-pub(crate) async fn readings(meter: &dyn LuxMeter, factor: f64, count: u32) -> Result<Vec<Lux>, ScanError> {
+pub(crate) async fn readings(
+    meter: &dyn LuxMeter,
+    power: Option<&dyn PowerMeter>,
+    factor: f64,
+    count: u32,
+) -> Result<Vec<Lux>, ScanError> {
     let mut photometer = Photometer::new(meter);
     let mut list = Vec::new();
     for _ in 0..count {
-        let reading = photometer.read(Instant::now()).await?;
+        let now = Instant::now();
+        let reading = photometer.read(now).await?;
+        let electrical = match power {
+            Some(power) => electrical::recorded(&electrical::read(power, now).await?),
+            None => Electrical::default(),
+        };
         let quality = match reading.outcome {
             LuxOutcome::Measured(_) => "ok",
             LuxOutcome::OverRange => "over_range",
@@ -285,6 +315,7 @@ pub(crate) async fn readings(meter: &dyn LuxMeter, factor: f64, count: u32) -> R
             digit_lx: reading.digit.value() * factor,
             range: reading.range,
             quality,
+            electrical,
         });
     }
     Ok(list)

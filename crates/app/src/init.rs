@@ -124,11 +124,13 @@ pub const BY_HAND: &str = "hand";
 pub const ABSENT: &str = "none";
 
 /// The parts of a bench in the order of the station file, what each is, and whether a person can do it or it can be absent.
-pub const PARTS: [(&str, Kind, Spare); 9] = [
+pub const PARTS: [(&str, Kind, Spare); 11] = [
     ("axis.c", Kind::Axis, Spare::Needed),
     ("axis.gamma", Kind::Axis, Spare::Needed),
     ("luxmeter", Kind::LuxMeter, Spare::Needed),
     ("spectroradiometer", Kind::Spectroradiometer, Spare::Absent),
+    ("powermeter", Kind::PowerMeter, Spare::Absent),
+    ("supply", Kind::Switch, Spare::Absent),
     ("lamp", Kind::Switch, Spare::ByHand("switch the lamp as the block says")),
     (
         "shutter",
@@ -167,7 +169,7 @@ pub enum Spare {
 /// Bad input (exit 2) for a part or an address that is none, and for two parts that are the same thing; when a file exists
 /// and may not be replaced.
 pub fn bench(file: &Utf8Path, parts: &[Part], overwrite: Overwrite) -> Result<Vec<Utf8PathBuf>, Failure> {
-    let (twins, calibration) = virtual_station(&Choice::default())?;
+    let (twins, calibration) = virtual_station(&on_a_bench(parts)?)?;
     let text = bench_text(&twins, parts);
     let station = Station::parse(file, &text).map_err(Failure::bad_input)?;
     crate::roles::distinct(&station).map_err(|fault| Failure::bad_input(fault).help("nothing was written"))?;
@@ -215,6 +217,18 @@ pub fn part(name: &str, open: &str) -> Result<Part, Failure> {
         name: name.to_owned(),
         open: open.to_owned(),
     })
+}
+
+/// The twins of the parts that a bench has anyway, and of those that it has where they are named.
+fn on_a_bench(parts: &[Part]) -> Result<Choice, Failure> {
+    let named = |name: &str| parts.iter().any(|part| part.name == name && part.open != ABSENT);
+    let driver = |name: &str, driver: &str| named(name).then(|| driver.to_owned());
+    let instruments = Instruments {
+        powermeter: driver("powermeter", "scpi-meter"),
+        supply: driver("supply", "scpi-supply"),
+        ..Instruments::default()
+    };
+    instruments.choice()
 }
 
 /// The text of a station of twins with `parts` in their place.
@@ -318,6 +332,10 @@ pub struct Instruments {
     pub luxmeter: Option<String>,
     /// Of the spectroradiometer.
     pub spectroradiometer: Option<String>,
+    /// Of the power meter; without one there is none.
+    pub powermeter: Option<String>,
+    /// Of the lamp's supply; without one there is none.
+    pub supply: Option<String>,
 }
 
 impl Instruments {
@@ -331,6 +349,8 @@ impl Instruments {
             (Instrument::Axes, &self.axes),
             (Instrument::Luxmeter, &self.luxmeter),
             (Instrument::Spectroradiometer, &self.spectroradiometer),
+            (Instrument::Powermeter, &self.powermeter),
+            (Instrument::Supply, &self.supply),
         ];
         for (instrument, driver) in named {
             if let Some(driver) = driver {

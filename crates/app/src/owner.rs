@@ -50,6 +50,8 @@ fn links_of(station: &Station) -> Vec<(&'static str, String)> {
             "spectroradiometer",
             station.spectroradiometer().map(|spectro| spectro.open.clone()),
         ),
+        ("powermeter", station.powermeter().map(|meter| meter.open.clone())),
+        ("supply", station.supply().map(|supply| supply.open.clone())),
         ("lamp", station.lamp().and_then(|lamp| lamp.open.clone())),
         ("shutter", open(station.shutter())),
         ("baffle", open(station.baffle())),

@@ -106,6 +106,16 @@ pub(crate) fn opened(station: &Station) -> impl Iterator<Item = (&'static str, K
             station.spectroradiometer().map(|spectro| spectro.open.as_str()),
         ),
         (
+            "powermeter.open",
+            Kind::PowerMeter,
+            station.powermeter().map(|meter| meter.open.as_str()),
+        ),
+        (
+            "supply.open",
+            Kind::Switch,
+            station.supply().map(|supply| supply.open.as_str()),
+        ),
+        (
             "lamp.open",
             Kind::Switch,
             station.lamp().and_then(|lamp| lamp.open.as_deref()),

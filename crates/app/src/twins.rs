@@ -1,4 +1,4 @@
-//! `virtual darkroom|axis|luxmeter|spectroradiometer`: the twins as a process, for other programs to talk to.
+//! `virtual darkroom|axis|luxmeter|spectroradiometer|powermeter|supply`: the twins as a process, for other programs to talk to.
 
 use std::time::Duration;
 
@@ -47,12 +47,16 @@ pub enum Twins {
     LuxMeter,
     /// The spectroradiometer alone, in lit air.
     Spectroradiometer,
+    /// The power meter alone, with the lamp on.
+    PowerMeter,
+    /// The lamp's supply alone.
+    Supply,
 }
 
 /// One twin that can be reached.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Reachable {
-    /// `axes`, `luxmeter` or `spectroradiometer`.
+    /// `axes`, `luxmeter`, `spectroradiometer`, `powermeter`, `supply`.
     pub instrument: &'static str,
     /// What a station's `open` names after the driver.
     pub address: String,
@@ -76,7 +80,16 @@ pub fn serve(
         Some(path) => capture::document(path, progress)?,
         None => Darkroom::built_in().map_err(Failure::bad_input)?,
     };
-    let choice = wishes.instruments.choice()?;
+    let mut choice = wishes.instruments.choice()?;
+    // What a room has only where it is chosen is chosen by asking for it alone.
+    for (twins, instrument, driver) in [
+        (Twins::PowerMeter, Instrument::Powermeter, "scpi-meter"),
+        (Twins::Supply, Instrument::Supply, "scpi-supply"),
+    ] {
+        if wishes.twins == twins && choice.twin(instrument).is_none() {
+            choice.choose(instrument, driver).map_err(Failure::bad_input)?;
+        }
+    }
     if let Some(path) = &wishes.station_out {
         files::refuse_existing(path, wishes.overwrite)?;
         files::refuse_existing(&beside(path), wishes.overwrite)?;
@@ -93,8 +106,13 @@ pub fn serve(
             Twins::Axes => vec![Instrument::Axes, Instrument::Outputs],
             Twins::LuxMeter => vec![Instrument::Luxmeter],
             Twins::Spectroradiometer => vec![Instrument::Spectroradiometer],
+            Twins::PowerMeter => vec![Instrument::Powermeter],
+            Twins::Supply => vec![Instrument::Supply],
         };
-        if matches!(wishes.twins, Twins::LuxMeter | Twins::Spectroradiometer) {
+        if matches!(
+            wishes.twins,
+            Twins::LuxMeter | Twins::Spectroradiometer | Twins::PowerMeter
+        ) {
             // Nobody is there to switch the lamp on.
             let lit = Switches {
                 lamp: true,

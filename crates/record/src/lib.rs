@@ -20,7 +20,7 @@ pub use document::DocumentError;
 pub use job::Job;
 pub use limits::Limits;
 pub use plan::Plan;
-pub use reading::{Quality, Reading, ReadingKind, Role, UnknownWord};
+pub use reading::{Electrical, Quality, Reading, ReadingKind, Role, UnknownWord};
 pub use run::{Run, RunDir, RunError, RunHeader};
 pub use run_lock::{RunLock, RunLockError};
 pub use station::Station;

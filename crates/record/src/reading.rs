@@ -158,6 +158,23 @@ macro_rules! shown_as_in_files {
 }
 shown_as_in_files!(ReadingKind, Quality, Role);
 
+/// The lamp's supply line during a reading, as the power meter gave it: each where it gave a number.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Electrical {
+    /// RMS voltage (mean for DC).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub voltage_v: Option<f64>,
+    /// RMS current (mean for DC).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub current_a: Option<f64>,
+    /// Active power.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_w: Option<f64>,
+    /// Active power ÷ (voltage · current).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_factor: Option<f64>,
+}
+
 /// One row of `readings.csv`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {

@@ -39,6 +39,12 @@ pub struct StationDocument {
     /// The spectroradiometer, if the bench has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectroradiometer: Option<Spectroradiometer>,
+    /// The power meter in the lamp's supply line, if the bench has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub powermeter: Option<PowerMeter>,
+    /// The supply that feeds the lamp and switches it, if the bench has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub supply: Option<Supply>,
     /// How the lamp is switched.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lamp: Option<Lamp>,
@@ -184,7 +190,35 @@ pub struct Spectroradiometer {
     pub stray_max_rel: Option<f64>,
 }
 
-/// The lamp's switch and size.
+/// The power meter in the lamp's supply line. Its uncertainties are of a reading at the level of the lamp: gain and range.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PowerMeter {
+    /// `driver:target`.
+    pub open: String,
+    /// Relative standard uncertainty of the voltage (k = 1).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_voltage_rel: Option<f64>,
+    /// Relative standard uncertainty of the current (k = 1).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_current_rel: Option<f64>,
+    /// Relative standard uncertainty of the active power (k = 1).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_power_rel: Option<f64>,
+    /// Number of the certificate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certificate: Option<String>,
+}
+
+/// The supply that feeds the lamp: its levels are in its address.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Supply {
+    /// `driver:target`.
+    pub open: String,
+}
+
+/// The lamp's switch and size. On a bench with a supply that is the switch, and here there is neither `open` nor `prompt`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lamp {
@@ -344,7 +378,31 @@ impl Station {
         self.0.spectroradiometer.as_ref()
     }
 
-    /// The lamp's switch.
+    /// The power meter in the lamp's supply line, if the bench has one.
+    pub fn powermeter(&self) -> Option<&PowerMeter> {
+        self.0.powermeter.as_ref()
+    }
+
+    /// The supply that feeds the lamp, if the bench has one.
+    pub fn supply(&self) -> Option<&Supply> {
+        self.0.supply.as_ref()
+    }
+
+    /// What switches the lamp: the supply, or else what [lamp] names.
+    pub fn lamp_switch(&self) -> Option<Access> {
+        let supply = self.supply().map(|supply| Access {
+            open: Some(supply.open.clone()),
+            prompt: None,
+        });
+        supply.or_else(|| {
+            self.lamp().map(|lamp| Access {
+                open: lamp.open.clone(),
+                prompt: lamp.prompt.clone(),
+            })
+        })
+    }
+
+    /// What is known of the lamp.
     pub fn lamp(&self) -> Option<&Lamp> {
         self.0.lamp.as_ref()
     }

@@ -1,7 +1,7 @@
 //! The instruments of a bench, opened, and the person beside it.
 
 use async_trait::async_trait;
-use isolux_device::{Axis, Identity, LuxMeter, Spectroradiometer, Switch, Thermometer};
+use isolux_device::{Axis, Identity, LuxMeter, PowerMeter, Spectroradiometer, Switch, Thermometer};
 use isolux_record::run::DeviceRecord;
 use isolux_record::spectra::SpectralCalibration;
 use isolux_record::{ReadingKind, Station};
@@ -17,7 +17,9 @@ pub struct Devices {
     pub meter: Box<dyn LuxMeter>,
     /// Reads spectra.
     pub spectro: Option<CalibratedSpectro>,
-    /// Lamp; on = lit.
+    /// Reads the lamp's supply line.
+    pub power: Option<Box<dyn PowerMeter>>,
+    /// Lamp, or the supply that feeds it; on = lit.
     pub lamp: Option<TwoState>,
     /// Cap of the detectors; on = open.
     pub shutter: Option<TwoState>,
@@ -90,10 +92,14 @@ impl Devices {
         if let (Some(spectro), Some(settings)) = (&self.spectro, station.spectroradiometer()) {
             records.push(record("spectroradiometer", &settings.open, spectro.device.identity()));
         }
-        let lamp = station.lamp().and_then(|lamp| lamp.open.clone());
+        if let (Some(meter), Some(settings)) = (&self.power, station.powermeter()) {
+            records.push(record("powermeter", &settings.open, meter.identity()));
+        }
+        let lamp = station.lamp_switch().and_then(|lamp| lamp.open);
+        let lamp_role = if station.supply().is_some() { "supply" } else { "lamp" };
         let open = |access: Option<&isolux_record::station::Access>| access.and_then(|access| access.open.clone());
         for (role, device, open) in [
-            ("lamp", &self.lamp, lamp),
+            (lamp_role, &self.lamp, lamp),
             ("shutter", &self.shutter, open(station.shutter())),
             ("baffle", &self.baffle, open(station.baffle())),
         ] {

@@ -295,7 +295,7 @@ fn check_block(station: &Station, index: usize, block: &Block) -> Result<(), Fau
         ReadingKind::Lit => (false, ""),
         ReadingKind::Baffled => (!thrown(station.baffle()), "baffle"),
         ReadingKind::Capped => (!thrown(station.shutter()), "shutter"),
-        ReadingKind::LampOff => (station.lamp().is_none() && block.prompt.is_none(), "lamp"),
+        ReadingKind::LampOff => (station.lamp_switch().is_none() && block.prompt.is_none(), "lamp"),
     };
     if missing {
         return fault(
@@ -340,7 +340,7 @@ fn notes(station: &Station, plan: &Plan) -> Vec<String> {
             _ => {}
         }
     }
-    if station.lamp().is_none() && lit {
+    if station.lamp_switch().is_none() && lit {
         notes.push("the station has no [lamp]: it is taken to be on since the start".to_owned());
     }
     if station.bench().u_distance_mm.is_none() {

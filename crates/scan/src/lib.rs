@@ -9,6 +9,7 @@ pub mod clock;
 pub mod devices;
 pub mod distance;
 pub mod dry_run;
+pub mod electrical;
 pub mod engine;
 pub mod error;
 pub mod itinerary;

@@ -503,6 +503,7 @@ pub fn bench() -> (Devices, Shared) {
             room: room.clone(),
         }),
         spectro: Some(spectro),
+        power: None,
         lamp: switch(Part::Lamp, "lamp"),
         shutter: switch(Part::Shutter, "shutter"),
         baffle: switch(Part::Baffle, "baffle"),

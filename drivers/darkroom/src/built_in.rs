@@ -177,7 +177,7 @@ mod tests {
         let line = completed.to_string();
         assert_eq!(
             line,
-            "completed from the built-in room: seed; [axis.c]; [axis.gamma]; [bench]; [camera]; [lamp]; [luxmeter]; [room]; \
+            "completed from the built-in room: seed; [axis.c]; [axis.gamma]; [bench]; [camera]; [lamp]; [luxmeter]; [powermeter]; [room]; \
              [spectroradiometer]; [flaws.floor_reflection] but for albedo; the flaws ambient_stray, dark_offset, distance_offset, \
              lamp_drift, lamp_warmup"
         );

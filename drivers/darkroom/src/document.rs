@@ -31,6 +31,8 @@ pub struct Darkroom {
     pub luxmeter: LuxMeter,
     /// The spectroradiometer.
     pub spectroradiometer: Spectroradiometer,
+    /// The power meter.
+    pub powermeter: PowerMeter,
     /// The camera.
     pub camera: Camera,
     /// What is wrong with the room and its instruments, and is to be found.
@@ -50,6 +52,7 @@ impl Default for Darkroom {
             axis: Axes::default(),
             luxmeter: LuxMeter::default(),
             spectroradiometer: Spectroradiometer::default(),
+            powermeter: PowerMeter::default(),
             camera: Camera::default(),
             flaws: Flaws::default(),
             fault: Vec::new(),
@@ -81,6 +84,14 @@ pub struct Lamp {
     pub aim_spread_deg: f64,
     /// Time from switching on to light, and from off to dark, s.
     pub switch_s: f64,
+    /// Rated supply voltage, V (RMS).
+    pub voltage_v: f64,
+    /// Active power of the warm lamp, W.
+    pub power_w: f64,
+    /// Active power ÷ (voltage · current), above 0 up to 1.
+    pub power_factor: f64,
+    /// Relative excess of the cold lamp's power over that of its light (`flaws.lamp_warmup`).
+    pub power_warmup_share: f64,
     /// The lamp was already on when the room was opened.
     pub on_at_start: bool,
 }
@@ -98,6 +109,10 @@ impl Default for Lamp {
             flux_spread_rel: 0.03,
             aim_spread_deg: 0.2,
             switch_s: 0.05,
+            voltage_v: 24.0,
+            power_w: 4.2,
+            power_factor: 1.0,
+            power_warmup_share: 0.4,
             on_at_start: false,
         }
     }
@@ -297,6 +312,28 @@ impl Default for Spectroradiometer {
     }
 }
 
+/// A power meter in the supply line of the lamp.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PowerMeter {
+    /// Error of its power, relative; voltage and current have half of it each.
+    pub gain_error_rel: f64,
+    /// Noise of each quantity, relative to it.
+    pub noise_rel: f64,
+    /// End of the range of the current, A.
+    pub range_a: f64,
+}
+
+impl Default for PowerMeter {
+    fn default() -> Self {
+        Self {
+            gain_error_rel: 0.0008,
+            noise_rel: 0.0001,
+            range_a: 2.0,
+        }
+    }
+}
+
 /// A camera sensor without a lens.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -356,11 +393,22 @@ pub enum Instrument {
     Spectroradiometer,
     /// A second controller, for lamp, shutter, baffle, rail and thermometer, where that of the axes has none of them.
     Outputs,
+    /// The power meter in the lamp's supply line.
+    Powermeter,
+    /// The supply that feeds the lamp and switches it.
+    Supply,
 }
 
 impl Instrument {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Axes, Self::Luxmeter, Self::Spectroradiometer, Self::Outputs];
+    pub const ALL: [Self; 6] = [
+        Self::Axes,
+        Self::Luxmeter,
+        Self::Spectroradiometer,
+        Self::Outputs,
+        Self::Powermeter,
+        Self::Supply,
+    ];
 
     /// Its name, as a darkroom's document writes it.
     pub const fn name(self) -> &'static str {
@@ -369,6 +417,8 @@ impl Instrument {
             Self::Luxmeter => "luxmeter",
             Self::Spectroradiometer => "spectroradiometer",
             Self::Outputs => "outputs",
+            Self::Powermeter => "powermeter",
+            Self::Supply => "supply",
         }
     }
 }
@@ -467,6 +517,10 @@ impl Darkroom {
             lamp.leds_per_ring.iter().all(|n| (1..=1000).contains(n)),
             "must lie between 1 and 1000 on each ring",
         );
+        rules.positive("lamp.voltage_v", lamp.voltage_v);
+        rules.positive("lamp.power_w", lamp.power_w);
+        rules.within("lamp.power_factor", lamp.power_factor, 0.01, 1.0);
+        rules.within("lamp.power_warmup_share", lamp.power_warmup_share, -2.0, 2.0);
         rules.within("room.temperature_c", self.room.temperature_c, -20.0, 60.0);
         rules.within("room.drift_c_per_h", self.room.drift_c_per_h, -20.0, 20.0);
         rules.within("room.swing_c", self.room.swing_c, 0.0, 20.0);
@@ -517,6 +571,10 @@ impl Darkroom {
             rising.clone().zip(rising.skip(1)).all(|(a, b)| a < b),
             "must rise from pixel 0 to pixel 2047",
         );
+        let power = &self.powermeter;
+        rules.within("powermeter.gain_error_rel", power.gain_error_rel, -0.5, 0.5);
+        rules.within("powermeter.noise_rel", power.noise_rel, 0.0, 0.5);
+        rules.positive("powermeter.range_a", power.range_a);
         rules.positive("camera.full_scale_lx", self.camera.full_scale_lx);
         rules.within("camera.noise_abs", self.camera.noise_abs, 1e-9, 1.0);
         rules.within("camera.noise_rel", self.camera.noise_rel, 0.0, 1.0);

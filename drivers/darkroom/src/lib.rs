@@ -11,6 +11,7 @@ pub mod built_in;
 pub mod camera;
 pub mod climate;
 pub mod document;
+pub mod electrical;
 pub mod flaws;
 pub mod floor;
 pub mod illuminator;

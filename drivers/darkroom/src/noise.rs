@@ -38,6 +38,8 @@ pub enum Stream {
     Fault = 7,
     /// Fixed pattern of the spectrometer's dark signal.
     DarkPattern = 8,
+    /// Readings of the power meter.
+    PowerMeter = 9,
 }
 
 /// A source of draws addressed by number.

@@ -19,7 +19,8 @@ pub fn relative_output(flaws: &Flaws, time_s: f64, window_s: f64) -> f64 {
         .sum()
 }
 
-fn instant(flaws: &Flaws, time_s: f64) -> f64 {
+/// Relative excess of the light over that of the warm lamp, `time_s` after switch-on.
+pub fn warmup_excess(flaws: &Flaws, time_s: f64) -> f64 {
     let warmup = &flaws.lamp_warmup;
     let second_s = if warmup.second_time_constant_s > 0.0 {
         warmup.second_time_constant_s
@@ -29,7 +30,11 @@ fn instant(flaws: &Flaws, time_s: f64) -> f64 {
     // The board cools into the housing, the housing into the room: droop is the sum of both excess temperatures.
     let board = (1.0 - warmup.second_share) * (-time_s / warmup.time_constant_s).exp();
     let housing = warmup.second_share * (-time_s / second_s).exp();
-    let droop = 1.0 + warmup.amplitude_rel * (board + housing);
+    warmup.amplitude_rel * (board + housing)
+}
+
+fn instant(flaws: &Flaws, time_s: f64) -> f64 {
+    let droop = 1.0 + warmup_excess(flaws, time_s);
     // Depreciation follows L(t) = exp(r t), as TM-21 extrapolates it.
     let depreciation = (flaws.lamp_drift.rate_per_h * (time_s - flaws.lamp_drift.reference_s) / 3600.0).exp();
     let beat = &flaws.flicker_alias;

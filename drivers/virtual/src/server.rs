@@ -91,7 +91,10 @@ impl VirtualRoom {
 
     /// The same, with the twins of `choice`.
     pub fn open_with(document: Darkroom, choice: &Choice) -> Self {
-        let world = World::new(document);
+        let mut world = World::new(document);
+        if choice.twin(Instrument::Supply).is_some() && !world.switches().lamp {
+            world.set_supply_v(0.0);
+        }
         let document = world.room().document();
         let device = |instrument: Instrument| {
             let kind = choice.twin(instrument)?;
@@ -120,8 +123,8 @@ impl VirtualRoom {
         self.devices.keys().copied()
     }
 
-    /// Serves the instruments as `memory:axes`, `memory:luxmeter`, `memory:spectrometer` and, where there is one,
-    /// `memory:outputs` of `links`, on the present runtime. A pipe opened with other line settings than the instrument has is refused.
+    /// Serves the instruments as `memory:axes`, `memory:luxmeter`, `memory:spectrometer` and, where there are such,
+    /// `memory:outputs`, `memory:powermeter` and `memory:supply` of `links`, on the present runtime. A pipe opened with other line settings than the instrument has is refused.
     ///
     /// # Errors
     /// A name is served already.

@@ -80,7 +80,21 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
             document.spectroradiometer.distance_mm
         ));
     }
-    if let Some(lamp) = open("lamp") {
+    if let Some(open) = open("powermeter") {
+        text.push_str(&format!(
+            "\n# In the supply line of the lamp: volts, amperes and watts with every reading.\n\
+             [powermeter]\nopen = \"{open}\"\nu_power_rel = 0.001\nu_voltage_rel = 0.0005\nu_current_rel = 0.0005\n"
+        ));
+    }
+    let supply = open("supply");
+    if let Some(open) = &supply {
+        text.push_str(&format!(
+            "\n# Feeds the lamp at these levels, and switches it: [lamp] has no switch of its own then.\n\
+             [supply]\nopen = \"{open}\"\n"
+        ));
+    }
+    let switch = open("lamp").map(|open| format!("open = \"{open}\"\n"));
+    if let Some(switch) = supply.map(|_| String::new()).or(switch) {
         let nominal = Illuminator::new(&document.lamp, &Flaws::default(), document.seed);
         let estimates = [("flux_lm", document.lamp.flux_lm), ("peak_cd", nominal.axial_cd())]
             .into_iter()
@@ -91,7 +105,7 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
         let diameter = document.lamp.ring_diameter_mm.iter().copied().fold(0.0, f64::max) + 5.0;
         text.push_str(&format!(
             "\n# Digital outputs of the axes' controller: lamp, shutter (on = open), baffle (on = in the beam).\n\
-             [lamp]\nopen = \"{lamp}\"\ndiameter_mm = {diameter:.1}\n\
+             [lamp]\n{switch}diameter_mm = {diameter:.1}\n\
              # Estimates, as a data sheet gives them: `isolux plan` says with them what a distance costs.\n\
              {estimates}"
         ));

@@ -8,7 +8,7 @@ use isolux_transport::LineSettings;
 
 use crate::server::Twin;
 use crate::world::World;
-use crate::{luxmeter, mavo, modbus_lux, oriental, p9710, parker, spectrometer, sts, zaber};
+use crate::{luxmeter, mavo, modbus_lux, oriental, p9710, parker, powermeter, spectrometer, sts, supply, zaber};
 
 /// All twins; of those that play one instrument the first is the default. A new twin is one entry here.
 pub const TWINS: &[TwinKind] = &[
@@ -21,6 +21,8 @@ pub const TWINS: &[TwinKind] = &[
     p9710::TWIN,
     spectrometer::TWIN,
     sts::TWIN,
+    powermeter::TWIN,
+    supply::TWIN,
 ];
 
 /// A twin, for servers and for the writer of station files.
@@ -50,6 +52,9 @@ impl TwinKind {
 /// Parts of a station that hang on the axes' controller where it has outputs and inputs.
 const OUTPUTS: [&str; 5] = ["rail", "lamp", "shutter", "baffle", "ambient"];
 
+/// Instruments that a room has only where they are chosen.
+const CHOSEN_ONLY: [Instrument; 2] = [Instrument::Powermeter, Instrument::Supply];
+
 /// Which twin plays which instrument.
 #[derive(Clone)]
 pub struct Choice(BTreeMap<Instrument, &'static TwinKind>);
@@ -69,7 +74,7 @@ pub struct NoTwin {
 impl Default for Choice {
     fn default() -> Self {
         let mut choice = Self(BTreeMap::new());
-        for twin in TWINS {
+        for twin in TWINS.iter().filter(|twin| !CHOSEN_ONLY.contains(&twin.instrument)) {
             choice.0.entry(twin.instrument).or_insert(twin);
         }
         choice.complete();

@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use isolux_darkroom::climate;
 use isolux_darkroom::document::{Axis, Darkroom};
+use isolux_darkroom::electrical::Electrical;
 use isolux_darkroom::motion::Motion;
 use isolux_darkroom::{Kind, Observation, Room};
 
@@ -114,6 +115,8 @@ pub struct World {
     /// (when, what was before), latest last.
     switched: Vec<(f64, Switches)>,
     lamp_since_s: Option<f64>,
+    /// Voltage at the lamp's terminals, V.
+    supply_v: f64,
     /// The floor's light where it was last asked for: (C, γ, distance, travel) and lx.
     floor: Cell<Option<([f64; 4], f64)>>,
 }
@@ -136,6 +139,7 @@ impl World {
             },
             switched: Vec::new(),
             lamp_since_s: lamp.then_some(0.0),
+            supply_v: document.lamp.voltage_v,
             room: Room::new(document),
             floor: Cell::new(None),
         }
@@ -178,6 +182,21 @@ impl World {
     /// Seconds since the lamp was switched on.
     pub fn lamp_time_s(&self, now_s: f64) -> Option<f64> {
         self.lamp_since_s.map(|since| now_s - since)
+    }
+
+    /// Sets the voltage of the lamp's supply, which without this is the rated one.
+    pub fn set_supply_v(&mut self, voltage_v: f64) {
+        self.supply_v = voltage_v;
+    }
+
+    /// The lamp's supply line at `at_s`.
+    pub fn electrical(&self, at_s: f64) -> Electrical {
+        match self.lamp_time_s(at_s) {
+            Some(time_s) if self.switches_at(at_s).lamp && self.supply_v > 0.0 => {
+                Electrical::lit(self.room.document(), self.supply_v, time_s)
+            }
+            _ => Electrical::idle(self.supply_v),
+        }
     }
 
     /// Air temperature, °C.

@@ -23,10 +23,10 @@ pub struct Home {
     json: bool,
 }
 
-/// Switches lamp, shutter and baffle, and reads back what they are.
+/// Switches lamp, supply, shutter and baffle, and reads back what they are.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux switch station.toml --lamp on --shutter open")]
-#[group(required = true, multiple = true, id = "outputs", args = ["lamp", "shutter", "baffle"])]
+#[group(required = true, multiple = true, id = "outputs", args = ["lamp", "shutter", "baffle", "supply"])]
 pub struct Switch {
     /// The bench, STATION.toml.
     station: Utf8PathBuf,
@@ -39,6 +39,9 @@ pub struct Switch {
     /// The baffle: in the beam or out of it.
     #[arg(long, value_parser = ["in", "out"])]
     baffle: Option<String>,
+    /// The supply that feeds the lamp; it switches the lamp.
+    #[arg(long, value_parser = ["on", "off"], conflicts_with = "lamp")]
+    supply: Option<String>,
     #[command(flatten)]
     takeover: TakeOver,
     /// Print the facts as JSON.
@@ -80,7 +83,7 @@ pub struct Stop {
     json: bool,
 }
 
-/// Reads the lux meter, or one spectrum, with lamp, shutter and baffle as they are.
+/// Reads the lux meter and the power meter, or one spectrum, with lamp, shutter and baffle as they are.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux read station.toml --count 10\n\
 With --spectrum: the integration time is found first; an instrument without dark pixels closes the station's shutter for its dark and \
@@ -145,6 +148,7 @@ pub fn switch(arguments: &Switch) -> Result<(), Failure> {
         (Output::Lamp, &arguments.lamp),
         (Output::Shutter, &arguments.shutter),
         (Output::Baffle, &arguments.baffle),
+        (Output::Supply, &arguments.supply),
     ];
     let on = |word: &String| matches!(word.as_str(), "on" | "open" | "in");
     let asked: Vec<(Output, bool)> = asked
@@ -162,6 +166,8 @@ pub fn switch(arguments: &Switch) -> Result<(), Failure> {
             (Output::Shutter, false) => "shutter closed",
             (Output::Baffle, true) => "baffle in the beam",
             (Output::Baffle, false) => "baffle out of the beam",
+            (Output::Supply, true) => "supply on",
+            (Output::Supply, false) => "supply off",
         };
         states.iter().map(word).collect::<Vec<_>>().join(", ")
     })
@@ -197,7 +203,11 @@ pub fn read(arguments: &Read) -> Result<(), Failure> {
                 let shown = reading
                     .illuminance_lx
                     .map_or_else(|| reading.quality.to_owned(), |lux| format!("{lux:.4} lx"));
-                format!("{shown}  range {}  digit {} lx", reading.range, reading.digit_lx)
+                let line = format!("{shown}  range {}  digit {} lx", reading.range, reading.digit_lx);
+                match reading.electrical() {
+                    Some(electrical) => format!("{line}  {electrical}"),
+                    None => line,
+                }
             })
             .collect();
         lines.join("\n")

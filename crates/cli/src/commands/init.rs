@@ -18,7 +18,8 @@ use crate::screen;
 isolux init --room room.toml      the whole built-in virtual darkroom, every key of it, to change\n  \
 isolux init --bench bench.toml    a bench of your own: asks which instruments and ports there are\n  \
 isolux init --bench bench.toml --open axis.c=zaber:/dev/ttyUSB0?axis=1 --open lamp=hand\n\
-Parts of a bench: axis.c, axis.gamma, luxmeter, spectroradiometer, lamp, shutter, baffle, rail, ambient. What is not named stays a twin; \
+Parts of a bench: axis.c, axis.gamma, luxmeter, spectroradiometer, powermeter, supply, lamp, shutter, baffle, rail, ambient. What is not named \
+stays a twin, and powermeter and supply absent; \
 `hand` is a person, `none` is absent. `isolux devices` lists drivers and ports.\n\
 A room file may leave keys out: those are the built-in room's, and the commands that read it say which."
 )]
@@ -30,7 +31,7 @@ pub struct Init {
     #[arg(long, value_name = "FILE")]
     room: Option<Utf8PathBuf>,
     /// Write a station file for a bench of instruments, one after the other, and twins for the rest.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["folder", "room", "plan", "axes", "luxmeter", "spectroradiometer"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["folder", "room", "plan", "axes", "luxmeter", "spectroradiometer", "powermeter", "supply"])]
     bench: Option<Utf8PathBuf>,
     /// A part of that bench; without any, they are asked for.
     #[arg(long, value_name = "PART=DRIVER:TARGET", requires = "bench")]
@@ -106,7 +107,7 @@ fn asked() -> Result<Vec<Part>, Failure> {
             .help("name the parts, as --open axis.c=zaber:/dev/ttyUSB0?axis=1"));
     }
     let found = devices::devices()?;
-    screen::say("Empty: a twin for now. hand: a person does it. none: the bench has none.")?;
+    screen::say("Empty: a twin for now (powermeter, supply: none). hand: a person does it. none: the bench has none.")?;
     for port in &found.ports {
         let missing = port
             .missing

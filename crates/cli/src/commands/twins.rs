@@ -29,6 +29,10 @@ enum What {
     Luxmeter(Serve),
     /// The spectroradiometer, under a lit lamp.
     Spectroradiometer(Serve),
+    /// The power meter, with the lamp on.
+    Powermeter(Serve),
+    /// The lamp's supply.
+    Supply(Serve),
     Capture(Capture),
 }
 
@@ -79,6 +83,12 @@ pub struct Played {
     /// Driver whose twin plays the spectroradiometer.
     #[arg(long, value_name = "DRIVER")]
     spectroradiometer: Option<String>,
+    /// Driver whose twin plays a power meter; without it the room has none.
+    #[arg(long, value_name = "DRIVER")]
+    powermeter: Option<String>,
+    /// Driver whose twin plays a supply that feeds the lamp; without it the lamp is switched by an output.
+    #[arg(long, value_name = "DRIVER")]
+    supply: Option<String>,
 }
 
 impl Played {
@@ -88,6 +98,8 @@ impl Played {
             axes: self.axes.clone(),
             luxmeter: self.luxmeter.clone(),
             spectroradiometer: self.spectroradiometer.clone(),
+            powermeter: self.powermeter.clone(),
+            supply: self.supply.clone(),
         }
     }
 }
@@ -150,6 +162,8 @@ pub fn run(arguments: &Virtual) -> Result<(), Failure> {
         What::Axis(serving) => serve(serving, Twins::Axes),
         What::Luxmeter(serving) => serve(serving, Twins::LuxMeter),
         What::Spectroradiometer(serving) => serve(serving, Twins::Spectroradiometer),
+        What::Powermeter(serving) => serve(serving, Twins::PowerMeter),
+        What::Supply(serving) => serve(serving, Twins::Supply),
         What::Capture(capturing) => capture(capturing),
     }
 }

@@ -77,8 +77,31 @@ pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
         let key = "spectroradiometer.stray_max_rel";
         optional(within, key, spectro.stray_max_rel, (0.0, 1.0), STRAY)?;
     }
+    if let Some(meter) = &station.powermeter {
+        driver_and_target("powermeter.open", &meter.open)?;
+        for (key, u) in [
+            ("powermeter.u_voltage_rel", meter.u_voltage_rel),
+            ("powermeter.u_current_rel", meter.u_current_rel),
+            ("powermeter.u_power_rel", meter.u_power_rel),
+        ] {
+            optional(above, key, u, (0.0, MOST_U_REL), " (a fraction: 0.002 is 0.2 %)")?;
+        }
+    }
+    if let Some(supply) = &station.supply {
+        driver_and_target("supply.open", &supply.open)?;
+    }
     if let Some(lamp) = &station.lamp {
-        one_of("lamp", lamp.open.as_deref(), lamp.prompt.as_deref())?;
+        match (&station.supply, &lamp.open, &lamp.prompt) {
+            (None, open, prompt) => one_of("lamp", open.as_deref(), prompt.as_deref())?,
+            (Some(_), None, None) => {}
+            (Some(_), open, _) => {
+                let key = if open.is_some() { "lamp.open" } else { "lamp.prompt" };
+                return Err(Fault::new(
+                    key,
+                    "the lamp is switched by its [supply]; remove this key, or that table",
+                ));
+            }
+        }
         optional(within, "lamp.diameter_mm", lamp.diameter_mm, (0.01, 1e5), " mm")?;
         optional(above, "lamp.flux_lm", lamp.flux_lm, (0.0, 1e9), " lm")?;
         optional(above, "lamp.peak_cd", lamp.peak_cd, (0.0, 1e9), " cd")?;
