@@ -11,6 +11,7 @@
 mod axes;
 mod light;
 mod middle;
+mod power;
 mod spectra;
 
 use std::sync::Arc;
@@ -143,6 +144,7 @@ fn address(twin: &TwinKind, part: &str) -> Target {
 fn factories(twin: &TwinKind, middle: &Middle) -> Factories {
     let drivers = [
         isolux_axes::DRIVERS,
+        isolux_electrical::DRIVERS,
         isolux_luxmeter::DRIVERS,
         isolux_spectroradiometer::DRIVERS,
     ];
@@ -161,6 +163,8 @@ async fn no_twin_is_made_to_lie() {
             Instrument::Axes | Instrument::Outputs => axes::attack(twin, &choice, salt).await,
             Instrument::Luxmeter => light::attack(twin, &choice, salt).await,
             Instrument::Spectroradiometer => spectra::attack(twin, &choice, salt).await,
+            Instrument::Powermeter => power::attack_meter(twin, &choice, salt).await,
+            Instrument::Supply => power::attack_supply(twin, &choice, salt).await,
         }
     }
 }
