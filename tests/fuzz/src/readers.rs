@@ -1,0 +1,252 @@
+//! Every reader of a file that a person or another program may have written.
+
+use camino::Utf8Path;
+use glam::DVec3;
+use isolux_darkroom::Darkroom;
+use isolux_formats::tm25::{Ray, RaySet, Reader};
+use isolux_formats::{ReadOptions, read_any_with};
+use isolux_model::{Model, Scene};
+use isolux_record::spectra::{Pixel, SpectralCalibration, SpectrumRecord, parse_calibration};
+use isolux_record::{Plan, ReadingKind, Station, readings};
+
+use crate::Target;
+
+macro_rules! good {
+    ($name:literal) => {
+        include_bytes!(concat!("../../../crates/formats/tests/good/", $name)).to_vec()
+    };
+}
+
+macro_rules! golden {
+    ($name:literal) => {
+        include_bytes!(concat!("../../../crates/formats/tests/golden/", $name)).to_vec()
+    };
+}
+
+/// Every reader.
+pub const TARGETS: &[Target] = &[
+    Target {
+        name: "eulumdat",
+        run: |data| photometric(data, "a.ldt"),
+        seeds: || vec![good!("isym0.ldt"), good!("isym4.ldt")],
+    },
+    Target {
+        name: "ies",
+        run: |data| photometric(data, "a.ies"),
+        seeds: || vec![good!("full.ies"), good!("quadrant.ies")],
+    },
+    Target {
+        name: "xml",
+        run: |data| photometric(data, "a.xml"),
+        seeds: || vec![golden!("atla.xml"), golden!("multiplier.xml")],
+    },
+    Target {
+        name: "spectral_table",
+        run: |data| photometric(data, "a.csv"),
+        seeds: || vec![golden!("exponent-spectrum.csv"), golden!("letter.csv")],
+    },
+    Target {
+        name: "any_file",
+        run: |data| photometric(data, "a"),
+        seeds: || vec![good!("isym1.ldt"), good!("rotational.ies"), golden!("atla.xml")],
+    },
+    Target {
+        name: "station",
+        run: station,
+        seeds: || vec![STATION.into()],
+    },
+    Target {
+        name: "plan",
+        run: plan,
+        seeds: || vec![include_bytes!("../../../crates/app/src/init/plan.toml").to_vec()],
+    },
+    Target {
+        name: "room",
+        run: room,
+        seeds: || vec![isolux_darkroom::BUILT_IN.into()],
+    },
+    Target {
+        name: "scene",
+        run: scene,
+        seeds: || vec![include_bytes!("../../../crates/app/src/init/scene.toml").to_vec()],
+    },
+    Target {
+        name: "model",
+        run: model,
+        seeds: || vec![include_bytes!("../../../examples/hidden-effect/model.toml").to_vec()],
+    },
+    Target {
+        name: "tm25",
+        run: tm25,
+        seeds: || vec![ray_file()],
+    },
+    Target {
+        name: "readings",
+        run: recorded_readings,
+        seeds: || {
+            vec![
+                [readings::HEADER, "\n0,scan,lit,12.5,0,0,10000,up,3,25.1,3.41,0.01\n"]
+                    .concat()
+                    .into(),
+            ]
+        },
+    },
+    Target {
+        name: "recorded_spectrum",
+        run: recorded_spectrum,
+        seeds: || vec![spectrum()],
+    },
+    Target {
+        name: "calibration",
+        run: calibration,
+        seeds: || vec![b"wavelength_nm,factor\n380,2e-6\n580,1.5e-6\n780,3e-6\n".to_vec()],
+    },
+];
+
+const STATION: &str = r#"format = "isolux-station/1"
+[bench]
+type = "turning_luminaire"
+distance_mm = 10000.0
+u_distance_mm = 2.0
+[axis.c]
+open = "zaber:/dev/ttyUSB0?axis=1"
+counts_per_deg = "1000/1"
+zero_deg = 0.0
+sense = 1
+limit_deg = [-5.0, 365.0]
+speed_deg_s = 20.0
+accel_deg_s2 = 40.0
+[axis.gamma]
+open = "zaber:/dev/ttyUSB0?axis=2"
+counts_per_deg = "1000/1"
+zero_deg = 0.0
+sense = -1
+limit_deg = [-185.0, 185.0]
+speed_deg_s = 20.0
+accel_deg_s2 = 40.0
+[luxmeter]
+open = "t10a:/dev/ttyUSB1"
+calibration_factor = 1.0
+u_rel = 0.01
+[lamp]
+open = "zaber:/dev/ttyUSB0?do=1"
+diameter_mm = 70.0
+"#;
+
+fn photometric(data: &[u8], name: &str) {
+    for parsed in read_any_with(data, name, ReadOptions::default()) {
+        for finding in parsed.findings.iter() {
+            assert!(!finding.message.is_empty(), "a finding without words");
+        }
+    }
+}
+
+fn tm25(data: &[u8]) {
+    let Ok(mut reader) = Reader::new(data, data.len() as u64) else {
+        return;
+    };
+    reader.header().doubts();
+    while let Ok(Some(_)) = reader.next_ray() {}
+}
+
+fn with_text(data: &[u8], read: impl Fn(&str)) {
+    if let Ok(text) = std::str::from_utf8(data) {
+        read(text);
+    }
+}
+
+fn file() -> &'static Utf8Path {
+    Utf8Path::new("a file")
+}
+
+fn station(data: &[u8]) {
+    with_text(data, |text| drop(Station::parse(file(), text)));
+}
+
+fn plan(data: &[u8]) {
+    with_text(data, |text| drop(Plan::parse(file(), text)));
+}
+
+fn scene(data: &[u8]) {
+    with_text(data, |text| drop(Scene::parse(nowhere(), text)));
+}
+
+fn model(data: &[u8]) {
+    with_text(data, |text| drop(Model::parse(nowhere(), text)));
+}
+
+/// What the file names is looked for beside it, and is not there.
+fn nowhere() -> &'static Utf8Path {
+    Utf8Path::new("/no such folder/a file")
+}
+
+fn room(data: &[u8]) {
+    with_text(data, |text| drop(Darkroom::parse(text)));
+}
+
+fn recorded_readings(data: &[u8]) {
+    drop(readings::parse(file(), data));
+}
+
+fn recorded_spectrum(data: &[u8]) {
+    with_text(data, |text| drop(SpectrumRecord::parse(file(), text)));
+}
+
+fn calibration(data: &[u8]) {
+    with_text(data, |text| drop(parse_calibration(file(), text)));
+}
+
+fn spectrum() -> Vec<u8> {
+    let calibration = SpectralCalibration {
+        file: "calibration.csv".to_owned(),
+        sha256: "00".to_owned(),
+        saturation_counts: 65_535.0,
+        full_scale_counts: 65_535.0,
+        nonlinearity: vec![1.0, -1e-6],
+        dark_pixels: [0, 1],
+    };
+    let pixel = |wavelength_nm| Pixel {
+        wavelength_nm,
+        counts: 10_000.0,
+        u_counts: 3.0,
+        dark_counts: 1000.0,
+        u_dark_counts: 4.0,
+        saturated: false,
+        factor_w_m2_nm: 2e-6,
+    };
+    let record = SpectrumRecord {
+        index: 0,
+        block: "spectrum".to_owned(),
+        point: 12,
+        kind: ReadingKind::Lit,
+        time_s: Some(2000.5),
+        c_deg: 0.0,
+        gamma_deg: 0.0,
+        distance_mm: 500.0,
+        integration_s: 0.1,
+        averages: 5,
+        detector_c: None,
+        ambient_c: Some(25.0),
+        pixels: vec![pixel(450.0), pixel(550.0), pixel(650.0)],
+    };
+    record
+        .to_csv(&calibration)
+        .expect("a spectrum of three pixels")
+        .into_bytes()
+}
+
+fn ray_file() -> Vec<u8> {
+    let ray = Ray {
+        origin_mm: DVec3::new(1.0, 0.5, 0.0),
+        direction: DVec3::new(0.6, 0.0, 0.8),
+        radiant_w: None,
+        luminous_lm: Some(0.25),
+        wavelength_nm: None,
+    };
+    let set = RaySet {
+        rays: vec![ray; 3],
+        luminous_flux_lm: Some(0.75),
+        radiant_flux_w: None,
+    };
+    isolux_formats::tm25::write(&set, "2013-09-04T08:30:29+01:00", "ring")
+}
