@@ -275,7 +275,7 @@ fn modbus_rtu_seeds() -> Vec<Vec<u8>> {
 
 fn modbus_tcp(data: &[u8]) {
     session(&mut Mbap::new(Duration::from_secs(1)), data, ask, |reply| {
-        assert!(!reply.frame.is_empty())
+        assert!(!reply.frame.is_empty());
     });
 }
 

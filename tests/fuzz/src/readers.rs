@@ -135,7 +135,7 @@ diameter_mm = 70.0
 
 fn photometric(data: &[u8], name: &str) {
     for parsed in read_any_with(data, name, ReadOptions::default()) {
-        for finding in parsed.findings.iter() {
+        for finding in &parsed.findings {
             assert!(!finding.message.is_empty(), "a finding without words");
         }
     }
