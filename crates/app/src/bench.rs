@@ -37,7 +37,7 @@ impl Source {
         let text = document::read_text(file).map_err(Failure::bad_input)?;
         let station = Station::parse(file, &text).map_err(Failure::bad_input)?;
         let located = |fault: &Fault| Failure::bad_input(document::Source { file, text: &text }.locate(fault));
-        roles::distinct(&station).map_err(|fault| located(&fault).help("nothing was opened"))?;
+        roles::distinct(&station, file).map_err(|fault| located(&fault).help("nothing was opened"))?;
         let calibration = match station.spectral_calibration(file) {
             Some(path) => {
                 let text = document::read_text(&path).map_err(|error| {

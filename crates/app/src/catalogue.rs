@@ -1,6 +1,9 @@
 //! The drivers of this program: which name in `open = "driver:target"` stands for what.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use camino::Utf8Path;
 
 use isolux_device::{
     Axis, AxisSettings, ErrorKind, Factories, Kind, LuxMeter, OpenError, PowerMeter, Spectroradiometer, Switch, Target,
@@ -29,15 +32,31 @@ pub fn driver(name: &str) -> Option<&'static Driver> {
     drivers().find(|driver| driver.name == name)
 }
 
-/// Whether `open` is an address of a driver that opens a `kind`, with options that it understands. Nothing is opened.
+/// The address `open` of the station in `file`: names of files in it begin in the station's folder.
 ///
 /// # Errors
 /// [`OpenError::Address`].
-pub fn place(open: &str, kind: Kind) -> Result<(), OpenError> {
-    let target = Target::parse(open)?;
+pub(crate) fn target(open: &str, file: &Utf8Path) -> Result<Target, OpenError> {
+    Ok(Target::parse(open)?.within(folder(file)))
+}
+
+fn folder(file: &Utf8Path) -> &Path {
+    file.parent().map_or(Path::new(""), Utf8Path::as_std_path)
+}
+
+/// Whether `open` is an address of a driver that opens a `kind`, with options that it understands, in the station `file`.
+/// Nothing is opened.
+///
+/// # Errors
+/// [`OpenError::Address`].
+pub fn place(open: &str, kind: Kind, file: &Utf8Path) -> Result<(), OpenError> {
+    placed(&target(open, file)?, kind)
+}
+
+fn placed(target: &Target, kind: Kind) -> Result<(), OpenError> {
     let opens = |driver: &Driver| driver.examples.iter().any(|(known, _)| *known == kind);
     match driver(target.driver()) {
-        Some(driver) if opens(driver) => (driver.place)(&target, kind).map(drop),
+        Some(driver) if opens(driver) => (driver.place)(target, kind).map(drop),
         known => {
             let able: Vec<&str> = drivers()
                 .filter(|driver| opens(driver))
@@ -52,9 +71,10 @@ pub fn place(open: &str, kind: Kind) -> Result<(), OpenError> {
     }
 }
 
-/// Full scale and last digit of every range of the lux meter at `open`, in lx; empty where they are not known.
-pub fn display_lx(open: &str) -> Vec<(f64, f64)> {
-    let Ok(target) = Target::parse(open) else {
+/// Full scale and last digit of every range of the lux meter at `open` of the station in `file`, in lx; empty where they
+/// are not known.
+pub fn display_lx(open: &str, file: &Utf8Path) -> Vec<(f64, f64)> {
+    let Ok(target) = target(open, file) else {
         return Vec::new();
     };
     driver(target.driver()).map_or_else(Vec::new, |driver| (driver.display_lx)(&target))
@@ -63,6 +83,7 @@ pub fn display_lx(open: &str) -> Vec<(f64, f64)> {
 /// Opens devices by `driver:target`. One catalogue a session: devices on the same port share it.
 pub struct Catalogue {
     drivers: Vec<(&'static Driver, Factories)>,
+    folder: PathBuf,
 }
 
 impl Catalogue {
@@ -72,7 +93,15 @@ impl Catalogue {
         let drivers = drivers().map(|driver| (driver, (driver.factories)(Arc::clone(&ports))));
         Self {
             drivers: drivers.collect(),
+            folder: PathBuf::new(),
         }
+    }
+
+    /// The same, for the station in `file`: names of files in its addresses begin in its folder.
+    #[must_use]
+    pub fn beside(self, file: &Utf8Path) -> Self {
+        let folder = folder(file).to_owned();
+        Self { folder, ..self }
     }
 
     /// Opens an axis.
@@ -149,8 +178,8 @@ impl Catalogue {
         kind: Kind,
         select: impl Fn(&'a Factories) -> Option<&'a Arc<F>>,
     ) -> Result<(Target, &'a Arc<F>), OpenError> {
-        let target = Target::parse(open)?;
-        place(open, kind)?;
+        let target = Target::parse(open)?.within(&self.folder);
+        placed(&target, kind)?;
         let known = self.drivers.iter().find(|(driver, _)| driver.name == target.driver());
         match known.and_then(|(_, factories)| select(factories)) {
             Some(factory) => Ok((target, factory)),
@@ -230,8 +259,9 @@ mod tests {
 
     #[test]
     fn a_display_is_that_of_the_driver() {
-        assert_eq!(display_lx("konica-t10a:/dev/ttyUSB1?head=0")[0], (29.99, 0.01));
-        assert_eq!(display_lx("zaber:/dev/ttyUSB1"), []);
-        assert_eq!(display_lx("nobody:/dev/ttyUSB1"), []);
+        let here = Utf8Path::new("station.toml");
+        assert_eq!(display_lx("konica-t10a:/dev/ttyUSB1?head=0", here)[0], (29.99, 0.01));
+        assert_eq!(display_lx("zaber:/dev/ttyUSB1", here), []);
+        assert_eq!(display_lx("nobody:/dev/ttyUSB1", here), []);
     }
 }

@@ -71,7 +71,7 @@ pub fn run(
     stage::play(in_memory, async {
         let stage = Stage::recording(&source.station, &source.file, record, &Silent)?;
         stage.claim(&source.station, force).await?;
-        let catalogue = Catalogue::new(stage.links.clone());
+        let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
         let mut report = Report {
             instruments: Vec::new(),
             dark: Vec::new(),

@@ -195,7 +195,7 @@ fn virtual_scan(place: &Place<'_>, plan: DayPlan, progress: &dyn Progress) -> Re
     stage::play(true, async {
         let stage = Stage::open(true)?;
         let cancel = OnSignals::listen()?;
-        let catalogue = Catalogue::new(stage.links.clone());
+        let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
         let mut devices = source.open(&catalogue).await?;
         let now = jiff::Timestamp::now();
         let place = place.clone();

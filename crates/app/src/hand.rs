@@ -333,7 +333,7 @@ pub(crate) fn by_hand<T>(
         let stage = Stage::of(&source.station, &source.file, &Silent)?;
         let cancel = OnSignals::listen()?;
         stage.claim(&source.station, force).await?;
-        let catalogue = Catalogue::new(stage.links.clone());
+        let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
         let devices = source.open(&catalogue).await?;
         let outcome = tokio::select! {
             biased;

@@ -172,7 +172,7 @@ pub fn bench(file: &Utf8Path, parts: &[Part], overwrite: Overwrite) -> Result<Ve
     let (twins, calibration) = virtual_station(&on_a_bench(parts)?)?;
     let text = bench_text(&twins, parts);
     let station = Station::parse(file, &text).map_err(Failure::bad_input)?;
-    crate::roles::distinct(&station).map_err(|fault| Failure::bad_input(fault).help("nothing was written"))?;
+    crate::roles::distinct(&station, file).map_err(|fault| Failure::bad_input(fault).help("nothing was written"))?;
     let twin = station
         .spectroradiometer()
         .is_some_and(|spectro| spectro.open.contains(":memory:"));
@@ -191,11 +191,11 @@ pub fn bench(file: &Utf8Path, parts: &[Part], overwrite: Overwrite) -> Result<Ve
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }
 
-/// Whether a part can be opened so.
+/// Whether a part can be opened so in the station `file`.
 ///
 /// # Errors
 /// Bad input (exit 2) names the parts, or what is wrong with the address.
-pub fn part(name: &str, open: &str) -> Result<Part, Failure> {
+pub fn part(name: &str, open: &str, file: &Utf8Path) -> Result<Part, Failure> {
     let known = PARTS.iter().find(|(part, ..)| *part == name);
     let Some((_, kind, spare)) = known else {
         let names: Vec<&str> = PARTS.iter().map(|(part, ..)| *part).collect();
@@ -211,7 +211,7 @@ pub fn part(name: &str, open: &str) -> Result<Part, Failure> {
                 "{name}={open}: this part must be an instrument"
             )));
         }
-        _ => catalogue::place(open, *kind).map_err(open_failure)?,
+        _ => catalogue::place(open, *kind, file).map_err(open_failure)?,
     }
     Ok(Part {
         name: name.to_owned(),
@@ -447,7 +447,7 @@ mod tests {
             ("rail", ABSENT),
             ("ambient", ABSENT),
         ];
-        let parts: Vec<Part> = named.iter().map(|(name, open)| part(name, open).unwrap()).collect();
+        let parts: Vec<Part> = named.iter().map(|(name, open)| part(name, open, Utf8Path::new("")).unwrap()).collect();
         let written = bench(&file, &parts, Overwrite::Never).unwrap();
         assert_eq!(
             written.len(),
@@ -474,7 +474,7 @@ mod tests {
         );
         assert!(bench(&file, &parts, Overwrite::Never).is_err(), "nothing is replaced");
 
-        let spectro = [part("spectroradiometer", "ocean-ooi:/dev/ttyUSB2").unwrap()];
+        let spectro = [part("spectroradiometer", "ocean-ooi:/dev/ttyUSB2", Utf8Path::new("")).unwrap()];
         let other = file.with_file_name("other.toml");
         assert_eq!(
             bench(&other, &spectro, Overwrite::Force).unwrap(),
@@ -493,12 +493,12 @@ mod tests {
             ("luxmeter", "zeber:/dev/x", "konica-t10a"),
             ("luxmeter", "konica-t10a:/dev/x?hed=1", "hed"),
         ] {
-            let failure = part(name, open).unwrap_err();
+            let failure = part(name, open, Utf8Path::new("")).unwrap_err();
             assert!(failure.message.contains(word), "{name}={open}: {}", failure.message);
         }
         let same = [
-            part("axis.c", "zaber:/dev/x?axis=1").unwrap(),
-            part("axis.gamma", "zaber:/dev/x").unwrap(),
+            part("axis.c", "zaber:/dev/x?axis=1", Utf8Path::new("")).unwrap(),
+            part("axis.gamma", "zaber:/dev/x", Utf8Path::new("")).unwrap(),
         ];
         let file = Utf8Path::new("/no/such/folder/b.toml");
         let failure = bench(file, &same, Overwrite::Never).unwrap_err();

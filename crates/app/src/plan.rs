@@ -24,16 +24,16 @@ pub struct Planned {
 /// # Errors
 /// Bad input (exit 2) with file and line: also for a plan outside the limits of the axes.
 pub fn run(station: &Utf8Path, plan: &Utf8Path) -> Result<Planned, Failure> {
-    let Source { station, .. } = Source::load(station)?;
+    let Source { station, file, .. } = Source::load(station)?;
     let (parsed, text) = load(plan)?;
     let run = dry_run(&station, &parsed).map_err(|fault| located(plan, &text, &fault))?;
-    let distances = display(&station).and_then(|display| distances(&station, &parsed, &display));
+    let distances = display(&station, &file).and_then(|display| distances(&station, &parsed, &display));
     Ok(Planned { run, distances })
 }
 
 /// The ranges of the station's lux meter.
-fn display(station: &Station) -> Option<Vec<DisplayRange>> {
-    let ranges = catalogue::display_lx(&station.luxmeter().open);
+fn display(station: &Station, file: &Utf8Path) -> Option<Vec<DisplayRange>> {
+    let ranges = catalogue::display_lx(&station.luxmeter().open, file);
     let range = |(full_scale_lx, digit_lx)| DisplayRange {
         full_scale_lx,
         digit_lx,

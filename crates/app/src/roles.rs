@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use camino::Utf8Path;
 use isolux_device::{Kind, Target};
 use isolux_record::Station;
 use isolux_record::document::Fault;
@@ -27,20 +28,22 @@ struct Role<'a> {
 ///
 /// # Errors
 /// The later of two keys that name the same thing, and what to do.
-pub(crate) fn distinct(station: &Station) -> Result<(), Fault> {
+pub(crate) fn distinct(station: &Station, file: &Utf8Path) -> Result<(), Fault> {
     // A thread of its own: the caller may be on a runtime already, which cannot wait for a second one.
     let resolve = || {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-        runtime.map_or(Ok(()), |runtime| runtime.block_on(compare(station)))
+        runtime.map_or(Ok(()), |runtime| runtime.block_on(compare(station, file)))
     };
     std::thread::scope(|scope| scope.spawn(resolve).join().unwrap_or(Ok(())))
 }
 
-async fn compare(station: &Station) -> Result<(), Fault> {
+async fn compare(station: &Station, file: &Utf8Path) -> Result<(), Fault> {
     let mut earlier: Vec<Role<'_>> = Vec::new();
     for (key, kind, open) in opened(station) {
         // An address that is none is told when it is opened.
-        let Ok(target) = Target::parse(open) else { continue };
+        let Ok(target) = catalogue::target(open, file) else {
+            continue;
+        };
         let driver = catalogue::driver(target.driver());
         let Some(Ok(place)) = driver.map(|driver| (driver.place)(&target, kind)) else {
             continue;
@@ -145,7 +148,7 @@ mod tests {
         let text = virtual_station(&Choice::default()).unwrap().0;
         assert!(text.contains(from), "{from} is not in {text}");
         let station = Station::parse(Utf8Path::new("s.toml"), &text.replacen(from, to, 1)).unwrap();
-        distinct(&station).err().map(|fault| fault.to_string())
+        distinct(&station, Utf8Path::new("")).err().map(|fault| fault.to_string())
     }
 
     #[test]
@@ -231,7 +234,7 @@ mod tests {
                 station["axis"][axis]["open"] = open.into();
             }
             let station = Station::parse(Utf8Path::new("s.toml"), &station.to_string()).unwrap();
-            let fault = distinct(&station).unwrap_err();
+            let fault = distinct(&station, Utf8Path::new("")).unwrap_err();
             assert_eq!(fault.path, "axis.gamma.open", "{fault}");
         }
     }

@@ -112,7 +112,7 @@ pub fn run_in(
         let stage = Stage::of(&source.station, &source.file, progress)?;
         let cancel = OnSignals::listen()?;
         let taken = stage.claim(&source.station, force).await?;
-        let catalogue = Catalogue::new(stage.links.clone());
+        let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
         let mut devices = source.open(&catalogue).await?;
         let now = Timestamp::now();
         let (place, taken) = (place.clone(), taken.as_ref());

@@ -55,7 +55,7 @@ pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
             // A room that cannot be read keeps no real axis from being stopped.
             Err(_) => Stage::of_links(SystemLinks::beside_their_owner()),
         };
-        let catalogue = Catalogue::new(stage.links.clone());
+        let catalogue = Catalogue::new(stage.links.clone()).beside(file);
         let c = bench::open_axis(&catalogue, "axis.c", station.axis_c());
         let gamma = bench::open_axis(&catalogue, "axis.gamma", station.axis_gamma());
         // Each as soon as it can be reached: one that does not answer must not keep another running.

@@ -1,6 +1,7 @@
 //! From `driver:target` to an open device, without discovery.
 
 use std::fmt;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use async_trait::async_trait;
@@ -185,6 +186,8 @@ pub struct Target {
     driver: String,
     link: String,
     options: Vec<(String, String)>,
+    /// Where names of files in the options begin; no part of the address.
+    folder: PathBuf,
 }
 
 impl Target {
@@ -228,7 +231,20 @@ impl Target {
             driver: driver.to_owned(),
             link,
             options,
+            folder: PathBuf::new(),
         })
+    }
+
+    /// The same, in a file that stands in `folder`: names of files in its options begin there.
+    #[must_use]
+    pub fn within(self, folder: &Path) -> Self {
+        let folder = folder.to_owned();
+        Self { folder, ..self }
+    }
+
+    /// Where `file`, named in an option, is.
+    pub fn path(&self, file: &str) -> PathBuf {
+        self.folder.join(file)
     }
 
     /// Name of the driver.

@@ -1,5 +1,6 @@
 //! Axis drivers, one module an instrument.
 
+mod ascii;
 mod easi;
 mod oriental;
 mod watched;
@@ -7,9 +8,10 @@ mod zaber;
 
 use isolux_transport::Driver;
 
+pub use ascii::ASCII_AXIS;
 pub use easi::PARKER_EASI;
 pub use oriental::{ORIENTAL_AZ, OrientalAzDriver};
 pub use zaber::{ZABER, ZaberDriver};
 
 /// The drivers of this crate. A new one is one entry here.
-pub const DRIVERS: &[Driver] = &[ZABER, ORIENTAL_AZ, PARKER_EASI];
+pub const DRIVERS: &[Driver] = &[ZABER, ORIENTAL_AZ, PARKER_EASI, ASCII_AXIS];

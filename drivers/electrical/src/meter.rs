@@ -53,9 +53,7 @@ pub const SCPI_METER: Driver = Driver {
 
 fn profile(target: &Target) -> Result<Meter, OpenError> {
     target.only(&["profile"])?;
-    let name = target.option("profile");
-    let name = name.ok_or_else(|| target.wrong("a power meter needs profile=NAME or profile=FILE.toml"))?;
-    Meter::load(name).map_err(|error| target.wrong(error.to_string()))
+    Meter::of(target)
 }
 
 struct ScpiMeterDriver {

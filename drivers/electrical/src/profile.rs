@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use isolux_profile::{Line, ProfileError, Shipped, Spanned, Wrong, ascii, load, seconds, wrong};
+use isolux_device::{OpenError, Target};
+use isolux_profile::{Line, Shipped, Spanned, Wrong, ascii, format, of, seconds, wrong};
 use isolux_protocol_scpi::{Expect, Terminator};
 use isolux_transport::LineSettings;
 use serde::Deserialize;
@@ -158,16 +159,16 @@ struct OutputDocument {
 }
 
 impl Meter {
-    /// The profile of this name or in this file.
-    pub fn load(name: &str) -> Result<Self, ProfileError> {
-        load(name, METERS, |document: MeterDocument| document.check())
+    /// The profile that `target` names.
+    pub fn of(target: &Target) -> Result<Self, OpenError> {
+        of(target, METERS, |document: MeterDocument| document.check())
     }
 }
 
 impl Supply {
-    /// The profile of this name or in this file.
-    pub fn load(name: &str) -> Result<Self, ProfileError> {
-        load(name, SUPPLIES, |document: SupplyDocument| document.check())
+    /// The profile that `target` names.
+    pub fn of(target: &Target) -> Result<Self, OpenError> {
+        of(target, SUPPLIES, |document: SupplyDocument| document.check())
     }
 }
 
@@ -208,14 +209,6 @@ fn query(key: &str, value: &Spanned<String>) -> Result<String, Wrong> {
             value.span(),
             format!("{key} must be a query, with a question mark"),
         ))
-    }
-}
-
-fn format(found: &Spanned<String>, expected: &str) -> Result<(), Wrong> {
-    if found.get_ref() == expected {
-        Ok(())
-    } else {
-        Err(wrong(found.span(), format!("format must be \"{expected}\"")))
     }
 }
 
@@ -313,17 +306,21 @@ mod tests {
     use super::*;
     use isolux_profile::parse;
 
+    fn target(profile: &str) -> Target {
+        Target::parse(&format!("scpi:x?profile={profile}")).unwrap()
+    }
+
     #[test]
     fn the_shipped_profiles_are_valid() {
         for (name, _) in METERS {
-            let meter = Meter::load(name).unwrap();
+            let meter = Meter::of(&target(name)).unwrap();
             assert!(
                 meter.fields.contains(&Field::Voltage) && meter.fields.contains(&Field::Current),
                 "{name}"
             );
         }
         for (name, _) in SUPPLIES {
-            assert!(Supply::load(name).unwrap().on.contains("{channel}"), "{name}");
+            assert!(Supply::of(&target(name)).unwrap().on.contains("{channel}"), "{name}");
         }
     }
 
@@ -360,7 +357,7 @@ mod tests {
                 "{error}"
             );
         }
-        let error = Meter::load("wt9999").unwrap_err().to_string();
+        let error = Meter::of(&target("wt9999")).unwrap_err().to_string();
         assert!(error.contains("gpm-8213, pw3336"), "{error}");
     }
 }

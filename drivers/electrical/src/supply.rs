@@ -48,9 +48,7 @@ struct Address {
 impl Address {
     fn parse(target: &Target) -> Result<Self, OpenError> {
         target.only(&["profile", "channel", "voltage_v", "current_a"])?;
-        let name = target.option("profile");
-        let name = name.ok_or_else(|| target.wrong("a supply needs profile=NAME or profile=FILE.toml"))?;
-        let profile = Supply::load(name).map_err(|error| target.wrong(error.to_string()))?;
+        let profile = Supply::of(target)?;
         let channel = target.number("channel", 1_u8)?;
         if !(1..=profile.channels).contains(&channel) {
             return Err(target.wrong(format!("channel={channel}: this supply has 1 to {}", profile.channels)));

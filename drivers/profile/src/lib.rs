@@ -1,13 +1,18 @@
 //! Profiles: what an instrument is like, as a TOML file says it. One message for a bad one, with file and line.
 
+mod plain;
+
 use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
+use isolux_device::{OpenError, Target};
 use isolux_transport::{LineSettings, Parity};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 pub use toml::Spanned;
+
+pub use plain::{Address, Ask, Exchange, Manners, Messages, counts, decimal, identity};
 
 /// The profiles that come with the program: name and text.
 pub type Shipped = &'static [(&'static str, &'static str)];
@@ -45,12 +50,33 @@ pub enum ProfileError {
     },
 }
 
-/// The profile of this name among `shipped`, or in the file at this path (one that ends in `.toml`).
+/// The profile that `target` names: one among `shipped`, or a file (its name ends in `.toml`) in the folder of the station.
+///
+/// # Errors
+/// [`OpenError::Address`] without the option `profile`, and for a profile that is refused.
+pub fn of<D: DeserializeOwned, P>(
+    target: &Target,
+    shipped: Shipped,
+    check: impl FnOnce(D) -> Result<P, Wrong>,
+) -> Result<P, OpenError> {
+    let Some(name) = target.option("profile") else {
+        let known = names(shipped);
+        return Err(target.wrong(format!("this driver needs profile=NAME ({known}) or profile=FILE.toml")));
+    };
+    load(name, &target.path(name), shipped, check).map_err(|error| target.wrong(error.to_string()))
+}
+
+fn names(shipped: Shipped) -> String {
+    shipped.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+}
+
+/// The profile of this name among `shipped`, or in the file of this name (one that ends in `.toml`), which is at `path`.
 ///
 /// # Errors
 /// [`ProfileError`].
 pub fn load<D: DeserializeOwned, P>(
     name: &str,
+    path: &Path,
     shipped: Shipped,
     check: impl FnOnce(D) -> Result<P, Wrong>,
 ) -> Result<P, ProfileError> {
@@ -58,17 +84,17 @@ pub fn load<D: DeserializeOwned, P>(
         return parse(name, text, check);
     }
     let unreadable = |reason: String| ProfileError::Unreadable {
-        file: name.to_owned(),
+        file: path.display().to_string(),
         reason,
-        known: shipped.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
+        known: names(shipped),
     };
     if Path::new(name).extension().is_none_or(|extension| extension != "toml") {
         return Err(unreadable(
             "no such profile, and a file's name ends in .toml".to_owned(),
         ));
     }
-    let text = std::fs::read_to_string(name).map_err(|error| unreadable(error.to_string()))?;
-    parse(name, &text, check)
+    let text = std::fs::read_to_string(path).map_err(|error| unreadable(error.to_string()))?;
+    parse(&path.display().to_string(), &text, check)
 }
 
 /// Reads the text of a profile; `file` is its name for messages.
@@ -98,7 +124,8 @@ pub fn parse<D: DeserializeOwned, P>(
 #[serde(deny_unknown_fields)]
 pub struct Line {
     baud: Spanned<u32>,
-    data_bits: Spanned<u8>,
+    /// Not checked yet.
+    pub data_bits: Spanned<u8>,
     parity: LineParity,
     stop_bits: Spanned<u8>,
 }
@@ -148,6 +175,18 @@ pub fn seconds(key: &str, value: &Spanned<f64>) -> Result<Duration, Wrong> {
         Ok(Duration::from_secs_f64(*value.get_ref()))
     } else {
         Err(wrong(value.span(), format!("{key} must be 0.001 to 60")))
+    }
+}
+
+/// Whether the first key of a profile is the one that it must be.
+///
+/// # Errors
+/// [`Wrong`] says what it must be.
+pub fn format(found: &Spanned<String>, expected: &str) -> Result<(), Wrong> {
+    if found.get_ref() == expected {
+        Ok(())
+    } else {
+        Err(wrong(found.span(), format!("format must be \"{expected}\"")))
     }
 }
 
@@ -210,7 +249,9 @@ mod tests {
             let error = small(&good.replace(from, to)).unwrap_err().to_string();
             assert!(error.starts_with(message), "{error}");
         }
-        let missing = load("none", &[("one", "")], |small: Small| Ok(small.line.check().is_ok()));
+        let missing = load("none", Path::new("none"), &[("one", "")], |small: Small| {
+            Ok(small.line.check().is_ok())
+        });
         assert!(
             missing
                 .unwrap_err()

@@ -20,6 +20,8 @@ mod spectrometer;
 pub mod station;
 mod sts;
 mod supply;
+mod template_axes;
+mod template_lux;
 pub mod twins;
 pub mod usb;
 mod world;

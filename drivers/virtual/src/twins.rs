@@ -8,17 +8,22 @@ use isolux_transport::LineSettings;
 
 use crate::server::Twin;
 use crate::world::World;
-use crate::{luxmeter, mavo, modbus_lux, oriental, p9710, parker, powermeter, spectrometer, sts, supply, zaber};
+use crate::{
+    luxmeter, mavo, modbus_lux, oriental, p9710, parker, powermeter, spectrometer, sts, supply, template_axes,
+    template_lux, zaber,
+};
 
 /// All twins; of those that play one instrument the first is the default. A new twin is one entry here.
 pub const TWINS: &[TwinKind] = &[
     zaber::TWIN,
     oriental::TWIN,
     parker::TWIN,
+    template_axes::TWIN,
     luxmeter::TWIN,
     modbus_lux::TWIN,
     mavo::TWIN,
     p9710::TWIN,
+    template_lux::TWIN,
     spectrometer::TWIN,
     sts::TWIN,
     powermeter::TWIN,

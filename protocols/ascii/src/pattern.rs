@@ -87,6 +87,17 @@ impl Pattern {
         })
     }
 
+    /// The same with `text` in the place of a field.
+    #[must_use]
+    pub fn with(&self, field: &str, text: &str) -> Self {
+        let put = |part: &Part| match part {
+            Part::Field(name) if name == field => Part::Literal(text.to_owned()),
+            other => other.clone(),
+        };
+        let parts = self.parts.iter().map(put).collect();
+        Self { parts }
+    }
+
     /// The fields of `line`, if it has this form in one way only.
     pub fn read(&self, line: &str) -> Option<Fields> {
         let mut fields = Fields::new();
@@ -143,6 +154,8 @@ mod tests {
             Some(vec!["1.5".to_owned(), "3".to_owned()])
         );
         assert_eq!(read("OK", "OK"), Some(vec![]));
+        let one = Pattern::parse("1 STATE {state}").unwrap().with("state", "READY");
+        assert!(one.read("1 STATE READY").is_some() && one.read("1 STATE RAEDY").is_none());
         for (pattern, line) in [
             ("{value} lx", "12.5 fc"),
             ("{value} lx", " lx"),

@@ -2,7 +2,7 @@
 
 use std::io::{IsTerminal as _, Write as _};
 
-use camino::Utf8PathBuf;
+use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
 use isolux_app::files::Overwrite;
 use isolux_app::init::Part;
@@ -55,8 +55,8 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
     if let Some(file) = &arguments.bench {
         isolux_app::files::refuse_existing(file, overwrite)?;
         let parts = match arguments.open.as_slice() {
-            [] => asked()?,
-            named => named.iter().map(|text| named_part(text)).collect::<Result<_, _>>()?,
+            [] => asked(file)?,
+            named => named.iter().map(|text| named_part(text, file)).collect::<Result<_, _>>()?,
         };
         return told(&init::bench(file, &parts, overwrite)?, arguments.json);
     }
@@ -93,15 +93,15 @@ fn told(written: &[Utf8PathBuf], json: bool) -> Result<(), Failure> {
 }
 
 /// `PART=DRIVER:TARGET`.
-fn named_part(text: &str) -> Result<Part, Failure> {
+fn named_part(text: &str, file: &Utf8Path) -> Result<Part, Failure> {
     match text.split_once('=') {
-        Some((name, open)) => init::part(name, open),
+        Some((name, open)) => init::part(name, open, file),
         None => Err(Failure::bad_input(format!("--open {text} is not PART=DRIVER:TARGET"))),
     }
 }
 
 /// Asks for one part after the other what it is; an empty answer leaves the twin.
-fn asked() -> Result<Vec<Part>, Failure> {
+fn asked(file: &Utf8Path) -> Result<Vec<Part>, Failure> {
     if !std::io::stdin().is_terminal() {
         return Err(Failure::bad_input("--bench asks on a terminal, and this is none")
             .help("name the parts, as --open axis.c=zaber:/dev/ttyUSB0?axis=1"));
@@ -129,7 +129,7 @@ fn asked() -> Result<Vec<Part>, Failure> {
             match line.trim() {
                 _ if read == 0 => return Err(Failure::bad_input("the questions were broken off; nothing was written")),
                 "" => break,
-                open => match init::part(name, open) {
+                open => match init::part(name, open, file) {
                     Ok(part) => {
                         parts.push(part);
                         break;

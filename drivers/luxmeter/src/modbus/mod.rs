@@ -1,7 +1,6 @@
 //! Any lux meter on Modbus, by a profile: `modbus-lux:LINK?profile=rs485-u32&unit=1`.
 //!
-//! `profile` is the name of one that comes with the program, or the path of a TOML file; a path that begins with no `/` is
-//! taken from the folder in which the program was started.
+//! `profile` is the name of one that comes with the program, or the path of a TOML file, from the folder of the station file.
 //!
 //! The meter converts all the time, and a request gets the latest value: light of the update interval and the integration
 //! before the request. What an answer is believed for is said in `confirmed.rs`. On a line in doubt the meter is asked for
@@ -57,10 +56,7 @@ pub const MODBUS_LUX: Driver = Driver {
 
 fn profile(target: &Target) -> Result<Profile, OpenError> {
     target.only(&["profile", "unit"])?;
-    let name = target
-        .option("profile")
-        .ok_or_else(|| target.wrong("a Modbus lux meter needs profile=NAME or profile=FILE.toml"))?;
-    Profile::load(name).map_err(|error| target.wrong(error.to_string()))
+    Profile::of(target)
 }
 
 /// Opens lux meters on Modbus.

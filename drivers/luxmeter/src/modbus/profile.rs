@@ -3,22 +3,22 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use isolux_device::{OpenError, Target};
 use isolux_modbus::{Encoding, NumberType, Table, WordOrder};
-use isolux_transport::{LineSettings, Parity};
+use isolux_profile::{Line, Shipped, Spanned, Wrong, format, of, seconds};
+use isolux_transport::LineSettings;
 use serde::Deserialize;
-use toml::Spanned;
+
+use crate::unit::{Unit, range};
 
 /// First key of every profile.
 const FORMAT: &str = "isolux-modbus-lux/1";
 
 /// The profiles that come with the program, by name.
-pub(crate) const SHIPPED: &[(&str, &str)] = &[
+const SHIPPED: Shipped = &[
     ("rs485-u32", include_str!("../../profiles/rs485-u32.toml")),
     ("u32-thousandths", include_str!("../../profiles/u32-thousandths.toml")),
 ];
-
-/// A footcandle is a lumen per square foot; a foot is 0.3048 m.
-const FOOTCANDLE_LX: f64 = 1.0 / (0.3048 * 0.3048);
 
 /// What a raw reading stands for.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,33 +52,6 @@ pub(crate) struct Profile {
     codes: Vec<(f64, Meaning)>,
 }
 
-/// Why a profile was refused.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum ProfileError {
-    /// The file cannot be read.
-    #[error("profile {file}: {reason}; profiles that come with the program: {}", shipped_names())]
-    Unreadable {
-        /// As written.
-        file: String,
-        /// What the system said.
-        reason: String,
-    },
-    /// The file says something that cannot be.
-    #[error("{file}:{line}: {reason}")]
-    Wrong {
-        /// Its name.
-        file: String,
-        /// One-based.
-        line: usize,
-        /// What is wrong, and what would be right.
-        reason: String,
-    },
-}
-
-fn shipped_names() -> String {
-    SHIPPED.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Document {
@@ -87,23 +60,6 @@ struct Document {
     line: Line,
     reading: Reading,
     timing: Timing,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Line {
-    baud: Spanned<u32>,
-    data_bits: Spanned<u8>,
-    parity: LineParity,
-    stop_bits: Spanned<u8>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum LineParity {
-    None,
-    Even,
-    Odd,
 }
 
 #[derive(Deserialize)]
@@ -142,14 +98,6 @@ enum Order {
     LowFirst,
 }
 
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Unit {
-    Lx,
-    Klx,
-    Fc,
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Timing {
@@ -158,43 +106,9 @@ struct Timing {
 }
 
 impl Profile {
-    /// The profile of this name, or in the file at this path (one that ends in `.toml`).
-    pub fn load(name: &str) -> Result<Self, ProfileError> {
-        if let Some((name, text)) = SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
-            return Self::parse(name, text);
-        }
-        if std::path::Path::new(name)
-            .extension()
-            .is_none_or(|extension| extension != "toml")
-        {
-            let reason = "no such profile, and a file's name ends in .toml".to_owned();
-            let file = name.to_owned();
-            return Err(ProfileError::Unreadable { file, reason });
-        }
-        let text = std::fs::read_to_string(name).map_err(|error| ProfileError::Unreadable {
-            file: name.to_owned(),
-            reason: error.to_string(),
-        })?;
-        Self::parse(name, &text)
-    }
-
-    /// Reads the text of a profile; `file` is its name for messages.
-    pub fn parse(file: &str, text: &str) -> Result<Self, ProfileError> {
-        let wrong = |at: usize, reason: String| {
-            let before = text.get(..at).unwrap_or(text);
-            ProfileError::Wrong {
-                file: file.to_owned(),
-                line: 1 + before.bytes().filter(|byte| *byte == b'\n').count(),
-                reason,
-            }
-        };
-        let document: Document = toml::from_str(text).map_err(|error| {
-            wrong(
-                error.span().map_or(0, |span| span.start),
-                error.message().replace('\n', ", "),
-            )
-        })?;
-        document.check().map_err(|(at, reason)| wrong(at, reason))
+    /// The profile that `target` names.
+    pub fn of(target: &Target) -> Result<Self, OpenError> {
+        of(target, SHIPPED, |document: Document| document.check())
     }
 
     /// What the registers say.
@@ -216,17 +130,19 @@ impl Profile {
     }
 }
 
-/// Offset in the text and what is wrong there.
-type Wrong = (usize, String);
-
 impl Document {
     fn check(self) -> Result<Profile, Wrong> {
         let at = |span: std::ops::Range<usize>, reason: &str| (span.start, reason.to_owned());
-        if self.format.get_ref() != FORMAT {
-            return Err(at(self.format.span(), &format!("format must be \"{FORMAT}\"")));
-        }
+        format(&self.format, FORMAT)?;
         if self.model.get_ref().trim().is_empty() {
             return Err(at(self.model.span(), "model must name the meter"));
+        }
+        // RTU sends bytes: seven data bits are for Modbus ASCII (SL 2.5.1).
+        if *self.line.data_bits.get_ref() != 8 {
+            return Err(at(
+                self.line.data_bits.span(),
+                "data_bits must be 8: RTU sends whole bytes",
+            ));
         }
         let line = self.line.check()?;
         let reading = &self.reading;
@@ -248,18 +164,8 @@ impl Document {
         if !(scale.is_finite() && scale > 0.0) {
             return Err(at(reading.scale.span(), "scale must be above zero"));
         }
-        let unit_lx = match reading.unit {
-            Unit::Lx => 1.0,
-            Unit::Klx => 1000.0,
-            Unit::Fc => FOOTCANDLE_LX,
-        };
-        let [low, high] = *reading.range.get_ref();
-        if !(low.is_finite() && high.is_finite() && low < high && high > 0.0) {
-            return Err(at(
-                reading.range.span(),
-                "range must be [lowest, highest] in the unit of the reading",
-            ));
-        }
+        let unit_lx = reading.unit.lx();
+        let [low, high] = range(&reading.range)?;
         let resolution = match (&reading.resolution, encoding.number) {
             (Some(step), _) if *step.get_ref() > 0.0 && *step.get_ref() < high => *step.get_ref(),
             (Some(step), _) => {
@@ -276,13 +182,6 @@ impl Document {
             }
             (None, _) => scale,
         };
-        let seconds = |key: &str, value: &Spanned<f64>| {
-            let allowed = (0.001..=60.0).contains(value.get_ref());
-            let reason = format!("{key} must be 0.001 to 60");
-            allowed
-                .then(|| Duration::from_secs_f64(*value.get_ref()))
-                .ok_or((value.span().start, reason))
-        };
         Ok(Profile {
             line,
             table,
@@ -295,32 +194,6 @@ impl Document {
             integration: seconds("integration_s", &self.timing.integration_s)?,
             codes: reading.codes(encoding, scale, (low, high))?,
             model: self.model.into_inner(),
-        })
-    }
-}
-
-impl Line {
-    fn check(&self) -> Result<LineSettings, Wrong> {
-        let refuse = |value: std::ops::Range<usize>, reason: &str| Err((value.start, reason.to_owned()));
-        if !(300..=4_000_000).contains(self.baud.get_ref()) {
-            return refuse(self.baud.span(), "baud must be 300 to 4000000");
-        }
-        // RTU sends bytes: seven data bits are for Modbus ASCII (SL 2.5.1).
-        if *self.data_bits.get_ref() != 8 {
-            return refuse(self.data_bits.span(), "data_bits must be 8: RTU sends whole bytes");
-        }
-        if !(1..=2).contains(self.stop_bits.get_ref()) {
-            return refuse(self.stop_bits.span(), "stop_bits must be 1 or 2");
-        }
-        Ok(LineSettings {
-            baud: *self.baud.get_ref(),
-            data_bits: 8,
-            parity: match self.parity {
-                LineParity::None => Parity::None,
-                LineParity::Even => Parity::Even,
-                LineParity::Odd => Parity::Odd,
-            },
-            stop_bits: *self.stop_bits.get_ref(),
         })
     }
 }
@@ -395,6 +268,7 @@ impl Reading {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use isolux_profile::{ProfileError, parse};
 
     const FULL: &str = r#"format = "isolux-modbus-lux/1"
 model = "a meter"
@@ -421,9 +295,17 @@ update_interval_s = 0.5
 integration_s = 0.25
 "#;
 
+    fn parsed(text: &str) -> Result<Profile, ProfileError> {
+        parse("m.toml", text, |document: Document| document.check())
+    }
+
+    fn shipped(name: &str) -> Result<Profile, OpenError> {
+        Profile::of(&Target::parse(&format!("modbus-lux:x?profile={name}")).unwrap())
+    }
+
     #[test]
     fn every_key_means_what_it_says() {
-        let profile = Profile::parse("m.toml", FULL).unwrap();
+        let profile = parsed(FULL).unwrap();
         assert_eq!(profile.line.to_string(), "19200 8E1");
         assert_eq!((profile.table, profile.register), (Table::Input, 12));
         assert_eq!((profile.range_lx, profile.resolution_lx), ((-1000.0, 150_000.0), 20.0));
@@ -441,7 +323,7 @@ integration_s = 0.25
         assert_eq!(says(-101), Meaning::UnderRange);
         assert_eq!(profile.meaning(&[1]), None);
         let feet = FULL.replace("klx", "fc").replace("range = [-1.0", "range = [0.5");
-        let profile = Profile::parse("m.toml", &feet).unwrap();
+        let profile = parsed(&feet).unwrap();
         // 1 fc = 10.763910 lx.
         let Some(Meaning::Lux(lux)) = profile.meaning(&[100, 0]) else {
             panic!()
@@ -455,7 +337,7 @@ integration_s = 0.25
             .replace("\"i32\"", "\"f32\"")
             .replace("over_range = [2147483647]\nunder_range = [-2147483648]\n", "")
             .replace("-99999", "-9999.0");
-        let profile = Profile::parse("m.toml", &float).unwrap();
+        let profile = parsed(&float).unwrap();
         let says = |value: f32| {
             profile
                 .meaning(&[value.to_bits() as u16, (value.to_bits() >> 16) as u16])
@@ -470,11 +352,11 @@ integration_s = 0.25
     #[test]
     fn the_shipped_ones_are_right_and_the_golden_answer_is_132854_lx() {
         for (name, _) in SHIPPED {
-            Profile::load(name).unwrap();
+            shipped(name).unwrap();
         }
-        let profile = Profile::load("rs485-u32").unwrap();
+        let profile = shipped("rs485-u32").unwrap();
         assert_eq!(profile.meaning(&[0x0002, 0x06F6]), Some(Meaning::Lux(132_854.0)));
-        let profile = Profile::load("u32-thousandths").unwrap();
+        let profile = shipped("u32-thousandths").unwrap();
         assert_eq!(profile.meaning(&[0x0002, 0x06F6]), Some(Meaning::Lux(132.854)));
     }
 
@@ -521,25 +403,18 @@ integration_s = 0.25
             ("integration_s = 0.25\n", "", 21, "missing field `integration_s`"),
         ] {
             assert!(FULL.contains(from), "{from}");
-            let error = Profile::parse("m.toml", &FULL.replacen(from, to, 1))
-                .unwrap_err()
-                .to_string();
+            let error = parsed(&FULL.replacen(from, to, 1)).unwrap_err().to_string();
             assert!(
                 error.starts_with(&format!("m.toml:{line}: ")) && error.contains(part),
                 "{to}: {error}"
             );
             assert_eq!(error.lines().count(), 1, "{error}");
         }
-        let error = Profile::load("nowhere.toml").unwrap_err().to_string();
+        let error = shipped("nowhere.toml").unwrap_err().to_string();
         assert!(
             error.contains("nowhere.toml") && error.contains("rs485-u32, u32-thousandths"),
             "{error}"
         );
-        assert!(
-            Profile::load("rs485")
-                .unwrap_err()
-                .to_string()
-                .contains("no such profile")
-        );
+        assert!(shipped("rs485").unwrap_err().to_string().contains("no such profile"));
     }
 }

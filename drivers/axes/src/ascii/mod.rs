@@ -1,0 +1,81 @@
+//! Axes with a simple ASCII language, by a profile: `ascii-axis:LINK?profile=FILE.toml&address=1`.
+//!
+//! `profile` is the path of a TOML file, from the folder of the station file; `template` is one that shows every key and is
+//! no real drive. `address` stands for `{address}` in the profile.
+//!
+//! These languages have neither checks nor numbers. Every command is followed by a look at what became of it, and looks count as
+//! `watched.rs` says. After a lost reply the command of `[identity]` must be answered before anything is asked again.
+
+mod drive;
+mod profile;
+
+use std::sync::Arc;
+
+use async_trait::async_trait;
+use isolux_device::{Axis, AxisFactory, AxisSettings, Coordinate, Factories, Kind, OpenError, Target};
+use isolux_protocol_ascii::{Lines, Plain};
+use isolux_transport::{Driver, Place, Ports, no_display};
+use isolux_units::Millimetre;
+
+use crate::watched::Watched;
+use drive::Described;
+use profile::Profile;
+
+/// Name of the driver in `open = "ascii-axis:…"`.
+pub(crate) const NAME: &str = "ascii-axis";
+
+/// Axes in plain ASCII.
+pub const ASCII_AXIS: Driver = Driver {
+    name: NAME,
+    speaks_to: "turntables and rails with a simple ASCII language, by a profile in TOML of your own (template: a start)",
+    examples: &[(Kind::Axis, "ascii-axis:/dev/ttyUSB0?profile=template&address=1")],
+    seen_with: "🧪 a template: the virtual twin of an instrument that does not exist",
+    usb: &[],
+    place: |target, _| {
+        let line = profile(target)?.line;
+        let address = target.option("address");
+        let channel = address.map(|address| format!("drive {address}")).unwrap_or_default();
+        Ok(Place { channel, line })
+    },
+    display_lx: no_display,
+    factories: |ports| Factories {
+        axis: Some(Arc::new(AsciiAxisDriver { ports })),
+        ..Factories::default()
+    },
+};
+
+fn profile(target: &Target) -> Result<Profile, OpenError> {
+    target.only(&["profile", "address"])?;
+    Profile::of(target)
+}
+
+struct AsciiAxisDriver {
+    ports: Arc<Ports>,
+}
+
+impl AsciiAxisDriver {
+    async fn axis<P: Coordinate>(
+        &self,
+        target: &Target,
+        settings: AxisSettings<P>,
+    ) -> Result<Watched<P, Described<P>>, OpenError> {
+        let profile = profile(target)?;
+        let bus = self.ports.bus(target, profile.line, Lines::<Plain>::default).await?;
+        Ok(Watched::new(Described::open(bus, target, profile, settings).await?))
+    }
+}
+
+#[async_trait]
+impl AxisFactory for AsciiAxisDriver {
+    async fn open_axis(&self, target: &Target, settings: AxisSettings) -> Result<Box<dyn Axis>, OpenError> {
+        Ok(Box::new(self.axis(target, settings).await?))
+    }
+
+    async fn open_linear_axis(
+        &self,
+        target: &Target,
+        settings: AxisSettings<Millimetre>,
+    ) -> Result<Box<dyn Axis<Millimetre>>, OpenError> {
+        Ok(Box::new(self.axis(target, settings).await?))
+    }
+}
