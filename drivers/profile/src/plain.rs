@@ -169,7 +169,9 @@ impl Manners {
 
     /// The meaning of an answer to `exchange` with this form, if it is an error.
     pub fn error(&self, exchange: &Exchange, form: usize) -> Option<&str> {
-        let (meaning, _) = self.errors.get(form.checked_sub(exchange.replies.len())?)?;
+        // What nothing answers is no error.
+        let replies = Some(exchange.replies.len()).filter(|count| *count > 0)?;
+        let (meaning, _) = self.errors.get(form.checked_sub(replies)?)?;
         Some(meaning)
     }
 }
