@@ -257,6 +257,28 @@ mod tests {
         }
     }
 
+    #[tokio::test(start_paused = true)]
+    async fn a_profile_begins_in_the_folder_of_the_station_wherever_the_program_was_started() {
+        let folder = tempfile::tempdir().unwrap();
+        let station = Utf8Path::from_path(folder.path()).unwrap().join("station.toml");
+        let open = "ascii-lux:memory:nowhere?profile=meter.toml";
+        let profile = include_str!("../../../drivers/luxmeter/profiles/template.toml");
+        std::fs::write(folder.path().join("meter.toml"), profile).unwrap();
+        place(open, Kind::LuxMeter, &station).unwrap();
+        let catalogue = || Catalogue::new(Arc::new(MemoryLinks::default()));
+        let opened = catalogue().beside(&station).lux_meter(open).await;
+        assert!(
+            matches!(opened, Err(OpenError::Link { .. })),
+            "the profile is read, the link is not there"
+        );
+        let elsewhere = place(open, Kind::LuxMeter, Utf8Path::new("elsewhere/station.toml")).unwrap_err();
+        assert!(elsewhere.to_string().contains("elsewhere/meter.toml"), "{elsewhere}");
+        assert!(matches!(
+            catalogue().lux_meter(open).await,
+            Err(OpenError::Address { .. })
+        ));
+    }
+
     #[test]
     fn a_display_is_that_of_the_driver() {
         let here = Utf8Path::new("station.toml");

@@ -447,7 +447,10 @@ mod tests {
             ("rail", ABSENT),
             ("ambient", ABSENT),
         ];
-        let parts: Vec<Part> = named.iter().map(|(name, open)| part(name, open, Utf8Path::new("")).unwrap()).collect();
+        let parts: Vec<Part> = named
+            .iter()
+            .map(|(name, open)| part(name, open, Utf8Path::new("")).unwrap())
+            .collect();
         let written = bench(&file, &parts, Overwrite::Never).unwrap();
         assert_eq!(
             written.len(),

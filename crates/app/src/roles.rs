@@ -148,7 +148,9 @@ mod tests {
         let text = virtual_station(&Choice::default()).unwrap().0;
         assert!(text.contains(from), "{from} is not in {text}");
         let station = Station::parse(Utf8Path::new("s.toml"), &text.replacen(from, to, 1)).unwrap();
-        distinct(&station, Utf8Path::new("")).err().map(|fault| fault.to_string())
+        distinct(&station, Utf8Path::new(""))
+            .err()
+            .map(|fault| fault.to_string())
     }
 
     #[test]

@@ -56,7 +56,10 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
         isolux_app::files::refuse_existing(file, overwrite)?;
         let parts = match arguments.open.as_slice() {
             [] => asked(file)?,
-            named => named.iter().map(|text| named_part(text, file)).collect::<Result<_, _>>()?,
+            named => named
+                .iter()
+                .map(|text| named_part(text, file))
+                .collect::<Result<_, _>>()?,
         };
         return told(&init::bench(file, &parts, overwrite)?, arguments.json);
     }
