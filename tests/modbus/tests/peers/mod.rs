@@ -32,22 +32,24 @@ fn missing(what: &str) {
 }
 
 fn python() -> Option<PathBuf> {
-    let python = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../peers-python/bin/python");
-    if !python.exists() {
-        missing("no pymodbus here (tests/peers/python.sh installs it)");
+    let home = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../peers-python");
+    let installed = std::fs::read_to_string(home.join("requirements.txt"));
+    if installed.is_ok_and(|installed| installed == include_str!("../../../peers/requirements.txt")) {
+        return Some(home.join("bin/python"));
     }
-    python.exists().then_some(python)
+    missing("not all Python packages are here (tests/peers/python.sh installs them)");
+    None
 }
 
-fn script() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../peers/modbus.py")
+fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../peers").join(name)
 }
 
 /// `tests/peers/modbus.py` as a server.
 pub fn pymodbus(arguments: &[&str]) -> Option<Peer> {
     let mut child = Command::new(python()?)
         .args(["-W", "ignore"])
-        .arg(script())
+        .arg(script("modbus.py"))
         .args(arguments)
         .stdout(Stdio::piped())
         .kill_on_drop(true)
@@ -59,8 +61,13 @@ pub fn pymodbus(arguments: &[&str]) -> Option<Peer> {
 
 /// `tests/peers/modbus.py` as a client: all that it says.
 pub async fn pymodbus_says(arguments: &[&str]) -> Option<String> {
+    python_says("modbus.py", arguments).await.map(Result::unwrap)
+}
+
+/// What a script of `tests/peers` says as a client: its output, or where it failed what it had against it.
+pub async fn python_says(name: &str, arguments: &[&str]) -> Option<Result<String, String>> {
     let mut command = Command::new(python()?);
-    command.args(["-W", "ignore"]).arg(script()).args(arguments);
+    command.args(["-W", "ignore"]).arg(script(name)).args(arguments);
     Some(said(command).await)
 }
 
@@ -72,17 +79,15 @@ pub async fn mbpoll(arguments: &[&str]) -> Option<String> {
     }
     let mut command = Command::new("mbpoll");
     command.args(arguments);
-    Some(said(command).await)
+    Some(said(command).await.unwrap())
 }
 
-async fn said(mut command: Command) -> String {
+async fn said(mut command: Command) -> Result<String, String> {
     let output = tokio::time::timeout(Duration::from_secs(60), command.kill_on_drop(true).output()).await;
     let output = output.expect("it ends within 60 s").unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(
-        output.status.success(),
-        "{said}{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    said
+    if output.status.success() {
+        return Ok(said);
+    }
+    Err(said + &String::from_utf8_lossy(&output.stderr))
 }
