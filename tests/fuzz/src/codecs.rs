@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use isolux_conversation::{Conversation, Event};
-use isolux_protocol_ascii::Lines;
+use isolux_protocol_ascii::{End, Form, Lines, Message as PlainMessage, Pattern, Plain};
 use isolux_protocol_easi::{Bits, Easi, Request as EasiRequest};
 use isolux_protocol_mavo::{Mavo, Request as MavoRequest};
 use isolux_protocol_modbus::{Ask, Mbap, Request as ModbusRequest, Rtu};
@@ -54,6 +54,11 @@ pub const TARGETS: &[Target] = &[
         name: "p9710",
         run: p9710,
         seeds: p9710_seeds,
+    },
+    Target {
+        name: "plain",
+        run: plain,
+        seeds: plain_seeds,
     },
     Target {
         name: "scpi",
@@ -172,6 +177,44 @@ fn p9710_seeds() -> Vec<Vec<u8>> {
         seed(2, "0;3\n"),
         seed(3, "5000\n"),
         seed(0, "?16\n"),
+    ]
+}
+
+/// The first line of the bytes is the form of the reply, the rest answers it.
+fn plain(data: &[u8]) {
+    let [which, piece, rest @ ..] = data else { return };
+    let (pattern, answer) = rest.split_at(rest.iter().position(|byte| *byte == b'\n').unwrap_or(0));
+    let Ok(pattern) = Pattern::parse(&String::from_utf8_lossy(pattern)) else {
+        return;
+    };
+    let request = |which: u8| PlainMessage {
+        text: "E?".to_owned(),
+        end: End::CrLf,
+        answer_end: [End::Cr, End::Lf, End::CrLf][usize::from(which % 3)],
+        echo: which % 2 == 0,
+        forms: vec![
+            Form {
+                pattern: pattern.with("state", "READY"),
+                number: Some("value"),
+            },
+            Form {
+                pattern: pattern.clone(),
+                number: None,
+            },
+        ],
+        unlike: Vec::new(),
+        quiet: Duration::from_secs(1),
+    };
+    let answer = answer.get(1..).unwrap_or_default();
+    let bytes = [&[*which, *piece], answer].concat();
+    session(&mut Lines::<Plain>::default(), &bytes, request, drop);
+}
+
+fn plain_seeds() -> Vec<Vec<u8>> {
+    vec![
+        seed(1, "E {value} lx\nE 12.5 lx\n"),
+        seed(5, "STATE {state}\nSTATE READY\r\n"),
+        seed(0, "{model},{serial}\nE?\r\nLUX-1,0042\r"),
     ]
 }
 

@@ -41,7 +41,10 @@ async fn pyvisa(what: &str, place: &str) -> Option<Result<Value, String>> {
 }
 
 fn light(room: &VirtualRoom, lamp: bool) {
-    let switches = Switches { lamp, ..Switches::default() };
+    let switches = Switches {
+        lamp,
+        ..Switches::default()
+    };
     room.with_world(|world, now_s| world.set_switches(switches, now_s));
 }
 
@@ -65,7 +68,9 @@ fn meter_errors(room: &VirtualRoom, said: &Value) -> Vec<String> {
         }
     }
     let expected = [truth.voltage_v, truth.current_a, truth.power_w, factor];
-    let values: Vec<f64> = (said["values"].as_array().into_iter().flatten()).filter_map(Value::as_f64).collect();
+    let values: Vec<f64> = (said["values"].as_array().into_iter().flatten())
+        .filter_map(Value::as_f64)
+        .collect();
     // Five digits, and what the lamp drifts in the seconds between.
     let near = |value: f64, truth: f64| (value - truth).abs() <= 2e-3 * truth.abs();
     if values.len() != 4 || !values.iter().zip(expected).all(|(value, truth)| near(*value, truth)) {
@@ -85,7 +90,9 @@ async fn pyvisa_reads_our_power_meter_over_tcp_and_on_a_line() {
     let (tcp, _serving) = served(&room, Instrument::Powermeter, Offer::Tcp { port: 0 }).await;
     let (pty, _line) = served(&room, Instrument::Powermeter, Offer::Pty).await;
     for place in [format!("tcp:{}", port(&tcp)), pty] {
-        let Some(said) = pyvisa("meter", &place).await else { return };
+        let Some(said) = pyvisa("meter", &place).await else {
+            return;
+        };
         let said = said.unwrap();
         assert_eq!(meter_errors(&room, &said), Vec::<String>::new(), "{place}: {said}");
     }
@@ -98,7 +105,9 @@ async fn pyvisa_switches_our_supply_over_tcp_and_on_a_line() {
     let (tcp, _serving) = served(&room, Instrument::Supply, Offer::Tcp { port: 0 }).await;
     let (pty, _line) = served(&room, Instrument::Supply, Offer::Pty).await;
     for place in [format!("tcp:{}", port(&tcp)), pty] {
-        let Some(said) = pyvisa("supply", &place).await else { return };
+        let Some(said) = pyvisa("supply", &place).await else {
+            return;
+        };
         let mut said = said.unwrap();
         said["empty"].take();
         let expected = json!({
@@ -159,7 +168,9 @@ async fn a_twin_that_answers_wrongly_is_found_out() {
         ("answer to *OPC?", b"1\r\n", b"0\r\n"),
     ] {
         let place = format!("tcp:{}", liar(&tcp, from, to).await);
-        let Some(said) = pyvisa("meter", &place).await else { return };
+        let Some(said) = pyvisa("meter", &place).await else {
+            return;
+        };
         let wrong = said.map_or_else(|failed| vec![failed], |said| meter_errors(&room, &said));
         assert_eq!(wrong.is_empty(), what == "nothing", "{what}: {wrong:?}");
     }
