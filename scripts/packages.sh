@@ -2,7 +2,7 @@
 # Installs the Debian packages that building and testing need and that a fresh Debian 12 with a Rust toolchain may lack.
 # Run as root, or with sudo at hand; does nothing where everything is there.
 set -euo pipefail
-# mbpoll and Python packages (tests/peers/python.sh) speak Modbus with us (tests/modbus);
+# mbpoll and Python packages (tests/peers/python.sh) speak Modbus (tests/modbus) and SCPI (tests/scpi) with us;
 # umockdev shows libusb the twins of USB instruments (tests/usb).
 needed=(gcc:gcc pkg-config:pkg-config mbpoll:mbpoll python3:python3)
 missing=()

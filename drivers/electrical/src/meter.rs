@@ -38,7 +38,7 @@ pub const SCPI_METER: Driver = Driver {
     name: NAME,
     speaks_to: "power meters in SCPI over serial or TCP, by a profile in TOML (GW Instek GPM-8213, Hioki PW3336/3337)",
     examples: &[(Kind::PowerMeter, "scpi-meter:/dev/ttyUSB0?profile=gpm-8213")],
-    seen_with: "🧪 its virtual twin, scripted bytes and recorded answers of others; not yet real hardware",
+    seen_with: "🧪 its virtual twin, which pyvisa-py reads too, and scripted bytes; not yet real hardware",
     usb: &[],
     place: |target, _| {
         let (line, channel) = (profile(target)?.manners.line, String::new());

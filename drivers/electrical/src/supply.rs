@@ -26,7 +26,7 @@ pub const SCPI_SUPPLY: Driver = Driver {
         Kind::Switch,
         "scpi-supply:tcp://192.168.1.5:5555?profile=dp800&channel=1&voltage_v=24&current_a=0.35",
     )],
-    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    seen_with: "🧪 its virtual twin, which pyvisa-py switches too, and scripted bytes; not yet real hardware",
     usb: &[],
     place: |target, _| Ok(Address::parse(target)?.place),
     display_lx: no_display,
