@@ -285,7 +285,7 @@ fn target(rest: &str, folder: &Path) -> Target {
 }
 
 fn soon() -> Instant {
-    Instant::now() + Duration::from_secs(60)
+    Instant::now() + Duration::from_mins(1)
 }
 
 #[tokio::test(start_paused = true)]

@@ -140,7 +140,7 @@ async fn template() -> (Box<dyn LuxMeter>, Shared) {
 }
 
 fn later() -> Instant {
-    Instant::now() + Duration::from_secs(60)
+    Instant::now() + Duration::from_mins(1)
 }
 
 /// Whether a reading shows light of after `not_before`: to half a per cent, within which two exchanges confirm each other.

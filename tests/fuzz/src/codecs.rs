@@ -191,7 +191,7 @@ fn plain(data: &[u8]) {
         text: "E?".to_owned(),
         end: End::CrLf,
         answer_end: [End::Cr, End::Lf, End::CrLf][usize::from(which % 3)],
-        echo: which % 2 == 0,
+        echo: which.is_multiple_of(2),
         forms: vec![
             Form {
                 pattern: pattern.with("state", "READY"),

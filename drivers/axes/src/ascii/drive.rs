@@ -189,14 +189,12 @@ impl<P: Coordinate> Described<P> {
     async fn steps(&self) -> Result<(i64, Vec<u8>), DeviceError> {
         let exchange = &self.profile.position;
         let said = self.read(exchange, "position").await?;
-        match counts(&said.text, self.profile.decimals) {
-            Some(steps) => Ok((steps, said.frame)),
-            None => {
-                let digits = self.profile.decimals;
-                let reason = format!("\"{}\" is no position with {digits} digits after the point", said.text);
-                Err(self.malformed(&exchange.text(""), reason, said.frame))
-            }
+        let digits = self.profile.decimals;
+        if let Some(steps) = counts(&said.text, digits) {
+            return Ok((steps, said.frame));
         }
+        let reason = format!("\"{}\" is no position with {digits} digits after the point", said.text);
+        Err(self.malformed(&exchange.text(""), reason, said.frame))
     }
 
     /// A question that is answered by one of a few words.

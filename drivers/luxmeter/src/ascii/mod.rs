@@ -41,7 +41,12 @@ pub const ASCII_LUX: Driver = Driver {
     examples: &[(Kind::LuxMeter, "ascii-lux:/dev/ttyUSB0?profile=template")],
     seen_with: "🧪 a template: the virtual twin of an instrument that does not exist",
     usb: &[],
-    place: |target, _| place(target, &profile(target)?),
+    place: |target, _| {
+        let line = profile(target)?.line;
+        let address = target.option("address");
+        let channel = address.map(|address| format!("meter {address}")).unwrap_or_default();
+        Ok(Place { channel, line })
+    },
     display_lx: |target| {
         let known = profile(target).ok();
         let display = known.and_then(|profile| Some((profile.range_lx.1, profile.resolution_lx?)));
@@ -56,13 +61,6 @@ pub const ASCII_LUX: Driver = Driver {
 fn profile(target: &Target) -> Result<Profile, OpenError> {
     target.only(&["profile", "address"])?;
     Profile::of(target)
-}
-
-fn place(target: &Target, profile: &Profile) -> Result<Place, OpenError> {
-    let address = target.option("address");
-    let channel = address.map(|address| format!("meter {address}")).unwrap_or_default();
-    let line = profile.line;
-    Ok(Place { channel, line })
 }
 
 struct AsciiLuxDriver {

@@ -83,7 +83,7 @@ pub async fn mbpoll(arguments: &[&str]) -> Option<String> {
 }
 
 async fn said(mut command: Command) -> Result<String, String> {
-    let output = tokio::time::timeout(Duration::from_secs(60), command.kill_on_drop(true).output()).await;
+    let output = tokio::time::timeout(Duration::from_mins(1), command.kill_on_drop(true).output()).await;
     let output = output.expect("it ends within 60 s").unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     if output.status.success() {
