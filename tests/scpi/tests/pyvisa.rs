@@ -8,14 +8,15 @@ use std::time::Duration;
 use isolux_darkroom::Darkroom;
 use isolux_virtual::outlet::{Offer, Outlet, offer};
 use isolux_virtual::twins::Choice;
-use isolux_virtual::{Instrument, Serving, Switches, VirtualRoom};
+use isolux_virtual::{Instrument, Serving, VirtualRoom};
 use serde_json::{Value, json};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 
-/// A room with a power meter and a supply, the meter without noise.
-fn room() -> VirtualRoom {
+/// A room with a power meter and a supply, the meter without noise; the supply feeds the lamp, or is off.
+fn room(lamp: bool) -> VirtualRoom {
     let mut document = Darkroom::default();
+    document.lamp.on_at_start = lamp;
     document.powermeter.noise_rel = 0.0;
     document.powermeter.gain_error_rel = 0.0;
     let mut choice = Choice::default();
@@ -38,14 +39,6 @@ fn port(address: &str) -> &str {
 async fn pyvisa(what: &str, place: &str) -> Option<Result<Value, String>> {
     let said = peers::python_says("scpi.py", &[what, place]).await?;
     Some(said.and_then(|text| serde_json::from_str(&text).map_err(|error| format!("{error}: {text}"))))
-}
-
-fn light(room: &VirtualRoom, lamp: bool) {
-    let switches = Switches {
-        lamp,
-        ..Switches::default()
-    };
-    room.with_world(|world, now_s| world.set_switches(switches, now_s));
 }
 
 /// What is wrong with what pyvisa read from the meter, if something is.
@@ -84,8 +77,8 @@ fn meter_errors(room: &VirtualRoom, said: &Value) -> Vec<String> {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn pyvisa_reads_our_power_meter_over_tcp_and_on_a_line() {
-    let room = room();
-    light(&room, true);
+    let room = room(true);
+    // The lamp draws what it draws once it burns.
     tokio::time::sleep(Duration::from_secs(3)).await;
     let (tcp, _serving) = served(&room, Instrument::Powermeter, Offer::Tcp { port: 0 }).await;
     let (pty, _line) = served(&room, Instrument::Powermeter, Offer::Pty).await;
@@ -100,8 +93,7 @@ async fn pyvisa_reads_our_power_meter_over_tcp_and_on_a_line() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn pyvisa_switches_our_supply_over_tcp_and_on_a_line() {
-    let room = room();
-    light(&room, false);
+    let room = room(false);
     let (tcp, _serving) = served(&room, Instrument::Supply, Offer::Tcp { port: 0 }).await;
     let (pty, _line) = served(&room, Instrument::Supply, Offer::Pty).await;
     for place in [format!("tcp:{}", port(&tcp)), pty] {
@@ -148,8 +140,8 @@ async fn liar(address: &str, from: &'static [u8], to: &'static [u8]) -> u16 {
 /// Without this nobody would know that the tests above can fail: each field is changed on its way once.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_twin_that_answers_wrongly_is_found_out() {
-    let room = room();
-    light(&room, true);
+    let room = room(true);
+    // The lamp draws what it draws once it burns.
     tokio::time::sleep(Duration::from_secs(3)).await;
     let (tcp, _serving) = served(&room, Instrument::Powermeter, Offer::Tcp { port: 0 }).await;
     for (what, from, to) in [
