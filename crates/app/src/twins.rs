@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::{Darkroom, Room};
+use isolux_virtual::fault::Order;
 use isolux_virtual::outlet::{self, Offer, Outlet};
 use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station, station_in};
 use isolux_virtual::twins::TWINS;
@@ -11,7 +12,7 @@ use isolux_virtual::{Instrument, Serving, Switches, VirtualRoom};
 
 use crate::files::{self, Overwrite};
 use crate::init::Instruments;
-use crate::progress::Progress;
+use crate::progress::{Event, Progress};
 use crate::signals::OnSignals;
 use crate::{Failure, FailureKind, capture};
 
@@ -32,6 +33,8 @@ pub struct Wishes {
     pub station_out: Option<Utf8PathBuf>,
     /// Whether an existing station file may be replaced.
     pub overwrite: Overwrite,
+    /// Take faults on standard input, one a line, while the twins serve.
+    pub faults: bool,
     /// End after this time by itself.
     pub lasts: Option<Duration>,
 }
@@ -156,6 +159,7 @@ pub fn serve(
         };
         tokio::select! {
             () = over => Ok(()),
+            () = orders(&room, wishes.faults, progress) => Ok(()),
             _ = signals.cancelled() => Err(Failure {
                 kind: FailureKind::Interrupted,
                 message: "interrupted, the twins have gone".to_owned(),
@@ -163,6 +167,35 @@ pub fn serve(
             }),
         }
     })
+}
+
+/// Carries out the faults that come on standard input where they are asked for; never ends, whatever comes there.
+async fn orders(room: &VirtualRoom, asked: bool, progress: &dyn Progress) {
+    if asked {
+        let (sender, mut lines) = tokio::sync::mpsc::unbounded_channel();
+        // A thread of its own, which the end of the process ends: nothing can wake it from reading.
+        std::thread::spawn(move || {
+            for line in std::io::stdin().lines() {
+                let Ok(line) = line else { return };
+                if sender.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        while let Some(line) = lines.recv().await {
+            let line = line.trim();
+            if line.is_empty() || line.starts_with('#') {
+                continue;
+            }
+            let said = match line.parse::<Order>() {
+                Ok(order) if room.order(&order) => format!("{:.1} s: {line}", room.now_s()),
+                Ok(_) => format!("{line}: this room has no such instrument"),
+                Err(error) => error.to_string(),
+            };
+            progress.event(Event::Note(&said));
+        }
+    }
+    std::future::pending().await
 }
 
 /// The spectroradiometer as a USB device.

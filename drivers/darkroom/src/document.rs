@@ -439,6 +439,10 @@ pub enum FaultKind {
     Disconnect,
     /// The axis stops short and reports a stall.
     Stall,
+    /// The axes' drives stop with an alarm of their own, at once.
+    Alarm,
+    /// More light falls on the meter than any range can show.
+    Saturate,
 }
 
 /// A `darkroom.toml` that cannot be used.
@@ -629,6 +633,18 @@ impl Darkroom {
             rules.within("fault.delay_s", fault.delay_s, 0.0, 1e5);
             rules.within("fault.for_s", fault.for_s.unwrap_or(0.0), 0.0, 1e7);
             rules.within("fault.probability", fault.probability, 0.0, 1.0);
+            let (fits, who) = match (fault.kind, fault.instrument) {
+                (FaultKind::Alarm | FaultKind::Stall, instrument) => {
+                    (matches!(instrument, Instrument::Axes | Instrument::Outputs), "axes")
+                }
+                (FaultKind::Saturate, instrument) => (
+                    matches!(instrument, Instrument::Luxmeter | Instrument::Spectroradiometer),
+                    "luxmeter or spectroradiometer",
+                ),
+                _ => (true, ""),
+            };
+            let rule = format!("is no fault of the {}: it is one of {who}", fault.instrument.name());
+            rules.require("fault.kind", fits, &rule);
         }
         rules.first.map_or(Ok(()), Err)
     }

@@ -1,5 +1,8 @@
-//! What happens to replies on a bad link.
+//! What happens to replies on a bad link, and the words for it while the twins serve.
 
+use std::str::FromStr;
+
+use isolux_darkroom::Darkroom;
 use isolux_darkroom::document::{Fault, FaultKind, Instrument};
 use isolux_darkroom::noise::{Noise, Stream};
 
@@ -49,7 +52,7 @@ impl LinkFaults {
         let mut delay_s = 0.0;
         for (number, (fault, done)) in self.faults.iter_mut().enumerate() {
             let [chance, place] = self.noise.uniform_pair(reply, number as u32);
-            let of_reply = fault.kind != FaultKind::Stall;
+            let of_reply = !matches!(fault.kind, FaultKind::Stall | FaultKind::Alarm | FaultKind::Saturate);
             if !of_reply || !active(fault, *done, now_s) || chance > fault.probability {
                 continue;
             }
@@ -67,10 +70,29 @@ impl LinkFaults {
                 FaultKind::Late => delay_s += fault.delay_s,
                 FaultKind::Silent => return Fate::Lost,
                 FaultKind::Disconnect => return Fate::Disconnected,
-                FaultKind::DropByte | FaultKind::Stall => {}
+                FaultKind::DropByte | FaultKind::Stall | FaultKind::Alarm | FaultKind::Saturate => {}
             }
         }
         Fate::Sent { bytes, delay_s }
+    }
+
+    /// One more from now on.
+    pub fn add(&mut self, fault: Fault) {
+        self.faults.push((fault, false));
+    }
+
+    /// None from now on.
+    pub fn clear(&mut self) {
+        self.faults.clear();
+    }
+
+    /// Whether an alarm is due that has not been raised; it counts as raised from then on.
+    pub fn alarm_due(&mut self, now_s: f64) -> bool {
+        let due = self
+            .faults
+            .iter_mut()
+            .find(|(fault, done)| fault.kind == FaultKind::Alarm && !*done && fault.at_s <= now_s);
+        due.is_some_and(|(_, done)| !std::mem::replace(done, true))
     }
 
     /// True if the link refuses to be opened at `now_s`.
@@ -112,10 +134,80 @@ fn active(fault: &Fault, done: bool, now_s: f64) -> bool {
     }
 }
 
+/// What a person asks of twins that serve: a line of text.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Order {
+    /// `luxmeter late delay_s=0.8 for_s=10`: instrument, kind and keys as in a `darkroom.toml`; `at_s` counts from now on.
+    Fault(Fault),
+    /// `clear`, `clear axes`: all faults of all or of one instrument end.
+    Clear(Option<Instrument>),
+}
+
+/// A line that asks for nothing.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}; a fault is `INSTRUMENT KIND [at_s=N] [for_s=N] [delay_s=N] [probability=N]` or `clear [INSTRUMENT]`")]
+pub struct NoOrder(String);
+
+impl FromStr for Order {
+    type Err = NoOrder;
+
+    fn from_str(line: &str) -> Result<Self, NoOrder> {
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        match words[..] {
+            ["clear"] => Ok(Self::Clear(None)),
+            ["clear", name] => {
+                let known = Instrument::ALL.into_iter().find(|instrument| instrument.name() == name);
+                let known = known.ok_or_else(|| NoOrder(format!("{name:?} is no instrument of a darkroom")))?;
+                Ok(Self::Clear(Some(known)))
+            }
+            [instrument, kind, ref keys @ ..] => {
+                // Read as what it would be in a darkroom.toml: one set of words, one set of rules.
+                let mut text = format!("[[fault]]\ninstrument = {instrument:?}\nkind = {kind:?}\n");
+                for key in keys {
+                    let (key, value) = key
+                        .split_once('=')
+                        .ok_or_else(|| NoOrder(format!("{key:?} is no key=value")))?;
+                    text.push_str(&format!("{key:?} = {value}\n"));
+                }
+                let room = Darkroom::parse(&text).map_err(|error| NoOrder(error.message))?;
+                match &room.fault[..] {
+                    [fault] => Ok(Self::Fault(fault.clone())),
+                    _ => Err(NoOrder(format!("{line:?} is no fault"))),
+                }
+            }
+            _ => Err(NoOrder(format!("{line:?} is no fault"))),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use isolux_darkroom::Darkroom;
+
+    #[test]
+    fn a_line_is_a_fault_of_a_darkroom() {
+        let order: Order = "luxmeter late delay_s=0.5 for_s=10".parse().unwrap();
+        let Order::Fault(fault) = order else { panic!() };
+        assert_eq!((fault.kind, fault.instrument), (FaultKind::Late, Instrument::Luxmeter));
+        assert_eq!((fault.at_s, fault.for_s, fault.delay_s), (0.0, Some(10.0), 0.5));
+        assert_eq!("clear axes".parse(), Ok(Order::Clear(Some(Instrument::Axes))));
+        for (line, word) in [
+            ("luxmeter slow", "flip_bit"),
+            ("meter late", "luxmeter"),
+            ("luxmeter late delay=1", "delay_s"),
+            ("luxmeter late delay_s=soon", "luxmeter late"),
+            ("luxmeter late now", "\"now\""),
+            ("luxmeter alarm", "axes"),
+            ("axes saturate", "luxmeter"),
+            ("axes late probability=2", "probability"),
+            ("clear meter", "meter"),
+            ("late", "INSTRUMENT KIND"),
+        ] {
+            let error = line.parse::<Order>().unwrap_err().to_string();
+            assert!(error.contains(word) || word == "luxmeter late", "{line}: {error}");
+            assert!(error.contains("INSTRUMENT KIND"), "{line}: {error}");
+        }
+    }
 
     fn faults(text: &str) -> LinkFaults {
         LinkFaults::new(&Darkroom::parse(text).unwrap().fault, Instrument::Luxmeter, 1)

@@ -46,6 +46,7 @@ const LIMITS: u16 = 0x0386;
 
 /// Alarm codes.
 const DEVIATION: u16 = 0x10;
+const OVERHEAT: u16 = 0x21;
 const SOFTWARE_LIMIT: u16 = 0x67;
 const OPERATION_DATA: u16 = 0x70;
 
@@ -317,12 +318,29 @@ impl Drive {
     }
 }
 
+impl Drive {
+    /// The main circuit is too hot: the drive stops and lets go of the shaft.
+    fn overheat(&mut self, world: &mut World, now_s: f64) {
+        let axis = world.axis_mut(self.axis);
+        let frozen = axis.motion.freeze(now_s);
+        axis.drive(frozen, now_s);
+        self.alarm = Some((OVERHEAT, now_s));
+        self.referenced_from_s = self.referenced_from_s.filter(|from_s| *from_s <= now_s);
+    }
+}
+
 impl Twin for AzLine {
     fn receive(&mut self, inbox: &mut Vec<u8>, world: &mut World, now_s: f64) -> Option<Answer> {
         let query = take(inbox)?;
         let bytes = self.answer(&query, world, now_s);
         let line_s = (query.length() + bytes.len()) as f64 * BYTE_S;
         Some(Answer::At(now_s + line_s + LATENCY_S, bytes))
+    }
+
+    fn alarm(&mut self, world: &mut World, now_s: f64) {
+        for drive in &mut self.drives {
+            drive.overheat(world, now_s);
+        }
     }
 
     fn stall(&mut self, world: &mut World, from_s: f64, now_s: f64) -> bool {

@@ -340,6 +340,17 @@ impl Twin for Chain {
         Some(Answer::At(now_s + line_s, bytes))
     }
 
+    /// The output stages are too hot and trip.
+    fn alarm(&mut self, world: &mut World, now_s: f64) {
+        for (drive, name) in self.drives.iter_mut().zip([AxisName::C, AxisName::Gamma]) {
+            let axis = world.axis_mut(name);
+            let frozen = axis.motion.freeze(now_s);
+            axis.drive(frozen, now_s);
+            drive.energised = false;
+            drive.drive_faults |= bit(1) | bit(5);
+        }
+    }
+
     /// An obstacle blocks the motor, and the output stage trips: no current, over current.
     fn stall(&mut self, world: &mut World, from_s: f64, now_s: f64) -> bool {
         for (drive, name) in self.drives.iter_mut().zip([AxisName::C, AxisName::Gamma]) {

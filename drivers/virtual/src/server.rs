@@ -5,13 +5,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use isolux_darkroom::Darkroom;
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::document::{FaultKind, Instrument};
 use isolux_transport::{MemoryLinks, NameTaken};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 
-use crate::fault::{Fate, LinkFaults};
+use crate::fault::{Fate, LinkFaults, Order};
 use crate::twins::{Choice, TwinKind};
 use crate::world::World;
 
@@ -19,6 +19,9 @@ use crate::world::World;
 pub(crate) trait Twin: Send {
     /// Takes one request off the front of `inbox`; `None` if none is complete.
     fn receive(&mut self, inbox: &mut Vec<u8>, world: &mut World, now_s: f64) -> Option<Answer>;
+
+    /// Stops with an alarm of its own, at once. Only what drives axes has one.
+    fn alarm(&mut self, _world: &mut World, _now_s: f64) {}
 
     /// Stops short what moves past `from_s`; true if that has come to pass by `now_s`.
     fn stall(&mut self, _world: &mut World, _from_s: f64, _now_s: f64) -> bool {
@@ -197,6 +200,35 @@ impl VirtualRoom {
         act(&mut lock(&self.world), now_s)
     }
 
+    /// Carries out what a person asks of the instruments' links from now on. False where the room has no such instrument.
+    pub fn order(&self, order: &Order) -> bool {
+        let now_s = self.now_s();
+        match order {
+            Order::Clear(instrument) => {
+                for (&name, device) in &self.devices {
+                    if instrument.is_none_or(|one| one == name) {
+                        lock(&device.faults).clear();
+                    }
+                }
+                lock(&self.world).shade(*instrument);
+                instrument.is_none_or(|one| self.devices.contains_key(&one))
+            }
+            Order::Fault(fault) => {
+                let Some(device) = self.devices.get(&fault.instrument) else {
+                    return false;
+                };
+                let mut fault = fault.clone();
+                fault.at_s += now_s;
+                if fault.kind == FaultKind::Saturate {
+                    lock(&self.world).dazzle(fault);
+                } else {
+                    lock(&device.faults).add(fault);
+                }
+                true
+            }
+        }
+    }
+
     fn take(&self, device: &Device, inbox: &mut Vec<u8>) -> Option<Answer> {
         let now_s = self.now_s();
         let mut world = lock(&self.world);
@@ -206,6 +238,9 @@ impl VirtualRoom {
             && twin.stall(&mut world, from_s, now_s)
         {
             faults.stalled();
+        }
+        if faults.alarm_due(now_s) {
+            twin.alarm(&mut world, now_s);
         }
         drop(faults);
         twin.receive(inbox, &mut world, now_s)

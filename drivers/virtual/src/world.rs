@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use isolux_darkroom::climate;
-use isolux_darkroom::document::{Axis, Darkroom};
+use isolux_darkroom::document::{Axis, Darkroom, Fault, FaultKind, Instrument};
 use isolux_darkroom::electrical::Electrical;
 use isolux_darkroom::motion::Motion;
 use isolux_darkroom::{Kind, Observation, Room};
@@ -106,6 +106,9 @@ pub struct Switches {
     pub baffle_in: bool,
 }
 
+/// Above the widest range of every meter, lx.
+const DAZZLE_LX: f64 = 1e9;
+
 /// The room as it is now.
 #[derive(Debug, Clone)]
 pub struct World {
@@ -117,6 +120,8 @@ pub struct World {
     lamp_since_s: Option<f64>,
     /// Voltage at the lamp's terminals, V.
     supply_v: f64,
+    /// Faults that shine on a meter.
+    dazzled: Vec<Fault>,
     /// The floor's light where it was last asked for: (C, γ, distance, travel) and lx.
     floor: Cell<Option<([f64; 4], f64)>>,
 }
@@ -131,7 +136,9 @@ impl World {
             AxisState::rail(document.bench.distance_mm),
         ];
         let lamp = document.lamp.on_at_start;
+        let dazzles = |fault: &&Fault| fault.kind == FaultKind::Saturate;
         Self {
+            dazzled: document.fault.iter().filter(dazzles).cloned().collect(),
             axes,
             switches: Switches {
                 lamp,
@@ -179,6 +186,30 @@ impl World {
         self.switches = switches;
     }
 
+    /// Light that no range shows falls on a meter, as `fault` says when.
+    pub(crate) fn dazzle(&mut self, fault: Fault) {
+        self.dazzled.push(fault);
+    }
+
+    /// That light goes away.
+    pub(crate) fn shade(&mut self, instrument: Option<Instrument>) {
+        self.dazzled
+            .retain(|fault| instrument.is_some_and(|one| one != fault.instrument));
+    }
+
+    /// That light, averaged from `from_s` to `to_s` as far as it makes a difference: all of it or none, lx.
+    fn dazzle_lx(&self, instrument: Instrument, from_s: f64, to_s: f64) -> f64 {
+        let shines = |fault: &Fault| {
+            let end_s = fault.for_s.map_or(f64::INFINITY, |for_s| fault.at_s + for_s);
+            fault.instrument == instrument && fault.at_s < to_s && from_s < end_s
+        };
+        if self.dazzled.iter().any(shines) {
+            DAZZLE_LX
+        } else {
+            0.0
+        }
+    }
+
     /// Seconds since the lamp was switched on.
     pub fn lamp_time_s(&self, now_s: f64) -> Option<f64> {
         self.lamp_since_s.map(|since| now_s - since)
@@ -208,36 +239,40 @@ impl World {
     /// time are followed through it; the floor's light, which changes slowly, is that of the middle.
     pub fn meter_lx(&self, from_s: f64, to_s: f64) -> f64 {
         let floor_lx = self.floor_lx(&self.observation(Kind::Baffled, 0.5 * (from_s + to_s)));
-        self.average(from_s, to_s, |world, at_s, window_s| {
-            let switches = world.switches_at(at_s);
-            let kind = match switches {
-                Switches {
-                    shutter_open: false, ..
-                } => Kind::Capped,
-                Switches { lamp: false, .. } => Kind::LampOff,
-                Switches { baffle_in: true, .. } => Kind::Baffled,
-                _ => Kind::Lit,
-            };
-            world
-                .room
-                .illuminance_with_floor_lx(&world.observation(kind, at_s), window_s, floor_lx)
-        })
+        let dazzle_lx = self.dazzle_lx(Instrument::Luxmeter, from_s, to_s);
+        dazzle_lx
+            + self.average(from_s, to_s, |world, at_s, window_s| {
+                let switches = world.switches_at(at_s);
+                let kind = match switches {
+                    Switches {
+                        shutter_open: false, ..
+                    } => Kind::Capped,
+                    Switches { lamp: false, .. } => Kind::LampOff,
+                    Switches { baffle_in: true, .. } => Kind::Baffled,
+                    _ => Kind::Lit,
+                };
+                world
+                    .room
+                    .illuminance_with_floor_lx(&world.observation(kind, at_s), window_s, floor_lx)
+            })
     }
 
     /// Illuminance on the spectroradiometer's entrance, averaged from `from_s` to `to_s`, lx. Shutter and baffle stand before
     /// it as before the meter.
     pub fn spectroradiometer_lx(&self, from_s: f64, to_s: f64) -> f64 {
-        self.average(from_s, to_s, |world, at_s, window_s| {
-            let switches = world.switches_at(at_s);
-            if !switches.shutter_open {
-                return 0.0;
-            }
-            let o = world.observation(Kind::Lit, at_s);
-            let direct = switches.lamp && !switches.baffle_in;
-            world
-                .room
-                .spectroradiometer_lx(direct, o.c_deg, o.gamma_deg, o.time_s, window_s)
-        })
+        let dazzle_lx = self.dazzle_lx(Instrument::Spectroradiometer, from_s, to_s);
+        dazzle_lx
+            + self.average(from_s, to_s, |world, at_s, window_s| {
+                let switches = world.switches_at(at_s);
+                if !switches.shutter_open {
+                    return 0.0;
+                }
+                let o = world.observation(Kind::Lit, at_s);
+                let direct = switches.lamp && !switches.baffle_in;
+                world
+                    .room
+                    .spectroradiometer_lx(direct, o.c_deg, o.gamma_deg, o.time_s, window_s)
+            })
     }
 
     /// The floor's light, remembered while nothing turns: adding up its patches is the dearest thing in the room.

@@ -112,6 +112,17 @@ impl Controller {
         false
     }
 
+    /// The drivers of all motors switch themselves off: FD, "driver disabled".
+    fn alarm(&mut self, world: &mut World, now_s: f64) {
+        for (drive, name) in self.axes.iter_mut().zip(AxisName::ALL) {
+            let axis = world.axis_mut(name);
+            let frozen = axis.motion.freeze(now_s);
+            axis.drive(frozen, now_s);
+            drive.homed_from_s = drive.homed_from_s.filter(|from| *from <= now_s);
+            drive.flags.insert("FD");
+        }
+    }
+
     fn line(&mut self, line: &str, world: &mut World, now_s: f64) -> Vec<u8> {
         // Everything before the slash is noise on the line.
         let Some((_, body)) = line.split_once('/') else {
@@ -267,7 +278,7 @@ impl Controller {
 
     /// Warning flags, most severe first.
     fn flags(&self, axis: u32, now_s: f64) -> Vec<&'static str> {
-        const SEVERITY: [&str; 4] = ["FS", "WR", "WH", "NI"];
+        const SEVERITY: [&str; 5] = ["FD", "FS", "WR", "WH", "NI"];
         let mut set: BTreeSet<&'static str> = BTreeSet::new();
         for (drive, _) in self.selected(axis) {
             set.extend(&drive.flags);
@@ -423,6 +434,10 @@ impl Twin for Controller {
         let line: Vec<u8> = inbox.drain(..=end).take(end).collect();
         let reply = std::str::from_utf8(&line).map_or(Vec::new(), |line| self.line(line, world, now_s));
         Some(Answer::At(now_s + LATENCY_S, reply))
+    }
+
+    fn alarm(&mut self, world: &mut World, now_s: f64) {
+        Self::alarm(self, world, now_s);
     }
 
     fn stall(&mut self, world: &mut World, from_s: f64, now_s: f64) -> bool {

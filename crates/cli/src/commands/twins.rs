@@ -41,7 +41,10 @@ enum What {
 #[command(
     after_help = "Example: isolux virtual darkroom darkroom.toml --tcp 0 --station-out station.toml\n\
 Each twin is offered on a pty, or with --tcp on the loopback address. A darkroom.toml holds the seed, the lamp, the \
-instruments, their faults and their flaws; without one it is the built-in darkroom. Ends with 130 when interrupted."
+instruments, their faults and their flaws; without one it is the built-in darkroom. Ends with 130 when interrupted.\n\n\
+With --faults, lines on standard input are faults from then on: `luxmeter silent`, `luxmeter late delay_s=0.8 for_s=10`, \
+`axes flip_bit probability=0.2 for_s=60`, `axes stall at_s=5`. Kinds: drop_byte, flip_bit, late, silent, disconnect; stall, \
+alarm (axes); saturate (meters). Without for_s a fault happens once; disconnect and saturate last. `clear` ends all of them."
 )]
 struct Serve {
     /// The room; without it the built-in one.
@@ -56,8 +59,11 @@ struct Serve {
     #[arg(long, value_name = "FILE")]
     station_out: Option<Utf8PathBuf>,
     /// Serve nothing: the station of --station-out keeps the room in the memory of the process that opens it, in virtual time.
-    #[arg(long, requires = "station_out", conflicts_with_all = ["tcp", "usbip", "lasts_s"])]
+    #[arg(long, requires = "station_out", conflicts_with_all = ["tcp", "usbip", "faults", "lasts_s"])]
     in_memory: bool,
+    /// Take faults while the twins serve, one a line on standard input.
+    #[arg(long)]
+    faults: bool,
     /// End by itself after this many seconds.
     #[arg(long, value_name = "SECONDS")]
     lasts_s: Option<f64>,
@@ -198,6 +204,7 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
         usbip_port: arguments.usbip,
         station_out: arguments.station_out.clone(),
         overwrite: Overwrite::asked(arguments.force),
+        faults: arguments.faults,
         lasts,
     };
     twins::serve(&wishes, &screen::Bars::default(), |reachable| {
