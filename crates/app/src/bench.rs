@@ -1,7 +1,7 @@
 //! A station file becomes open instruments.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_device::{Axis, AxisScale, AxisSettings, Coordinate, OpenError, Sense};
+use isolux_device::{Axis, AxisScale, AxisSettings, Coordinate, Identity, OpenError, Sense};
 use isolux_record::document::{self, Fault};
 use isolux_record::run::RunHeader;
 use isolux_record::spectra::{SpectralCalibration, parse_calibration};
@@ -87,18 +87,25 @@ impl Source {
         let station = &self.station;
         let axis_c = open_axis(catalogue, "axis.c", station.axis_c()).await?;
         let axis_gamma = open_axis(catalogue, "axis.gamma", station.axis_gamma()).await?;
+        for (role, axis, settings) in [
+            ("axis.c", &axis_c, station.axis_c()),
+            ("axis.gamma", &axis_gamma, station.axis_gamma()),
+        ] {
+            is_the_one(role, settings.serial.as_deref(), axis.identity())?;
+        }
         let meter = catalogue
             .lux_meter(&station.luxmeter().open)
             .await
             .map_err(|error| failed("luxmeter", error))?;
+        is_the_one("luxmeter", station.luxmeter().serial.as_deref(), meter.identity())?;
         let spectro = self.open_spectro(catalogue).await?;
         let power = match station.powermeter() {
-            Some(settings) => Some(
-                catalogue
-                    .power_meter(&settings.open)
-                    .await
-                    .map_err(|error| failed("powermeter", error))?,
-            ),
+            Some(settings) => {
+                let meter = catalogue.power_meter(&settings.open).await;
+                let meter = meter.map_err(|error| failed("powermeter", error))?;
+                is_the_one("powermeter", settings.serial.as_deref(), meter.identity())?;
+                Some(meter)
+            }
             None => None,
         };
         let switched_by = if station.supply().is_some() { "supply" } else { "lamp" };
@@ -138,6 +145,7 @@ impl Source {
             .spectroradiometer(&settings.open)
             .await
             .map_err(|error| failed("spectroradiometer", error))?;
+        is_the_one("spectroradiometer", settings.serial.as_deref(), device.identity())?;
         let properties = device.properties();
         let (name, bytes, factor_w_m2_nm) = if let Some((file, text)) = &self.calibration {
             let table = parse_calibration(file, text).map_err(Failure::bad_input)?;
@@ -183,6 +191,29 @@ impl Source {
             self.station.clone(),
             plan.clone(),
         )
+    }
+}
+
+/// That the instrument of `role` has the serial number which its station states, if it states one.
+///
+/// # Errors
+/// Exit 3 with the key, both numbers and what to do.
+pub fn is_the_one(role: &str, stated: Option<&str>, found: &Identity) -> Result<(), Failure> {
+    let (Some(stated), answer) = (stated, found.serial.as_deref()) else {
+        return Ok(());
+    };
+    match answer {
+        Some(serial) if serial == stated => Ok(()),
+        Some(serial) => Err(Failure::instrument(format!(
+            "{role}.serial: the station states {stated}, {} at {} answers {serial}",
+            found.model, found.target
+        ))
+        .help("put the right instrument on the cable, or state the other number with its own calibration")),
+        None => Err(Failure::bad_input(format!(
+            "{role}.serial: {} at {} cannot be asked for its number",
+            found.model, found.target
+        ))
+        .help("remove the key: the certificate alone ties this instrument to its calibration")),
     }
 }
 

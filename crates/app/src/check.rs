@@ -78,7 +78,10 @@ pub fn run(
         };
         let station = &source.station;
         for (role, axis) in [("axis.c", station.axis_c()), ("axis.gamma", station.axis_gamma())] {
-            let opened = bench::open_axis(&catalogue, role, axis).await;
+            let opened = bench::open_axis(&catalogue, role, axis).await.and_then(|opened| {
+                bench::is_the_one(role, axis.serial.as_deref(), opened.identity())?;
+                Ok(opened)
+            });
             report.instruments.push(of_axis(role, &axis.open, opened).await);
         }
         if let Some(open) = station.rail().and_then(|rail| rail.open.clone())
@@ -188,6 +191,8 @@ async fn light(source: &Source, catalogue: &Catalogue, report: &mut Report) {
                 found.error = Some(format!("the shutter was open and did not open again: {error}"));
                 found.ok = false;
             }
+            let number = bench::is_the_one("luxmeter", settings.serial.as_deref(), meter.identity());
+            judge(&mut found, number);
         }
     }
     report.instruments.push(found);
@@ -239,6 +244,8 @@ async fn power(source: &Source, catalogue: &Catalogue, report: &mut Report) {
                 }
                 Err(error) => found.error = Some(error.to_string()),
             }
+            let number = bench::is_the_one("powermeter", settings.serial.as_deref(), meter.identity());
+            judge(&mut found, number);
         }
     }
     report.instruments.push(found);
@@ -308,6 +315,14 @@ fn identity(identity: &Identity) -> String {
         text.push_str(&format!(", firmware {firmware}"));
     }
     text
+}
+
+/// What works and is not what the station means is not well.
+fn judge(found: &mut Found, judged: Result<(), Failure>) {
+    if let Err(failure) = judged {
+        found.ok = false;
+        found.error = Some(said(&failure));
+    }
 }
 
 fn said(failure: &Failure) -> String {

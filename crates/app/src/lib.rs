@@ -18,6 +18,7 @@ pub mod failure;
 pub mod files;
 pub mod hand;
 pub mod hand_spectrum;
+pub mod identify;
 pub mod init;
 pub mod inspect;
 pub mod investigate;

@@ -114,6 +114,9 @@ pub struct Axes {
 pub struct Axis {
     /// `driver:target`.
     pub open: String,
+    /// Serial number that the instrument must answer with, where its language has a word for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
     /// Counts of the drive per degree, a ratio so that no error accumulates.
     pub counts_per_deg: Ratio,
     /// The angle at which the drive counts zero.
@@ -145,6 +148,9 @@ impl Axis {
 pub struct LuxMeter {
     /// `driver:target`.
     pub open: String,
+    /// Serial number that the instrument must answer with, where its language has a word for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
     /// Certificate's factor: true illuminance ÷ shown illuminance.
     pub calibration_factor: f64,
     /// Relative standard uncertainty of the calibration (k = 1).
@@ -169,6 +175,9 @@ pub struct LuxMeter {
 pub struct Spectroradiometer {
     /// `driver:target`.
     pub open: String,
+    /// Serial number that the instrument must answer with, where its language has a word for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
     /// Intersection of the axes to its reference plane.
     pub distance_mm: f64,
     /// Standard uncertainty of that distance (k = 1).
@@ -196,6 +205,9 @@ pub struct Spectroradiometer {
 pub struct PowerMeter {
     /// `driver:target`.
     pub open: String,
+    /// Serial number that the instrument must answer with, where its language has a word for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
     /// Relative standard uncertainty of the voltage (k = 1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_voltage_rel: Option<f64>,

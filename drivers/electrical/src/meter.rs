@@ -12,7 +12,9 @@ use isolux_device::{
     DeviceError, Factories, Identity, Kind, OpenError, PowerMeter, PowerMeterFactory, PowerReading, Quantity, Target,
 };
 use isolux_protocol_scpi::{Answer, Reading, Request};
-use isolux_transport::{BusError, Driver, Place, Ports, TRIES, no_display, worth_another_try};
+use isolux_transport::{
+    BusError, Driver, LineSettings, Parity, Place, Ports, Probe, TRIES, no_display, printable, worth_another_try,
+};
 use tokio::sync::Mutex;
 use tokio::time::{Instant, sleep, sleep_until};
 
@@ -40,6 +42,20 @@ pub const SCPI_METER: Driver = Driver {
     examples: &[(Kind::PowerMeter, "scpi-meter:/dev/ttyUSB0?profile=gpm-8213")],
     seen_with: "🧪 its virtual twin, which pyvisa-py reads too, and scripted bytes; not yet real hardware",
     usb: &[],
+    identify: &[Probe {
+        line: LineSettings {
+            baud: 9600,
+            data_bits: 8,
+            parity: Parity::None,
+            stop_bits: 1,
+        },
+        request: b"\n*IDN?\n",
+        read: |bytes| {
+            let text = printable(bytes);
+            // Maker, model, serial number, firmware (IEEE 488.2, 10.14).
+            (text.split(',').count() == 4).then(|| format!("an instrument in SCPI: {text}"))
+        },
+    }],
     place: |target, _| {
         let (line, channel) = (profile(target)?.manners.line, String::new());
         Ok(Place { channel, line })

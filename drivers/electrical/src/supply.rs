@@ -28,6 +28,8 @@ pub const SCPI_SUPPLY: Driver = Driver {
     )],
     seen_with: "🧪 its virtual twin, which pyvisa-py switches too, and scripted bytes; not yet real hardware",
     usb: &[],
+    // A power meter asks the same.
+    identify: &[],
     place: |target, _| Ok(Address::parse(target)?.place),
     display_lx: no_display,
     factories: |ports| Factories {

@@ -14,7 +14,7 @@ use isolux_device::{
 };
 use isolux_protocol_ascii::{Lines, Number};
 use isolux_protocol_mavo::{Answer, ErrorCode, Mavo, Request};
-use isolux_transport::{Alone, Bus, Driver, LineSettings, Parity, Place, Ports, no_display};
+use isolux_transport::{Alone, Bus, Driver, LineSettings, Parity, Place, Ports, Probe, no_display, printable};
 use isolux_units::Lux;
 use tokio::time::Instant;
 
@@ -46,6 +46,15 @@ pub const GOSSEN_MAVO_USB: Driver = Driver {
     examples: &[(Kind::LuxMeter, "gossen-mavo-usb:/dev/ttyUSB0")],
     seen_with: "🧪 its virtual twin and the exchanges printed in its interface description; not yet real hardware",
     usb: &[],
+    identify: &[Probe {
+        line: LINE,
+        request: b"\n*IDN?\n",
+        read: |bytes| {
+            let text = printable(bytes);
+            let (_, name) = text.split_once("GOSSEN,")?;
+            Some(format!("Gossen {}", name.trim()))
+        },
+    }],
     place: |target, _| place(target),
     display_lx: no_display,
     factories: |ports| Factories {

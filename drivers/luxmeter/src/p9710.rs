@@ -14,7 +14,7 @@ use isolux_device::{
 };
 use isolux_protocol_ascii::Lines;
 use isolux_protocol_p9710::{Answer, ErrorCode, P9710, RANGES, Range, Request};
-use isolux_transport::{Alone, Bus, Driver, LineSettings, Parity, Place, Ports};
+use isolux_transport::{Alone, Bus, Driver, LineSettings, Parity, Place, Ports, Probe, printable};
 use isolux_units::Lux;
 use tokio::time::Instant;
 
@@ -55,6 +55,16 @@ pub const GIGAHERTZ_P9710: Driver = Driver {
     examples: &[(Kind::LuxMeter, "gigahertz-p9710:/dev/ttyUSB0")],
     seen_with: "🧪 its virtual twin and the forms printed in its manual; not yet real hardware",
     usb: &[],
+    identify: &[Probe {
+        line: LINE,
+        request: b"\nGI;TT\n",
+        read: |bytes| {
+            let text = printable(bytes);
+            let (_, rest) = text.split_once("P-9710")?;
+            let serial = rest.split_once(';').map_or("", |(_, serial)| serial);
+            Some(format!("Gigahertz-Optik P-9710, serial {}", serial.trim()))
+        },
+    }],
     place: |target, _| Ok(Address::parse(target)?.place),
     display_lx: |target| {
         let ranges = Address::parse(target).map(|address| address.full_scales_lx());

@@ -20,7 +20,9 @@ use isolux_device::{
     LuxRange, LuxReading, OpenError, Target,
 };
 use isolux_protocol_t10a::{Answer, Host, Measurement, QUIET, Range, Request, Value};
-use isolux_transport::{Alone, Bus, Driver, LineSettings, Parity, Place, Ports, TRIES, worth_another_try};
+use isolux_transport::{
+    Alone, Bus, Driver, LineSettings, Parity, Place, Ports, Probe, TRIES, printable, worth_another_try,
+};
 use isolux_units::Lux;
 use tokio::time::{Instant, sleep};
 
@@ -36,6 +38,17 @@ pub const KONICA_T10A: Driver = Driver {
     examples: &[(Kind::LuxMeter, "konica-t10a:/dev/ttyUSB1?head=0")],
     seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
     usb: &[],
+    identify: &[Probe {
+        line: LINE,
+        // Command 54, the only one that a meter answers when it was just switched on: it goes into PC mode.
+        request: b"\x0200541   \x0313\r\n",
+        read: |bytes| {
+            let text = printable(bytes);
+            // Its status, and no echo of the request.
+            let status = text.strip_prefix("0054")?;
+            (!status.starts_with("1   ")).then(|| "Konica Minolta T-10A, in PC mode".to_owned())
+        },
+    }],
     place: |target, _| {
         let channel = format!("head {}", head(target)?);
         Ok(Place { channel, line: LINE })

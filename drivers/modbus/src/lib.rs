@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use isolux_device::{DeviceError, OpenError, Target};
 pub use isolux_protocol_modbus::{Ask, Encoding, Modbus, NumberType, Request, WordOrder};
-use isolux_protocol_modbus::{Data, Mbap, Reply, Rtu, silent_interval};
+use isolux_protocol_modbus::{Data, Mbap, Reply, Rtu, crc, silent_interval};
 use isolux_transport::{Bus, LineSettings, Place, Ports};
 use tokio::time::Instant;
 
@@ -62,6 +62,22 @@ pub enum Table {
 pub fn place(target: &Target, line: LineSettings) -> Result<Place, OpenError> {
     let channel = format!("unit {}", unit_number(target)?);
     Ok(Place { channel, line })
+}
+
+/// Which unit has answered a question for two holding registers over RTU, with registers or with a refusal: for
+/// [`Probe::read`](isolux_transport::Probe).
+pub fn unit_of(bytes: &[u8]) -> Option<String> {
+    let whole = |length: usize| {
+        let frame = bytes.get(..length)?;
+        let (body, sum) = frame.split_at(length - 2);
+        (crc(body).to_le_bytes() == *sum).then_some(frame[0])
+    };
+    let (unit, refused) = match bytes.get(1..3)? {
+        [3, 4] => (whole(9)?, ""),
+        [0x83, _] => (whole(5)?, ", which has no such register"),
+        _ => return None,
+    };
+    Some(format!("a Modbus RTU unit, number {unit}{refused}"))
 }
 
 fn unit_number(target: &Target) -> Result<u8, OpenError> {

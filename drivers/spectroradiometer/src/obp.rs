@@ -14,8 +14,8 @@ use isolux_device::{
 };
 use isolux_protocol_obp::{Answer, FULL_SCALE, Host, INTEGRATION_LIMITS_US, PIXELS, Request, Value};
 use isolux_transport::{
-    Bus, Driver, LineSettings, Parity, Place, Ports, TRIES, UsbAddress, UsbFraming, UsbModel, UsbProfile, no_display,
-    worth_another_try,
+    Bus, Driver, LineSettings, Parity, Place, Ports, Probe, TRIES, UsbAddress, UsbFraming, UsbModel, UsbProfile,
+    no_display, printable, worth_another_try,
 };
 use tokio::sync::Mutex;
 use tokio::time::Instant;
@@ -62,10 +62,21 @@ pub const OCEAN_OBP: Driver = Driver {
     name: NAME,
     speaks_to: "Ocean Optics STS in the Ocean Binary Protocol, over USB or a serial line",
     examples: &[(Kind::Spectroradiometer, "ocean-obp:usb:serial=S01234")],
-    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    seen_with: "🧪 its virtual twin, which the maker's library cseabreeze reads too; not yet real hardware",
     usb: &[UsbModel {
         id: USB.ids[0],
         model: "Ocean Optics STS",
+    }],
+    identify: &[Probe {
+        line: LINE,
+        // 0x000100, the serial number, without a sum.
+        request: b"\xC1\xC0\x00\x11\0\0\0\0\x00\x01\0\0\x01\0\0\0\0\0\0\0\0\0\0\0\
+                   \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x14\0\0\0\
+                   \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xC5\xC4\xC3\xC2",
+        read: |bytes| match isolux_protocol_obp::Message::parse(bytes) {
+            Ok(Some((message, _))) => Some(format!("Ocean Optics STS, serial {}", printable(&message.data))),
+            _ => None,
+        },
     }],
     place: |target, _| place(target),
     display_lx: no_display,

@@ -62,11 +62,13 @@ pub const OCEAN_OOI: Driver = Driver {
     name: NAME,
     speaks_to: "Ocean Optics USB2000+ and Flame-S in the OOI language, over USB",
     examples: &[(Kind::Spectroradiometer, "ocean-ooi:usb:serial=USB2+H16355")],
-    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    seen_with: "🧪 its virtual twin, which the maker's library cseabreeze reads too; not yet real hardware",
     usb: &[UsbModel {
         id: USB.ids[0],
         model: "Ocean Optics USB2000+ or Flame-S",
     }],
+    // Its instruments stand on USB, where their ids say who they are.
+    identify: &[],
     place: |target, _| place(target),
     display_lx: no_display,
     factories: |ports| Factories {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use isolux_device::{Factories, Kind, OpenError, Target};
 
-use crate::{LineSettings, Ports};
+use crate::{LineSettings, Ports, Probe};
 
 /// A driver: its name, what it speaks to, and how its devices are opened. The catalogue is a list of these; nothing
 /// outside that list knows an instrument by its name.
@@ -20,6 +20,8 @@ pub struct Driver {
     pub seen_with: &'static str,
     /// USB devices that it speaks to.
     pub usb: &'static [UsbModel],
+    /// Questions by which its instruments can be found on a port, each harmless to every other instrument.
+    pub identify: &'static [Probe],
     /// Reads an address as opening it would, and opens nothing: what it uses behind its link, and how the line is set.
     pub place: fn(&Target, Kind) -> Result<Place, OpenError>,
     /// Full scale and last digit of every range that the display of a lux meter has, in lx; empty where they are not known.

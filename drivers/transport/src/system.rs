@@ -310,6 +310,12 @@ fn state_of(path: &str) -> PortState {
             advice: Some("wait until it ends, or end it".to_owned()),
         };
     }
+    if !users_of(path).is_empty() {
+        return PortState::Unusable {
+            reason: busy(path),
+            advice: advice(io::ErrorKind::ResourceBusy),
+        };
+    }
     #[cfg(unix)]
     {
         use std::os::unix::fs::OpenOptionsExt;
@@ -412,6 +418,15 @@ mod tests {
         let mut read = [0; 4];
         host.read_exact(&mut read).await.unwrap();
         assert_eq!(&read, b"say\n");
+    }
+
+    #[test]
+    fn a_port_that_this_account_may_not_use_names_its_group() {
+        let advice = advice(io::ErrorKind::PermissionDenied).unwrap();
+        assert!(
+            advice.contains("dialout") && advice.contains("log in again"),
+            "{advice}"
+        );
     }
 
     #[cfg(target_os = "linux")]

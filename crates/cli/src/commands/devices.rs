@@ -2,15 +2,20 @@
 
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::devices;
+use isolux_app::{devices, identify};
 
 use crate::screen;
 
 /// Drivers, found ports, what is missing and how to mend it.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux devices --json\n\
-Nothing is sent to any port. `isolux check STATION.toml` talks to the instruments.")]
+Nothing is sent to any port, but to those named after --identify: each is asked with the line settings of every \
+language for what its instruments say of themselves. Nothing is set and nothing moves; a T-10A goes into its PC mode. \
+`isolux check STATION.toml` talks to the instruments of a station.")]
 pub struct Devices {
+    /// Ask these ports which instrument is there: serial ports or tcp://host:port.
+    #[arg(long, value_name = "PORT", num_args = 1..)]
+    identify: Vec<String>,
     /// One JSON object.
     #[arg(long)]
     json: bool,
@@ -18,6 +23,9 @@ pub struct Devices {
 
 /// Runs the command.
 pub fn run(arguments: &Devices) -> Result<(), Failure> {
+    if !arguments.identify.is_empty() {
+        return ask(&arguments.identify, arguments.json);
+    }
     let found = devices::devices()?;
     if arguments.json {
         screen::say(serde_json::to_string(&found).map_err(Failure::instrument)?)?;
@@ -60,6 +68,31 @@ pub fn run(arguments: &Devices) -> Result<(), Failure> {
         wanting(device.missing.as_deref(), device.mend.as_deref())?;
     }
     Ok(())
+}
+
+/// Asks the ports; exit 3 where one could not be asked.
+fn ask(ports: &[String], json: bool) -> Result<(), Failure> {
+    let asked = identify::identify(ports)?;
+    for port in &asked {
+        if json {
+            screen::say(serde_json::to_string(port).map_err(Failure::instrument)?)?;
+            continue;
+        }
+        screen::say(&port.port)?;
+        for found in &port.found {
+            screen::say(format_args!("  {:16} {} ({})", found.driver, found.says, found.line))?;
+        }
+        if port.found.is_empty() && port.error.is_none() {
+            screen::say("  nobody answered; check power, cable and the line settings of the instrument")?;
+        }
+        for tried in &port.tried {
+            screen::say(format_args!("  {:16} {tried}", "asked with"))?;
+        }
+    }
+    match asked.iter().find_map(|port| port.error.as_ref()) {
+        Some(error) => Err(Failure::instrument(error)),
+        None => Ok(()),
+    }
 }
 
 fn wanting(missing: Option<&str>, mend: Option<&str>) -> Result<(), Failure> {

@@ -31,6 +31,8 @@ pub const ASCII_AXIS: Driver = Driver {
     examples: &[(Kind::Axis, "ascii-axis:/dev/ttyUSB0?profile=template&address=1")],
     seen_with: "🧪 a template: the virtual twin of an instrument that does not exist",
     usb: &[],
+    // Every language is another one: what could be asked stands in a profile.
+    identify: &[],
     place: |target, _| {
         let line = profile(target)?.line;
         let address = target.option("address");

@@ -14,7 +14,7 @@ use async_trait::async_trait;
 use isolux_device::{Axis, AxisFactory, AxisSettings, Coordinate, Factories, Kind, OpenError, Target};
 use isolux_protocol_ascii::Lines;
 use isolux_protocol_easi::Easi;
-use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, no_display};
+use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_display, printable};
 use isolux_units::Millimetre;
 
 use crate::watched::Watched;
@@ -39,6 +39,17 @@ pub const PARKER_EASI: Driver = Driver {
     examples: &[(Kind::Axis, "parker-easi:/dev/ttyUSB0?address=1")],
     seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
     usb: &[],
+    identify: &[Probe {
+        line: LINE,
+        // Status of the drive with address 1; reading it clears nothing. The first CR ends what others have left there.
+        request: b"\r1R(ST)\r",
+        read: |bytes| {
+            let text = printable(bytes);
+            let (_, word) = text.rsplit_once('*')?;
+            let bits = word.chars().filter(|bit| matches!(bit, '0' | '1')).count();
+            (bits == 32 && word.contains('_')).then(|| "Parker XLi drive in EASI, address 1".to_owned())
+        },
+    }],
     place: |target, _| Ok(Address::parse(target)?.place),
     display_lx: no_display,
     factories: |ports| Factories {

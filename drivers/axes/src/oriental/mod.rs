@@ -17,7 +17,7 @@ use std::sync::Arc;
 use async_trait::async_trait;
 use isolux_device::{Axis, AxisFactory, AxisSettings, Coordinate, Factories, Kind, OpenError, Target};
 use isolux_modbus::Unit;
-use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, no_display};
+use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_display};
 use isolux_units::Millimetre;
 
 use axis::AzAxis;
@@ -33,6 +33,17 @@ pub const ORIENTAL_AZ: Driver = Driver {
     examples: &[(Kind::Axis, "oriental-az:/dev/ttyUSB0?unit=1")],
     seen_with: "🧪 its virtual twin, which pymodbus moves too; not yet real hardware",
     usb: &[],
+    identify: &[Probe {
+        line: LineSettings {
+            baud: 115_200,
+            data_bits: 8,
+            parity: Parity::Even,
+            stop_bits: 1,
+        },
+        // Holding registers 00CCh and 00CDh of unit 1: the detected position.
+        request: &[0x01, 0x03, 0x00, 0xCC, 0x00, 0x02, 0x04, 0x34],
+        read: isolux_modbus::unit_of,
+    }],
     place: |target, _| Ok(Address::parse(target)?.place),
     display_lx: no_display,
     factories: |ports| Factories {

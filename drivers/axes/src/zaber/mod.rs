@@ -16,7 +16,7 @@ use isolux_device::{
     Thermometer, ThermometerFactory,
 };
 use isolux_protocol_zaber::Host;
-use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, no_display};
+use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_display};
 use isolux_units::Millimetre;
 
 use axis::ZaberAxis;
@@ -35,8 +35,9 @@ pub const ZABER: Driver = Driver {
         (Kind::Switch, "zaber:/dev/ttyUSB0?do=1"),
         (Kind::Thermometer, "zaber:/dev/ttyUSB0?ai=1&c_at_0v=-50&c_at_10v=100"),
     ],
-    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    seen_with: "🧪 its virtual twin, which the maker's library zaber-motion moves too; not yet real hardware",
     usb: &[],
+    identify: &[identify(115_200), identify(9600)],
     place: |target, kind| Ok(Address::parse(target, kind)?.place),
     display_lx: no_display,
     factories: |ports| {
@@ -49,6 +50,28 @@ pub const ZABER: Driver = Driver {
         }
     },
 };
+
+/// `get device.id` of all devices of a chain, at the speed of firmware 7 or 6.
+const fn identify(baud: u32) -> Probe {
+    Probe {
+        line: LineSettings {
+            baud,
+            data_bits: 8,
+            parity: Parity::None,
+            stop_bits: 1,
+        },
+        request: b"\n/get device.id\n",
+        read: |bytes| {
+            let text = std::str::from_utf8(bytes).ok()?;
+            let reply = text
+                .lines()
+                .find(|line| line.starts_with('@') && line.contains(" OK "))?;
+            let device = reply.get(1..3)?;
+            let id = reply.split([' ', ':']).nth(5)?;
+            Some(format!("Zaber controller, device {device}, id {id}"))
+        },
+    }
+}
 
 /// Opens what hangs on Zaber controllers.
 pub struct ZaberDriver {

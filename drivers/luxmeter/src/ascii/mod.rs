@@ -41,6 +41,8 @@ pub const ASCII_LUX: Driver = Driver {
     examples: &[(Kind::LuxMeter, "ascii-lux:/dev/ttyUSB0?profile=template")],
     seen_with: "🧪 a template: the virtual twin of an instrument that does not exist",
     usb: &[],
+    // Every language is another one: what could be asked stands in a profile.
+    identify: &[],
     place: |target, _| {
         let line = profile(target)?.line;
         let address = target.option("address");

@@ -18,7 +18,7 @@ use isolux_device::{
     LuxRange, LuxReading, OpenError, Target,
 };
 use isolux_modbus::{ANSWER, Modbus, Unit};
-use isolux_transport::{Alone, Bus, Driver, Ports};
+use isolux_transport::{Alone, Bus, Driver, LineSettings, Parity, Ports, Probe};
 use isolux_units::Lux;
 use tokio::time::Instant;
 
@@ -40,6 +40,17 @@ pub const MODBUS_LUX: Driver = Driver {
     examples: &[(Kind::LuxMeter, "modbus-lux:/dev/ttyUSB0?profile=rs485-u32&unit=1")],
     seen_with: "🧪 its virtual twin, pymodbus and mbpoll; not yet real hardware",
     usb: &[],
+    identify: &[Probe {
+        line: LineSettings {
+            baud: 9600,
+            data_bits: 8,
+            parity: Parity::None,
+            stop_bits: 1,
+        },
+        // Holding registers 0007h and 0008h of unit 1.
+        request: &[0x01, 0x03, 0x00, 0x07, 0x00, 0x02, 0x75, 0xCA],
+        read: isolux_modbus::unit_of,
+    }],
     place: |target, _| isolux_modbus::place(target, profile(target)?.line),
     display_lx: |target| {
         let known = profile(target).ok();
