@@ -195,7 +195,7 @@ async fn orders(room: &VirtualRoom, asked: bool, progress: &dyn Progress) {
             progress.event(Event::Note(&said));
         }
     }
-    std::future::pending().await
+    std::future::pending::<()>().await;
 }
 
 /// The spectroradiometer as a USB device.

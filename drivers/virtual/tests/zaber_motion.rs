@@ -35,7 +35,7 @@ fn python() -> Option<PathBuf> {
 }
 
 /// Carries requests as they are, and of the replies what `change` makes of each line.
-async fn between(twin: String, change: fn(&str) -> String) -> u16 {
+async fn between(twin: String, change: Change) -> u16 {
     let listener = TcpListener::bind(("127.0.0.1", 0)).await.unwrap();
     let port = listener.local_addr().unwrap().port();
     tokio::spawn(async move {
@@ -55,7 +55,7 @@ async fn between(twin: String, change: fn(&str) -> String) -> u16 {
 }
 
 /// What the library reads of a room in which `fault` happens, where replies are changed on their way; and the room.
-async fn read(python: &Path, fault: Option<&str>, change: fn(&str) -> String) -> (Value, VirtualRoom) {
+async fn read(python: &Path, fault: Option<&str>, change: Change) -> (Value, VirtualRoom) {
     let room = VirtualRoom::open(Darkroom::parse(ROOM).unwrap());
     if let Some(fault) = fault {
         assert!(room.order(&fault.parse().unwrap()));
@@ -74,6 +74,9 @@ async fn read(python: &Path, fault: Option<&str>, change: fn(&str) -> String) ->
         room,
     )
 }
+
+/// What becomes of a reply on its way.
+type Change = fn(&str) -> String;
 
 fn as_it_is(reply: &str) -> String {
     reply.to_owned()
@@ -150,7 +153,7 @@ async fn the_makers_library_reports_a_stall_and_an_alarm() {
 async fn what_is_changed_on_the_way_is_read_otherwise() {
     let Some(python) = python() else { return };
     let (truth, _room) = read(&python, None, as_it_is).await;
-    let changes: [(&str, fn(&str) -> String); 5] = [
+    let changes: [(&str, Change); 5] = [
         ("absolute", another_position),
         ("flags_before", no_warnings),
         ("refused", accepted),

@@ -211,7 +211,7 @@ fn under(faults: &[&str]) -> Result<Run, Failure> {
             for fault in faults {
                 assert!(room.order(&fault.parse().unwrap()), "{fault}");
             }
-            std::future::pending().await
+            std::future::pending::<()>().await;
         };
         tokio::select! {
             () = orders => unreachable!("it never ends"),
