@@ -364,6 +364,12 @@ fn sentences(evening: &Evening) -> Vec<String> {
     let mut lines = vec![format!("luminous flux         {}", with_u(&reduction.flux))];
     lines.extend(
         reduction
+            .electrical
+            .as_ref()
+            .map(|line| format!("luminous efficacy     {}", with_u(&line.luminous_efficacy))),
+    );
+    lines.extend(
+        reduction
             .accepted
             .as_ref()
             .map(|accepted| format!("accepted              {}", isolux_reduce::note(accepted))),

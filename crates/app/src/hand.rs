@@ -3,7 +3,7 @@
 use camino::Utf8Path;
 use isolux_device::{LuxMeter, LuxOutcome, PowerMeter};
 use isolux_record::station::Rail;
-use isolux_record::{Electrical, Station};
+use isolux_record::{Electrical, Limits, Station};
 use isolux_scan::motion::{Axes, Pose, drive_rail, stop_all};
 use isolux_scan::settle::Photometer;
 use isolux_scan::warmup::{Criterion, Stable, until_stable};
@@ -257,7 +257,7 @@ pub fn warm_up(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress)
             }
         }
         let on_at = Instant::now();
-        let criterion = Criterion::of(&source.station);
+        let criterion = Criterion::of(&source.station, &Limits::default());
         progress.event(Event::Began {
             step: "warm up",
             total: Some(criterion.least_s() as u64),
@@ -268,7 +268,7 @@ pub fn warm_up(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress)
             spread_rel,
             illuminance_lx,
             ..
-        } = until_stable(&mut photometer, &criterion, on_at, |look| {
+        } = until_stable(&mut photometer, devices.power.as_deref(), &criterion, on_at, |look| {
             let what = format!("{:.3} lx", look.illuminance_lx);
             progress.event(Event::At {
                 done: look.elapsed_s as u64,

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use camino::Utf8Path;
 use isolux_record::disk::sha256;
-use isolux_record::readings::Layout;
 use isolux_record::{Run, RunError, RunHeader, RunLock};
 use serde::Deserialize;
 
@@ -67,7 +66,7 @@ pub(crate) fn check_sums(run: &Utf8Path, folder: &Utf8Path, needed: &[&str]) -> 
     let file = folder.join(SUMS);
     if !file.is_file() {
         let header = RunHeader::read(run).map_err(Failure::bad_input)?;
-        if header.layout() == Layout::V1 {
+        if !header.layout().has_hashes() {
             return Ok(());
         }
         return Err(Failure::bad_input(format!(

@@ -40,6 +40,10 @@ impl Reduced {
                 reduction.i_max_deg.1
             ),
         ];
+        if let Some(electrical) = &reduction.electrical {
+            lines.push(format!("power {}", with_u(&electrical.power)));
+            lines.push(format!("luminous efficacy {}", with_u(&electrical.luminous_efficacy)));
+        }
         if let Some(spectral) = &reduction.spectral {
             lines.push(format!("efficacy of radiation {}", with_u(&spectral.ler)));
             lines.extend(spectral.cct.as_ref().map(|cct| format!("CCT {}", with_u(cct))));

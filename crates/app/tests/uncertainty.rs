@@ -296,6 +296,7 @@ fn read(room: &Room, plan: &Plan, distance_mm: f64) -> (Vec<Reading>, f64) {
                 integration_s: Some(0.5),
                 session: 0,
                 burning: None,
+                electrical: isolux_record::Electrical::default(),
                 raw: String::new(),
             });
         }

@@ -17,6 +17,9 @@ pub struct LimitsDocument {
     /// See [`Limits::closing_rel`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub closing_rel: Option<f64>,
+    /// See [`Limits::power_spread_rel`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power_spread_rel: Option<f64>,
     /// See [`Limits::repeats_sigma`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats_sigma: Option<f64>,
@@ -28,6 +31,7 @@ pub struct Limits {
     reference_rel: f64,
     drift_rel: f64,
     closing_rel: f64,
+    power_spread_rel: f64,
     repeats_sigma: f64,
 }
 
@@ -48,6 +52,12 @@ impl Limits {
         self.closing_rel
     }
 
+    /// The largest (max − min)/mean of the lamp's power over the window in which its light is watched, for a lamp to count as
+    /// stable: LM-79 and EN 13032-4 ask for 0.5 % of light and of power. Where the station has no power meter, light decides.
+    pub const fn power_spread_rel(&self) -> f64 {
+        self.power_spread_rel
+    }
+
     /// How far a repeat of a point may lie from the median of its repeats, in standard uncertainties of one reading.
     pub const fn repeats_sigma(&self) -> f64 {
         self.repeats_sigma
@@ -62,6 +72,7 @@ impl Default for Limits {
             reference_rel: 0.01,
             drift_rel: 0.02,
             closing_rel: 0.02,
+            power_spread_rel: 0.005,
             repeats_sigma: 6.0,
         }
     }
@@ -89,6 +100,7 @@ impl TryFrom<&LimitsDocument> for Limits {
             reference_rel: fraction("reference_rel", written.reference_rel, default.reference_rel)?,
             drift_rel: fraction("drift_rel", written.drift_rel, default.drift_rel)?,
             closing_rel: fraction("closing_rel", written.closing_rel, default.closing_rel)?,
+            power_spread_rel: fraction("power_spread_rel", written.power_spread_rel, default.power_spread_rel)?,
             repeats_sigma,
         })
     }
@@ -125,6 +137,7 @@ mod tests {
             ("drift_rel = nan", "limits.drift_rel: is NaN"),
             ("drift_rel = 1e308", "up to 1"),
             ("closing_rel = -0.02", "limits.closing_rel: is -0.02"),
+            ("power_spread_rel = -0.5", "limits.power_spread_rel: is -0.5"),
             ("repeats_sigma = 0.5", "2 to 100"),
             ("repeats_sigma = inf", "limits.repeats_sigma: is inf"),
             ("repeat_sigma = 6.0", "unknown field `repeat_sigma`"),

@@ -224,4 +224,6 @@ pub struct Reading {
     pub session: u32,
     /// How often the lamp had been switched on in this run; set by the record, none in runs of format 1.
     pub burning: Option<u32>,
+    /// The lamp's supply line meanwhile; empty without a power meter, and in runs of formats 1 and 2.
+    pub electrical: Electrical,
 }

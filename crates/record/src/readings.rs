@@ -3,10 +3,15 @@
 use camino::{Utf8Path, Utf8PathBuf};
 
 use crate::disk::sha256;
-use crate::reading::{Quality, Reading};
+use crate::reading::{Electrical, Quality, Reading};
 
 /// The header row. The first thirteen columns are the common ones of every readings file.
 pub const HEADER: &str = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,illuminance_lx,u_lx,\
+quality,role,point,repeat,c_target_deg,gamma_target_deg,digit_lx,integration_s,raw,voltage_v,current_a,power_w,power_factor,\
+session,burning,chain,row_crc";
+
+/// The header row of format 2.
+const HEADER_2: &str = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,illuminance_lx,u_lx,\
 quality,role,point,repeat,c_target_deg,gamma_target_deg,digit_lx,integration_s,raw,session,burning,chain,row_crc";
 
 /// The header row of format 1.
@@ -18,17 +23,28 @@ quality,role,point,repeat,c_target_deg,gamma_target_deg,digit_lx,integration_s,r
 pub enum Layout {
     /// Format 1: no `session`, `burning`, `chain`.
     V1,
-    /// Format 2.
-    #[default]
+    /// Format 2: no electrical columns.
     V2,
+    /// Format 3.
+    #[default]
+    V3,
 }
 
 impl Layout {
+    /// All of them.
+    pub(crate) const ALL: [Self; 3] = [Self::V1, Self::V2, Self::V3];
+
+    /// Whether each row has the hash of all rows up to it, and run.toml its own.
+    pub const fn has_hashes(self) -> bool {
+        !matches!(self, Self::V1)
+    }
+
     /// The header row with its line end.
     pub fn header(self) -> String {
         match self {
             Self::V1 => format!("{HEADER_1}\n"),
-            Self::V2 => format!("{HEADER}\n"),
+            Self::V2 => format!("{HEADER_2}\n"),
+            Self::V3 => format!("{HEADER}\n"),
         }
     }
 
@@ -36,6 +52,7 @@ impl Layout {
         match self {
             Self::V1 => 22,
             Self::V2 => 25,
+            Self::V3 => 29,
         }
     }
 }
@@ -126,7 +143,14 @@ impl Chain {
     pub(crate) fn row(&self, reading: &Reading) -> (String, Self) {
         let mut row = fields(reading);
         let mut next = self.clone();
-        if self.layout == Layout::V2 {
+        if self.layout == Layout::V3 {
+            let line = &reading.electrical;
+            for value in [line.voltage_v, line.current_a, line.power_w, line.power_factor] {
+                row.push_str(&optional(value));
+                row.push(',');
+            }
+        }
+        if self.layout.has_hashes() {
             let burning = reading.burning.map_or_else(String::new, |burning| burning.to_string());
             row.push_str(&format!("{},{burning},", reading.session));
             next.last = self.link(&row);
@@ -197,9 +221,13 @@ pub enum ReadingsError {
     },
 }
 
-/// The columns that both formats have, each with its comma.
+/// A number, or an empty cell.
+fn optional(value: Option<f64>) -> String {
+    value.map_or_else(String::new, number)
+}
+
+/// The columns that all formats have, each with its comma.
 fn fields(reading: &Reading) -> String {
-    let optional = |value: Option<f64>| value.map_or_else(String::new, number);
     let mut row = [
         reading.index.to_string(),
         reading.block.clone(),
@@ -247,7 +275,7 @@ pub(crate) fn parse_whole(file: &Utf8Path, bytes: &[u8]) -> (Readings, Option<Re
     let mut lines = bytes.split_inclusive(|&byte| byte == b'\n');
     let header = lines.next().unwrap_or_default();
     let mut readings = Readings::default();
-    let layout = [Layout::V1, Layout::V2]
+    let layout = Layout::ALL
         .into_iter()
         .find(|layout| header == layout.header().as_bytes());
     let Some(layout) = layout else {
@@ -273,7 +301,7 @@ pub(crate) fn parse_whole(file: &Utf8Path, bytes: &[u8]) -> (Readings, Option<Re
         }
         readings.whole_bytes += line.len();
         readings.ends.push(readings.whole_bytes);
-        if readings.layout == Layout::V2 {
+        if readings.layout.has_hashes() {
             readings.chains.push(chain.last.clone());
         }
     }
@@ -336,6 +364,21 @@ fn parse_row(
                 .map_err(|error| fault($column, format!("`{}`: {error}", $field)))?
         };
     }
+    let electrical = match chain.layout {
+        Layout::V1 | Layout::V2 => Electrical::default(),
+        Layout::V3 => Electrical {
+            voltage_v: optional("voltage_v", fields[21])?,
+            current_a: optional("current_a", fields[22])?,
+            power_w: optional("power_w", fields[23])?,
+            power_factor: optional("power_factor", fields[24])?,
+        },
+    };
+    // `session`, `burning` and `chain`, where there are such.
+    let [session, burning, linked_to] = match chain.layout {
+        Layout::V1 => ["0", "", ""],
+        Layout::V2 => [fields[21], fields[22], fields[23]],
+        Layout::V3 => [fields[25], fields[26], fields[27]],
+    };
     let reading = Reading {
         index: word!("index", fields[0]),
         block: fields[1].to_owned(),
@@ -358,15 +401,13 @@ fn parse_row(
         digit_lx: optional("digit_lx", fields[18])?,
         integration_s: optional("integration_s", fields[19])?,
         raw: fields[20].to_owned(),
-        session: if chain.layout == Layout::V2 {
-            word!("session", fields[21])
+        session: word!("session", session),
+        burning: if burning.is_empty() {
+            None
         } else {
-            0
+            Some(word!("burning", burning))
         },
-        burning: match chain.layout {
-            Layout::V2 if !fields[22].is_empty() => Some(word!("burning", fields[22])),
-            _ => None,
-        },
+        electrical,
     };
     if reading.index != row as u64 {
         return Err(fault(
@@ -380,17 +421,17 @@ fn parse_row(
             "must be given exactly when quality is ok".to_owned(),
         ));
     }
-    if chain.layout == Layout::V2 {
+    if chain.layout.has_hashes() {
         // All fields but `chain` itself and the checksum, which `covered` ends before.
-        let linked = &text[..text.len() - fields[23].len() - 1];
-        if chain.link(linked) != fields[23] {
+        let linked = &text[..text.len() - linked_to.len() - 1];
+        if chain.link(linked) != linked_to {
             return Err(ReadingsError::Chain {
                 file: file.to_owned(),
                 line,
                 row,
             });
         }
-        fields[23].clone_into(&mut chain.last);
+        linked_to.clone_into(&mut chain.last);
     }
     Ok(reading)
 }
@@ -431,13 +472,18 @@ pub(crate) mod tests {
             raw: "02".to_owned(),
             session: 0,
             burning: Some(1),
+            electrical: Electrical::default(),
         }
     }
 
     /// A file of these readings.
     fn of(readings: &[Reading]) -> String {
-        let mut chain = Chain::new(Layout::V2);
-        let mut text = format!("{HEADER}\n");
+        in_layout(Layout::V3, readings)
+    }
+
+    fn in_layout(layout: Layout, readings: &[Reading]) -> String {
+        let mut chain = Chain::new(layout);
+        let mut text = layout.header();
         for reading in readings {
             let (row, next) = chain.row(reading);
             text.push_str(&row);
@@ -456,7 +502,7 @@ pub(crate) mod tests {
 
     #[test]
     fn the_row_is_what_the_contract_says() {
-        let text = Chain::new(Layout::V2).row(&reading(0)).0;
+        let text = Chain::new(Layout::V3).row(&reading(0)).0;
         assert!(
             text.starts_with("0,lit,lit,1800.25,15,0,10000,-1,1,,3.37,0.01,ok,"),
             "{text}"
@@ -544,6 +590,45 @@ pub(crate) mod tests {
         assert_eq!((readings.layout, readings.rows.len()), (Layout::V1, 2));
         assert_eq!(readings.rows[1].burning, None);
     }
+
+    #[test]
+    fn what_the_power_meter_gave_has_a_cell_each_and_what_it_did_not_an_empty_one() {
+        let mut lit = reading(0);
+        lit.electrical = Electrical {
+            voltage_v: Some(230.25),
+            current_a: None,
+            power_w: Some(9.5),
+            power_factor: Some(-0.93),
+        };
+        let text = of(&[lit.clone(), reading(1)]);
+        let row = text.lines().nth(1).unwrap();
+        assert!(row.contains(",02,230.25,,9.5,-0.93,0,1,"), "{row}");
+        let read = parse(text.as_bytes()).unwrap().rows;
+        assert_eq!((&read[0], read[1].electrical), (&lit, Electrical::default()));
+        for word in ["NAN", "inf", "9.91E37V"] {
+            let mut row = row.replacen(",9.5,", &format!(",{word},"), 1);
+            row.truncate(row.rfind(',').unwrap() + 1);
+            let crc = crc32fast::hash(row.as_bytes());
+            let text = format!("{HEADER}\n{row}{crc:08x}\n");
+            match parse(text.as_bytes()) {
+                Err(ReadingsError::Content { column: "power_w", .. }) => {}
+                other => panic!("{word}: {other:?}"),
+            }
+        }
+    }
+
+    /// Rows of format 2 as the program before wrote them.
+    #[test]
+    fn a_file_of_format_2_is_read_and_its_chain_is_what_it_was() {
+        let text = in_layout(Layout::V2, &[reading(0), reading(1)]);
+        assert!(text.starts_with(HEADER_2) && text.lines().nth(1).unwrap().split(',').count() == 25);
+        let readings = parse(text.as_bytes()).unwrap();
+        assert_eq!((readings.layout, readings.rows[1].burning), (Layout::V2, Some(1)));
+        assert_eq!(readings.chains[1], CHAIN_OF_FORMAT_2);
+    }
+
+    /// Of the second of two such rows, computed by SHA-256 of the row's fields outside this program.
+    const CHAIN_OF_FORMAT_2: &str = "480f44fedebf7f01";
 
     proptest! {
         #[test]

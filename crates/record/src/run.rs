@@ -7,7 +7,9 @@ use std::fs::OpenOptions;
 
 use camino::{Utf8Path, Utf8PathBuf};
 
-pub use header::{DeviceRecord, FORMAT, FORMAT_1, Resumed, RunHeader, SpectrumEntry, StopHow, Stopped, Written};
+pub use header::{
+    DeviceRecord, FORMAT, FORMAT_1, FORMAT_2, Resumed, RunHeader, SpectrumEntry, StopHow, Stopped, Written,
+};
 
 use crate::disk::{self, Appended, DiskError, failed, sha256};
 use crate::document::DocumentError;
@@ -201,7 +203,7 @@ impl RunDir {
             .max()
             .map_or(0, |last| last + 1);
         header.stopped = None;
-        if layout == Layout::V2 {
+        if layout.has_hashes() {
             header
                 .spectrum
                 .retain(|entry| run.spectra.iter().any(|spectrum| spectrum.index == entry.index));
@@ -241,7 +243,7 @@ impl RunDir {
             header,
             path,
         };
-        if let (Layout::V2, Some(first)) = (layout, run.readings.chains.first()) {
+        if let (true, Some(first)) = (layout.has_hashes(), run.readings.chains.first()) {
             dir.header.written = Some(Written {
                 readings: dir.next_index,
                 first_chain: first.clone(),
@@ -285,12 +287,12 @@ impl RunDir {
         self.still_ours()?;
         reading.index = self.next_index;
         reading.session = self.header.resumed.len() as u32;
-        reading.burning = (self.header.layout() == Layout::V2).then_some(self.header.burnings);
+        reading.burning = (self.header.layout().has_hashes()).then_some(self.header.burnings);
         let (row, chain) = self.chain.row(&reading);
         self.readings.write_synced(row.as_bytes())?;
         self.chain = chain;
         self.next_index += 1;
-        if self.header.layout() == Layout::V2
+        if self.header.layout().has_hashes()
             && (self.next_index == 1 || self.next_index.is_multiple_of(ROWS_PER_HEADER))
         {
             self.write_header()?;
@@ -317,7 +319,7 @@ impl RunDir {
         };
         disk::replace(&self.path.join(entry.file()), text.as_bytes())?;
         self.next_spectrum += 1;
-        if self.header.layout() == Layout::V2 {
+        if self.header.layout().has_hashes() {
             self.header.spectrum.push(entry);
             self.write_header()?;
         }
@@ -348,7 +350,7 @@ impl RunDir {
     /// What the system says.
     pub fn lamp_on(&mut self, utc: String) -> Result<(), RunError> {
         self.header.lamp_on_utc = Some(utc);
-        if self.header.layout() == Layout::V2 {
+        if self.header.layout().has_hashes() {
             self.header.burnings += 1;
         }
         self.write_header()
@@ -361,7 +363,7 @@ impl RunDir {
     /// What the system says.
     pub fn stop(&mut self, mut stopped: Stopped) -> Result<(), RunError> {
         stopped.readings = self.next_index;
-        if self.header.layout() == Layout::V2 {
+        if self.header.layout().has_hashes() {
             stopped.readings_sha256 = Some(self.readings.sha256());
             stopped.events = Some(self.event_count);
             stopped.events_sha256 = Some(self.events.sha256());
@@ -375,7 +377,7 @@ impl RunDir {
 
     fn write_header(&mut self) -> Result<(), RunError> {
         self.still_ours()?;
-        if self.header.layout() == Layout::V2 && self.next_index > 0 {
+        if self.header.layout().has_hashes() && self.next_index > 0 {
             let chain = self.chain.last().to_owned();
             let written = self.header.written.get_or_insert_with(|| Written {
                 readings: 0,
@@ -405,7 +407,10 @@ pub fn vacant(path: &Utf8Path) -> bool {
         let only = |bytes: &[&[u8]]| std::fs::read(file).is_ok_and(|found| bytes.contains(&found.as_slice()));
         match name {
             "spectra" => file.read_dir_utf8().is_ok_and(|mut entries| entries.next().is_none()),
-            "readings.csv" => only(&[b"", Layout::V1.header().as_bytes(), Layout::V2.header().as_bytes()]),
+            "readings.csv" => {
+                let headers = Layout::ALL.map(Layout::header);
+                only(&[b"".as_slice()]) || headers.iter().any(|header| only(&[header.as_bytes()]))
+            }
             "events.jsonl" => only(&[b""]),
             LOCK_FILE => true,
             _ => name.starts_with('.') && file.extension() == Some("part"),
@@ -697,7 +702,8 @@ mod tests {
         for changed in [
             text.replacen("saturation_counts = 32768.0", "saturation_counts = 32769.0", 1),
             text.replacen("readings = 5", "readings = 4", 1),
-            text.replacen("isolux-run/2", "isolux-run/1", 1),
+            text.replacen("isolux-run/3", "isolux-run/2", 1),
+            text.replacen("isolux-run/3", "isolux-run/1", 1),
             text[..text.rfind("[check]").unwrap()].to_owned(),
             text[..text.len() - 3].to_owned(),
         ] {

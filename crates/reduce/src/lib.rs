@@ -10,6 +10,7 @@ mod circle;
 mod closing;
 mod correction;
 mod drift;
+mod electrical;
 mod error;
 mod gate;
 mod grid;
@@ -43,6 +44,7 @@ pub use budget::Common;
 pub use closing::Closing;
 pub use correction::{Correction, UnknownCorrection};
 pub use drift::{Burning, Drift};
+pub use electrical::{Electrical, Over};
 pub use error::ReduceError;
 pub use gate::{Accepted, Evidence, Finding, note};
 pub use grid::Grid;
@@ -111,6 +113,8 @@ pub struct Reduction {
     pub distance_mm: f64,
     /// Luminous flux.
     pub flux: Quantity,
+    /// The supply line and lm/W, where there was a power meter.
+    pub electrical: Option<Electrical>,
     /// Largest intensity.
     pub i_max: Quantity,
     /// Its direction (C, γ) in degrees.
@@ -266,6 +270,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         drift,
         common,
         distance_mm,
+        electrical: Electrical::of(&rows, station, &flux),
         flux,
         i_max,
         i_max_deg,

@@ -116,6 +116,7 @@ fn ldt(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &
             count: Some(-1.0),
             lamp: "LED".to_owned(),
             flux_lm: Some(reduction.flux.value),
+            watts: watts(reduction),
             colour: colour.map_or_else(String::new, |cct| format!("{:.0} K", cct.value)),
             ..eulumdat::LampSet::default()
         }],
@@ -126,6 +127,12 @@ fn ldt(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &
         message: finding.message.into(),
     })?;
     Ok(written.bytes)
+}
+
+/// Mean active power to five digits, as many as power meters show; none without one.
+fn watts(reduction: &Reduction) -> Option<f64> {
+    let watts = reduction.electrical.as_ref()?.power_w.mean;
+    format!("{watts:.4e}").parse().ok()
 }
 
 /// What the flux in the file lacks, in the line of 78 signs that EULUMDAT has for date and user.
@@ -195,7 +202,7 @@ fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, program:
         lamp_count: 1.0,
         // LM-63: a circular opening has minus its diameter as width and length.
         opening_m: [-metres, -metres, 0.0],
-        watts: 0.0,
+        watts: watts(reduction).unwrap_or(0.0),
         generation: None,
         tilt: None,
     };
@@ -333,7 +340,7 @@ fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
     let spectral = reduction.spectral.as_ref();
     // A sensor outside the measured zone has no number, not one of 0 ± 0.
     let seen = reduction.sensor_illuminance.u_of_parts_rel().is_finite();
-    json!({
+    let mut budget = json!({
         "coverage": "standard uncertainties, k = 1; u is null where something is missing that was neither measured nor stated",
         "flux": reduction.flux,
         "i_max": reduction.i_max,
@@ -368,7 +375,11 @@ fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
         "accepted_drift": reduction.accepted,
         "removed_effects": reduction.removed_effects,
         "notes": reduction.notes,
-    })
+    });
+    if let Some(electrical) = &reduction.electrical {
+        budget["electrical"] = json!(electrical);
+    }
+    budget
 }
 
 fn provenance(

@@ -28,5 +28,6 @@ pub fn reading(c_deg: f64, gamma_deg: f64, illuminance_lx: f64) -> Reading {
         raw: String::new(),
         session: 0,
         burning: None,
+        electrical: isolux_record::Electrical::default(),
     }
 }

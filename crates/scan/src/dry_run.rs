@@ -146,7 +146,7 @@ pub fn dry_run(station: &Station, plan: &Plan) -> Result<DryRun, Fault> {
         notes: notes(station, plan),
     };
     if plan.blocks().iter().any(|block| block.kind.needs_lamp()) {
-        run.warm_up_s = Criterion::of(station).least_s();
+        run.warm_up_s = Criterion::of(station, plan.limits()).least_s();
     }
     // Where the axes stand before the first visit is not known; homing ends at the drive's own zero.
     let mut at: Option<(f64, f64)> = None;

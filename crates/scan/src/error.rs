@@ -35,10 +35,12 @@ pub enum ScanError {
     },
     /// The lamp did not become stable.
     #[error(
-        "the lamp is not stable after {elapsed_s:.0} s: (max − min)/mean = {:.2} % over the last {window_s:.0} s, allowed {:.2} %",
+        "the lamp is not stable after {elapsed_s:.0} s: (max − min)/mean of its {of} = {:.2} % over the last {window_s:.0} s, allowed {:.2} %",
         spread_rel * 100.0, allowed_rel * 100.0
     )]
     NotStable {
+        /// `light` or `power`.
+        of: &'static str,
         /// Seconds since it was switched on.
         elapsed_s: f64,
         /// Length of the window.
@@ -47,6 +49,15 @@ pub enum ScanError {
         spread_rel: f64,
         /// Allowed.
         allowed_rel: f64,
+    },
+    /// No power that the meter can follow: the electrical stability cannot be judged.
+    #[error(
+        "after {elapsed_s:.0} s the power meter gives no power: it is over its range, or no two of its readings in a row agree; \
+         look at its ranges, or remove [powermeter] from the station"
+    )]
+    NoPower {
+        /// Seconds since the lamp was switched on.
+        elapsed_s: f64,
     },
     /// No light at the reference point that the meter can follow: a warm-up cannot be judged.
     #[error(
@@ -203,6 +214,7 @@ impl ScanError {
                 | RunError::Damaged { .. },
             ) => ScanErrorKind::BadPlan,
             Self::NotStable { .. }
+            | Self::NoPower { .. }
             | Self::NoLight { .. }
             | Self::NoNumber { .. }
             | Self::Repeats { .. }

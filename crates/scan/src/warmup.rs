@@ -3,15 +3,17 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use isolux_device::LuxOutcome;
-use isolux_record::Station;
+use isolux_device::{LuxOutcome, PowerMeter};
+use isolux_record::{Limits, Station};
 use tokio::time::{Instant, sleep_until};
 
+use crate::electrical;
 use crate::error::ScanError;
 use crate::settle::{Noise, Photometer};
 
 /// When a lamp counts as stable: on for at least `least_s`, and (max − min)/mean of its light over the last `window_s`
-/// within `spread_rel`. The defaults are the stabilisation of EN 13032-4 and CIE S 025: 30 min, 15 min, 0.5 %.
+/// within `spread_rel`, and of its power within `power_spread_rel` where a power meter is there. The defaults are the
+/// stabilisation of EN 13032-4 and CIE S 025: 30 min, 15 min, 0.5 %; LM-79 asks for light and power too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Criterion {
     /// Least time on.
@@ -20,13 +22,15 @@ pub struct Criterion {
     pub window_s: f64,
     /// Allowed (max − min)/mean over it.
     pub spread_rel: f64,
+    /// Allowed (max − min)/mean of the power over it.
+    pub power_spread_rel: f64,
     /// When to give up.
     pub most_s: f64,
 }
 
 impl Criterion {
-    /// The criterion of a station.
-    pub fn of(station: &Station) -> Self {
+    /// The criterion of a station, and of the limits of a plan.
+    pub fn of(station: &Station, limits: &Limits) -> Self {
         let stable = station.lamp().and_then(|lamp| lamp.stable.as_ref());
         let least_s = stable.map_or(1800.0, |stable| stable.least_s);
         let window_s = stable.map_or(900.0, |stable| stable.window_s);
@@ -34,6 +38,7 @@ impl Criterion {
             least_s,
             window_s,
             spread_rel: stable.map_or(0.005, |stable| stable.spread_rel),
+            power_spread_rel: limits.power_spread_rel(),
             most_s: (4.0 * least_s).max(4.0 * window_s).max(60.0),
         }
     }
@@ -54,6 +59,17 @@ pub struct Look {
     /// Coarsest digit of the display among them.
     pub digit_lx: f64,
     /// (max − min)/mean over the window, once it is full.
+    pub spread_rel: Option<f64>,
+    /// The power; none without a power meter.
+    pub power: Option<Power>,
+}
+
+/// The power at a look at the lamp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Power {
+    /// Active power; none where the meter gave no number.
+    pub power_w: Option<f64>,
+    /// (max − min)/mean over the window, once it is full and ends with a number.
     pub spread_rel: Option<f64>,
 }
 
@@ -83,7 +99,8 @@ const DARK_AT_MOST_S: f64 = 60.0;
 pub struct Gate {
     criterion: Criterion,
     on_at: Instant,
-    window: VecDeque<(f64, f64)>,
+    window: Window,
+    power: Window,
     scatter: VecDeque<(f64, f64, f64)>,
     next: Instant,
 }
@@ -94,24 +111,29 @@ impl Gate {
         Self {
             criterion,
             on_at,
-            window: VecDeque::new(),
+            window: Window::default(),
+            power: Window::default(),
             scatter: VecDeque::new(),
             next: Instant::now(),
         }
     }
 
-    /// Looks at the light where the detector now is.
+    /// Looks at the light where the detector now is, and at the power.
     ///
     /// # Errors
-    /// [`ScanError::NoNumber`] for light out of range; what the meter reports.
-    pub async fn look(&mut self, photometer: &mut Photometer<'_>) -> Result<Look, ScanError> {
-        let (mean, elapsed_s, digit_lx) = look(photometer, self.on_at, &mut self.scatter).await?;
+    /// [`ScanError::NoNumber`] for light out of range; what the meters report.
+    pub async fn look(
+        &mut self,
+        photometer: &mut Photometer<'_>,
+        power: Option<&dyn PowerMeter>,
+    ) -> Result<Look, ScanError> {
         let window_s = self.criterion.window_s;
-        self.window.push_back((elapsed_s, mean));
-        // The window is full when what remains still spans it.
-        while self.window.len() > 2 && self.window[1].0 <= elapsed_s - window_s {
-            self.window.pop_front();
-        }
+        let (mean, elapsed_s, digit_lx) = look(photometer, self.on_at, &mut self.scatter).await?;
+        self.window.push(elapsed_s, mean, window_s);
+        let power = match power {
+            Some(meter) => Some(self.power(meter).await?),
+            None => None,
+        };
         while self
             .scatter
             .front()
@@ -119,13 +141,27 @@ impl Gate {
         {
             self.scatter.pop_front();
         }
-        let full = elapsed_s - self.window[0].0 >= window_s;
         Ok(Look {
             elapsed_s,
             illuminance_lx: mean,
             digit_lx,
-            spread_rel: full.then(|| spread(&self.window)),
+            spread_rel: self.window.spread(window_s),
+            power,
         })
+    }
+
+    async fn power(&mut self, meter: &dyn PowerMeter) -> Result<Power, ScanError> {
+        let reading = electrical::read(meter, Instant::now()).await?;
+        let power_w = electrical::recorded(&reading).power_w;
+        let Some(watts) = power_w else {
+            let spread_rel = None;
+            return Ok(Power { power_w, spread_rel });
+        };
+        let window_s = self.criterion.window_s;
+        let at = reading.ended.saturating_duration_since(self.on_at).as_secs_f64();
+        self.power.push(at, watts, window_s);
+        let spread_rel = self.power.spread(window_s);
+        Ok(Power { power_w, spread_rel })
     }
 
     /// Whether the lamp is stable by this look.
@@ -138,6 +174,7 @@ impl Gate {
             illuminance_lx,
             digit_lx,
             spread_rel,
+            power,
         } = *look;
         let least_lx = LEAST_DIGITS * digit_lx;
         if (spread_rel.is_some() || elapsed_s >= DARK_AT_MOST_S) && illuminance_lx <= least_lx {
@@ -149,7 +186,13 @@ impl Gate {
         let Some(spread_rel) = spread_rel else {
             return Ok(None);
         };
-        if spread_rel < self.criterion.spread_rel && elapsed_s >= self.criterion.least_s {
+        let criterion = &self.criterion;
+        let steady_light = spread_rel < criterion.spread_rel;
+        let steady_power = power.is_none_or(|power| {
+            let spread_rel = power.spread_rel;
+            spread_rel.is_some_and(|spread_rel| spread_rel < criterion.power_spread_rel)
+        });
+        if steady_light && steady_power && elapsed_s >= criterion.least_s {
             return Ok(Some(Stable {
                 elapsed_s,
                 spread_rel,
@@ -157,15 +200,23 @@ impl Gate {
                 noise: noise(&self.scatter, illuminance_lx),
             }));
         }
-        if elapsed_s > self.criterion.most_s {
-            return Err(ScanError::NotStable {
-                elapsed_s,
-                window_s: self.criterion.window_s,
-                spread_rel,
-                allowed_rel: self.criterion.spread_rel,
-            });
+        if elapsed_s <= criterion.most_s {
+            return Ok(None);
         }
-        Ok(None)
+        let (of, spread_rel, allowed_rel) = match power {
+            Some(power) if steady_light => match power.spread_rel {
+                Some(spread_rel) => ("power", spread_rel, criterion.power_spread_rel),
+                None => return Err(ScanError::NoPower { elapsed_s }),
+            },
+            _ => ("light", spread_rel, criterion.spread_rel),
+        };
+        Err(ScanError::NotStable {
+            of,
+            elapsed_s,
+            window_s: criterion.window_s,
+            spread_rel,
+            allowed_rel,
+        })
     }
 
     /// Waits until the next look is due.
@@ -182,13 +233,14 @@ impl Gate {
 /// meter reports.
 pub async fn until_stable(
     photometer: &mut Photometer<'_>,
+    power: Option<&dyn PowerMeter>,
     criterion: &Criterion,
     on_at: Instant,
     mut look_at: impl FnMut(Look),
 ) -> Result<Stable, ScanError> {
     let mut gate = Gate::new(*criterion, on_at);
     loop {
-        let look = gate.look(photometer).await?;
+        let look = gate.look(photometer, power).await?;
         look_at(look);
         if let Some(stable) = gate.judge(&look)? {
             return Ok(stable);
@@ -234,12 +286,31 @@ async fn look(
     Ok((sum / count, middle_s / count, digit_lx))
 }
 
-fn spread(window: &VecDeque<(f64, f64)>) -> f64 {
-    let values = || window.iter().map(|(_, value)| *value);
-    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (low.min(v), high.max(v))
-    });
-    (high - low) / (values().sum::<f64>() / window.len() as f64)
+/// Values of the last `window_s`, each with its time in s.
+#[derive(Debug, Default)]
+struct Window(VecDeque<(f64, f64)>);
+
+impl Window {
+    fn push(&mut self, at_s: f64, value: f64, window_s: f64) {
+        self.0.push_back((at_s, value));
+        // The window is full when what remains still spans it.
+        while self.0.len() > 2 && self.0[1].0 <= at_s - window_s {
+            self.0.pop_front();
+        }
+    }
+
+    /// (max − min)/mean, once it is full.
+    fn spread(&self, window_s: f64) -> Option<f64> {
+        let (first_s, last_s) = (self.0.front()?.0, self.0.back()?.0);
+        if last_s - first_s < window_s {
+            return None;
+        }
+        let values = || self.0.iter().map(|(_, value)| *value);
+        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        Some((high - low) / (values().sum::<f64>() / self.0.len() as f64))
+    }
 }
 
 /// Scatter of single readings from successive differences, drift cancelled; the variance of rounding is taken out of it,

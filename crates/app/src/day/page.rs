@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use isolux_record::Role;
-use isolux_reduce::Quantity;
+use isolux_reduce::{Over, Quantity};
 use isolux_report::axes::{Frame, Scale};
 use isolux_report::html::{Page, Tile};
 use isolux_report::plots::{PolarOptions, SpectrumOptions, cartesian, polar, spectrum};
@@ -42,6 +42,7 @@ pub(super) fn page(evening: &Evening) -> Result<String, Failure> {
     }
     page.tiles(&tiles(evening));
     distribution(&mut page, evening);
+    electrical(&mut page, evening);
     light(&mut page, evening);
     sensor(&mut page, evening);
     page.heading("The scene in three dimensions");
@@ -77,6 +78,9 @@ fn tiles(evening: &Evening) -> Vec<Tile> {
         of("luminous flux", &reduction.flux),
         of("maximum intensity", &reduction.i_max),
     ];
+    if let Some(line) = &reduction.electrical {
+        tiles.push(of("luminous efficacy", &line.luminous_efficacy));
+    }
     if let Some(beam) = reduction.grid.distribution.beam_angle(0) {
         tiles.push(plain(
             "beam angle, C0",
@@ -131,6 +135,42 @@ fn distribution(page: &mut Page, evening: &Evening) {
         &[
             ("luminous flux", &reduction.flux),
             ("maximum intensity", &reduction.i_max),
+        ],
+    );
+}
+
+/// The supply line over the readings of the distribution, where there was a power meter.
+fn electrical(page: &mut Page, evening: &Evening) {
+    let Some(line) = &evening.reduced.reduction.electrical else {
+        return;
+    };
+    page.heading("Electrical");
+    let row = |name: &str, over: Option<Over>, unit: &str| {
+        let over = over?;
+        let shown = [over.mean, over.least, over.most].map(|value| format!("{value:.5}{unit}"));
+        Some(std::iter::once(name.to_owned()).chain(shown).collect::<Vec<_>>())
+    };
+    let rows: Vec<Vec<String>> = [
+        row("voltage", line.voltage_v, " V"),
+        row("current", line.current_a, " A"),
+        row("active power", Some(line.power_w), " W"),
+        row("power factor", line.power_factor, ""),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    page.table(&["over the distribution", "mean", "smallest", "largest"], &rows);
+    page.paragraph(&format!(
+        "Active power {} over {} readings. Luminous efficacy, luminous flux ÷ mean active power: {}.",
+        with_u(&line.power),
+        line.readings,
+        with_u(&line.luminous_efficacy)
+    ));
+    budget(
+        page,
+        &[
+            ("active power", &line.power),
+            ("luminous efficacy", &line.luminous_efficacy),
         ],
     );
 }

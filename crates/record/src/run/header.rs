@@ -12,16 +12,19 @@ use crate::spectra::SpectralCalibration;
 use crate::station::Station;
 
 /// Value of `format` in run.toml.
-pub const FORMAT: &str = "isolux-run/2";
+pub const FORMAT: &str = "isolux-run/3";
 
-/// The format before: without checksums of run.toml and of spectra, without hashes of rows.
+/// The format before: readings without electrical columns.
+pub const FORMAT_2: &str = "isolux-run/2";
+
+/// The first format: without checksums of run.toml and of spectra, without hashes of rows.
 pub const FORMAT_1: &str = "isolux-run/1";
 
 /// run.toml.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunHeader {
-    /// [`FORMAT`], or [`FORMAT_1`] of a run that an earlier program began.
+    /// [`FORMAT`], or [`FORMAT_2`] or [`FORMAT_1`] of a run that an earlier program began.
     pub format: String,
     /// Name and version of the program that wrote the run.
     pub program: String,
@@ -233,45 +236,45 @@ impl RunHeader {
 
     /// Columns of its readings.csv.
     pub fn layout(&self) -> Layout {
-        if self.format == FORMAT_1 {
-            Layout::V1
-        } else {
-            Layout::V2
+        match self.format.as_str() {
+            FORMAT_1 => Layout::V1,
+            FORMAT_2 => Layout::V2,
+            _ => Layout::V3,
         }
     }
 
     /// The text of run.toml. From format 2 on it ends with the SHA-256 of everything before.
     pub(super) fn to_text(&self) -> Result<String, toml::ser::Error> {
         let body = toml::to_string(self)?;
-        Ok(match self.layout() {
-            Layout::V1 => body,
-            Layout::V2 => {
-                let body = format!("{}\n", body.trim_end());
-                let check = check(&body);
-                body + &check
-            }
-        })
+        if !self.layout().has_hashes() {
+            return Ok(body);
+        }
+        let body = format!("{}\n", body.trim_end());
+        let check = check(&body);
+        Ok(body + &check)
     }
 
-    /// Parses run.toml of either format.
+    /// Parses run.toml of any format.
     fn parse(file: &Utf8Path, text: &str) -> Result<Self, RunError> {
-        if text.starts_with(&format!("format = \"{FORMAT_1}\"")) {
+        let is = |format: &str| text.starts_with(&format!("format = \"{format}\""));
+        if is(FORMAT_1) {
             return Ok(Source { file, text }.parse(FORMAT_1)?);
         }
+        let format = if is(FORMAT_2) { FORMAT_2 } else { FORMAT };
         let changed = |what: &str| RunError::HeaderChanged {
             file: file.to_owned(),
             what: what.to_owned(),
         };
         let Some(end) = text.rfind(CHECK) else {
             // A file that never was of this format says so in its own words.
-            Source { file, text }.parse::<toml::Table>(FORMAT)?;
+            Source { file, text }.parse::<toml::Table>(format)?;
             return Err(changed("the [check] at its end is missing"));
         };
         let body = &text[..end];
         if text[end..] != check(body) {
             return Err(changed("its SHA-256 is not that of its [check]"));
         }
-        Ok(Source { file, text: body }.parse(FORMAT)?)
+        Ok(Source { file, text: body }.parse(format)?)
     }
 }
 

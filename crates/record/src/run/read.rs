@@ -10,7 +10,7 @@ use super::{Run, RunError};
 use crate::disk::{failed, lines, sha256};
 use crate::file::{self, FileError, LARGEST_TABLE};
 use crate::plan::{Instrument, Order};
-use crate::readings::{self, Layout};
+use crate::readings;
 use crate::spectra::SpectrumRecord;
 
 /// A run as far as it is whole, and what is not.
@@ -97,7 +97,7 @@ impl Survey {
             readings.truncate(0);
         }
         // The first row is in run.toml before the second is read.
-        let unknown = header.layout() == Layout::V2 && header.written.is_none() && readings.rows.len() > 1;
+        let unknown = header.layout().has_hashes() && header.written.is_none() && readings.rows.len() > 1;
         let of_another_run = unknown
             || header.written.as_ref().is_some_and(|written| {
                 let last = (written.readings as usize).checked_sub(1);
@@ -157,7 +157,7 @@ impl Survey {
 
     fn spectra(&mut self) -> Result<(), RunError> {
         let found = spectrum_files(&self.run.path)?;
-        if self.run.header.layout() == Layout::V1 {
+        if !self.run.header.layout().has_hashes() {
             for name in found {
                 self.run.spectra.push(SpectrumRecord::read(&self.run.path.join(name))?);
             }
@@ -242,7 +242,7 @@ impl Survey {
         let path = self.run.path.clone();
         let header = &self.run.header;
         let mut notices = Vec::new();
-        if header.layout() == Layout::V1 {
+        if !header.layout().has_hashes() {
             notices.push(format!(
                 "{path}/run.toml is of format {FORMAT_1}, which carries no hashes: a changed run.toml, exchanged rows and spectra \
                  that were cut or exchanged are not detected"

@@ -147,7 +147,7 @@ impl Session<'_> {
         self.baffle(block, false).await?;
         self.shutter(block, true).await?;
         self.axes.go_to(REFERENCE_DEG.0, REFERENCE_DEG.1).await?;
-        let criterion = Criterion::of(self.engine.station);
+        let criterion = Criterion::of(self.engine.station, &self.limits);
         let observer = self.engine.observer;
         observer.event(&ScanEvent::WarmUpBegan {
             least_s: criterion.least_s(),
@@ -157,7 +157,7 @@ impl Session<'_> {
         let on_at = now.checked_sub(Duration::from_secs_f64(on_for.max(0.0))).unwrap_or(now);
         let mut gate = Gate::new(criterion, on_at);
         let stable = loop {
-            let look = gate.look(&mut self.photometer).await;
+            let look = gate.look(&mut self.photometer, self.devices.power.as_deref()).await;
             // First of all: light that somebody has cut off says nothing of the lamp.
             self.verify().await?;
             let look = look?;
@@ -165,6 +165,7 @@ impl Session<'_> {
                 elapsed_s,
                 illuminance_lx,
                 spread_rel,
+                power,
                 ..
             } = look;
             observer.event(&ScanEvent::WarmUp {
@@ -173,7 +174,11 @@ impl Session<'_> {
                 spread_rel,
             });
             let time_s = microseconds(elapsed_s);
-            let fields = json!({ "time_s": time_s, "illuminance_lx": illuminance_lx, "spread_rel": spread_rel });
+            let mut fields = json!({ "time_s": time_s, "illuminance_lx": illuminance_lx, "spread_rel": spread_rel });
+            if let Some(power) = power {
+                fields["power_w"] = power.power_w.into();
+                fields["power_spread_rel"] = power.spread_rel.into();
+            }
             self.event("warm_up", &fields)?;
             if let Some(stable) = gate.judge(&look)? {
                 break stable;

@@ -3,7 +3,7 @@
 use isolux_device::{LuxOutcome, LuxReading};
 use isolux_record::plan::{Block, Instrument};
 use isolux_record::spectra::SpectrumRecord;
-use isolux_record::{Quality, Reading, ReadingKind, Role};
+use isolux_record::{Electrical, Quality, Reading, ReadingKind, Role};
 use serde_json::json;
 use tokio::time::Instant;
 
@@ -11,6 +11,7 @@ use super::repeats;
 use super::session::Session;
 use super::verify::Left;
 use crate::clock::microseconds;
+use crate::electrical;
 use crate::error::ScanError;
 use crate::itinerary::Visit;
 use crate::motion::Pose;
@@ -95,10 +96,10 @@ impl Session<'_> {
         };
         let pose = self.axes.go_to(visit.c_deg, visit.gamma_deg).await?;
         let mut settling = Settling::default();
-        let settled = loop {
-            let light = self.verified(pose.rest_at).await?;
+        let (settled, mut line) = loop {
+            let (light, line) = self.verified(pose.rest_at).await?;
             if let Some(settled) = settling.add(light, &self.photometer.noise) {
-                break settled;
+                break (settled, line);
             }
         };
         if !settled.stable {
@@ -114,6 +115,10 @@ impl Session<'_> {
         let mut readings = Vec::new();
         loop {
             let reading = self.reading(block, visit, pose, &light, taken, settled.stable).await?;
+            let reading = Reading {
+                electrical: line,
+                ..reading
+            };
             values.extend(reading.illuminance_lx);
             let digit_lx = reading.digit_lx.unwrap_or_default();
             readings.push(reading);
@@ -125,18 +130,35 @@ impl Session<'_> {
                 repeats::agree(pose_deg, &values, digit_lx, self.photometer.noise, &self.limits)?;
                 return Ok(readings);
             }
-            light = self.verified(pose.rest_at).await?;
+            (light, line) = self.verified(pose.rest_at).await?;
         }
     }
 
-    /// A new reading, during which and after which everything is as it was left.
-    async fn verified(&mut self, not_before: Instant) -> Result<LuxReading, ScanError> {
+    /// A new reading of light and supply line, during which and after which everything is as it was left.
+    async fn verified(&mut self, not_before: Instant) -> Result<(LuxReading, Electrical), ScanError> {
         let left = Left {
             rail: self.rail_left(),
             outputs: self.outputs_left(),
             axes: &self.axes,
         };
-        left.during(self.photometer.read(not_before)).await
+        let power = self.devices.power.as_deref();
+        let line = async {
+            match power {
+                Some(meter) => electrical::read(meter, not_before).await.map(Some),
+                None => Ok(None),
+            }
+        };
+        // Both to their end: an answer that nobody waits for would meet the next request.
+        let both = async {
+            let (light, line) = tokio::join!(self.photometer.read(not_before), line);
+            Ok((light?, line?))
+        };
+        let (light, line) = left.during(both).await?;
+        self.photometer.retries += line.as_ref().map_or(0, |line| u64::from(line.retries));
+        Ok((
+            light,
+            line.as_ref().map_or_else(Electrical::default, electrical::recorded),
+        ))
     }
 
     async fn reading(
@@ -187,6 +209,7 @@ impl Session<'_> {
             raw: hexadecimal(&light.evidence),
             session: 0,
             burning: None,
+            electrical: Electrical::default(),
         })
     }
 
