@@ -156,4 +156,6 @@ async fn panic_as_error(work: impl Future<Output = Result<(), ScanError>>) -> Re
 #[cfg(test)]
 mod hands;
 #[cfg(test)]
+mod power;
+#[cfg(test)]
 mod tests;
