@@ -169,7 +169,7 @@ pub enum Spare {
 /// Bad input (exit 2) for a part or an address that is none, and for two parts that are the same thing; when a file exists
 /// and may not be replaced.
 pub fn bench(file: &Utf8Path, parts: &[Part], overwrite: Overwrite) -> Result<Vec<Utf8PathBuf>, Failure> {
-    let (twins, calibration) = virtual_station(&on_a_bench(parts)?)?;
+    let (twins, calibration) = virtual_station(&on_a_bench(parts))?;
     let text = bench_text(&twins, parts);
     let station = Station::parse(file, &text).map_err(Failure::bad_input)?;
     crate::roles::distinct(&station, file).map_err(|fault| Failure::bad_input(fault).help("nothing was written"))?;
@@ -220,15 +220,14 @@ pub fn part(name: &str, open: &str, file: &Utf8Path) -> Result<Part, Failure> {
 }
 
 /// The twins of the parts that a bench has anyway, and of those that it has where they are named.
-fn on_a_bench(parts: &[Part]) -> Result<Choice, Failure> {
-    let named = |name: &str| parts.iter().any(|part| part.name == name && part.open != ABSENT);
-    let driver = |name: &str, driver: &str| named(name).then(|| driver.to_owned());
-    let instruments = Instruments {
-        powermeter: driver("powermeter", "scpi-meter"),
-        supply: driver("supply", "scpi-supply"),
-        ..Instruments::default()
-    };
-    instruments.choice()
+fn on_a_bench(parts: &[Part]) -> Choice {
+    let mut choice = Choice::default();
+    for (name, instrument) in [("powermeter", Instrument::Powermeter), ("supply", Instrument::Supply)] {
+        if parts.iter().any(|part| part.name == name && part.open != ABSENT) {
+            choice.add(instrument);
+        }
+    }
+    choice
 }
 
 /// The text of a station of twins with `parts` in their place.
@@ -434,6 +433,27 @@ mod tests {
         assert_eq!(near.distances.as_ref().unwrap().best_mm, Some(best_mm));
         assert!(near.proposal()[0].contains("the plan's"), "{:?}", near.proposal());
         assert_eq!(near.table().len(), near.distances.unwrap().costs.len() + 1);
+    }
+
+    #[test]
+    fn a_bench_has_a_power_meter_and_a_supply_where_they_are_named() {
+        let keep = tempfile::tempdir().unwrap();
+        let file = Utf8Path::from_path(keep.path()).unwrap().join("bench.toml");
+        let meter = part("powermeter", "yokogawa-wt300:modbus-tcp://10.0.0.6:502").unwrap();
+        let address = "scpi-supply:tcp://10.0.0.5:5555?profile=dp800&channel=1&voltage_v=24&current_a=0.35";
+        let supply = part("supply", address).unwrap();
+        bench(&file, &[meter.clone(), supply.clone()], Overwrite::Never).unwrap();
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(text.contains("u_power_rel = 0.001  # CHECK"), "{text}");
+        let station = Station::load(&file).unwrap();
+        assert_eq!(station.powermeter().unwrap().open, meter.open);
+        assert_eq!(station.lamp_switch().unwrap().open, Some(supply.open));
+        bench(&file, &[], Overwrite::Force).unwrap();
+        let station = Station::load(&file).unwrap();
+        assert!(station.powermeter().is_none() && station.supply().is_none());
+        let lamp = part("lamp", BY_HAND).unwrap();
+        let both = bench(&file, &[lamp, part("supply", address).unwrap()], Overwrite::Force).unwrap_err();
+        assert!(both.message.contains("switched by its [supply]"), "{both}");
     }
 
     #[test]

@@ -85,13 +85,10 @@ pub fn serve(
     };
     let mut choice = wishes.instruments.choice()?;
     // What a room has only where it is chosen is chosen by asking for it alone.
-    for (twins, instrument, driver) in [
-        (Twins::PowerMeter, Instrument::Powermeter, "scpi-meter"),
-        (Twins::Supply, Instrument::Supply, "scpi-supply"),
-    ] {
-        if wishes.twins == twins && choice.twin(instrument).is_none() {
-            choice.choose(instrument, driver).map_err(Failure::bad_input)?;
-        }
+    match wishes.twins {
+        Twins::PowerMeter => choice.add(Instrument::Powermeter),
+        Twins::Supply => choice.add(Instrument::Supply),
+        Twins::All | Twins::Axes | Twins::LuxMeter | Twins::Spectroradiometer => {}
     }
     if let Some(path) = &wishes.station_out {
         files::refuse_existing(path, wishes.overwrite)?;

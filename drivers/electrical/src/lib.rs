@@ -1,14 +1,17 @@
-//! Electrical instruments in SCPI, by profiles in TOML: power meters, and supplies that switch a lamp.
+//! Electrical instruments: power meters and supplies that switch a lamp in SCPI, by profiles in TOML; power meters on Modbus/TCP.
 
+mod exchange;
 mod instrument;
 mod meter;
 mod profile;
 mod supply;
+mod wt300;
 
 use isolux_transport::Driver;
 
 pub use meter::SCPI_METER;
 pub use supply::SCPI_SUPPLY;
+pub use wt300::YOKOGAWA_WT300;
 
 /// The drivers of this crate. A new one is one entry here.
-pub const DRIVERS: &[Driver] = &[SCPI_METER, SCPI_SUPPLY];
+pub const DRIVERS: &[Driver] = &[SCPI_METER, SCPI_SUPPLY, YOKOGAWA_WT300];

@@ -25,6 +25,7 @@ mod template_lux;
 pub mod twins;
 pub mod usb;
 mod world;
+mod wt300;
 mod zaber;
 
 pub use isolux_darkroom::BUILT_IN;

@@ -61,32 +61,50 @@ impl Meter {
     }
 }
 
-/// The functions of one update, in the order of [`FUNCTIONS`]; as text.
-fn values(world: &World, noise: Noise, now_s: f64) -> [String; FUNCTIONS.len()] {
+/// What a power meter in this room sees of the supply line, with its gain and its noise.
+pub(crate) struct Seen {
+    pub voltage_v: f64,
+    pub current_a: f64,
+    pub power_w: f64,
+    /// The current is beyond the range: there is no number of it, nor of what is computed from it.
+    pub over_range: bool,
+}
+
+/// The update before `now_s`.
+pub(crate) fn seen(world: &World, noise: Noise, now_s: f64) -> Seen {
     let update = (now_s / UPDATE_S).floor();
     let truth = world.electrical((update - 0.5).max(0.0) * UPDATE_S);
     let meter = &world.room().document().powermeter;
     let [first, second] = noise.normal_pair(update as u64, 0);
     let [third, _] = noise.normal_pair(update as u64, 1);
-    let seen = |value: f64, gain: f64, draw: f64| value * (1.0 + gain + meter.noise_rel * draw);
-    let voltage = seen(truth.voltage_v, 0.5 * meter.gain_error_rel, first);
-    let current = seen(truth.current_a, 0.5 * meter.gain_error_rel, second);
-    let apparent = voltage * current;
-    let power = seen(truth.power_w, meter.gain_error_rel, third).min(apparent);
-    if truth.current_a > meter.range_a {
-        return ["", "INF", "INF", "INF", "INF", "NAN"].map(|word| match word {
-            "" => engineering(voltage),
-            word => word.to_owned(),
-        });
+    let with = |value: f64, gain: f64, draw: f64| value * (1.0 + gain + meter.noise_rel * draw);
+    let voltage_v = with(truth.voltage_v, 0.5 * meter.gain_error_rel, first);
+    let current_a = with(truth.current_a, 0.5 * meter.gain_error_rel, second);
+    Seen {
+        voltage_v,
+        current_a,
+        power_w: with(truth.power_w, meter.gain_error_rel, third).min(voltage_v * current_a),
+        over_range: truth.current_a > meter.range_a,
     }
-    let reactive = (apparent * apparent - power * power).max(0.0).sqrt();
+}
+
+/// The functions of one update, in the order of [`FUNCTIONS`]; as text.
+fn values(world: &World, noise: Noise, now_s: f64) -> [String; FUNCTIONS.len()] {
+    let seen = seen(world, noise, now_s);
+    let voltage = engineering(seen.voltage_v);
+    if seen.over_range {
+        let [i, p, s, q, factor] = ["INF", "INF", "INF", "INF", "NAN"].map(str::to_owned);
+        return [voltage, i, p, s, q, factor];
+    }
+    let apparent = seen.voltage_v * seen.current_a;
+    let reactive = (apparent * apparent - seen.power_w * seen.power_w).max(0.0).sqrt();
     let factor = if apparent > 0.0 {
-        format!("{:.4}E+00", power / apparent)
+        format!("{:.4}E+00", seen.power_w / apparent)
     } else {
         "NAN".to_owned()
     };
-    let [u, i, p, s, q] = [voltage, current, power, apparent, reactive].map(engineering);
-    [u, i, p, s, q, factor]
+    let [i, p, s, q] = [seen.current_a, seen.power_w, apparent, reactive].map(engineering);
+    [voltage, i, p, s, q, factor]
 }
 
 /// Five digits, an exponent that is a multiple of three: `240.02E-03`.

@@ -10,7 +10,7 @@ use crate::server::Twin;
 use crate::world::World;
 use crate::{
     luxmeter, mavo, modbus_lux, oriental, p9710, parker, powermeter, spectrometer, sts, supply, template_axes,
-    template_lux, zaber,
+    template_lux, wt300, zaber,
 };
 
 /// All twins; of those that play one instrument the first is the default. A new twin is one entry here.
@@ -27,6 +27,7 @@ pub const TWINS: &[TwinKind] = &[
     spectrometer::TWIN,
     sts::TWIN,
     powermeter::TWIN,
+    wt300::TWIN,
     supply::TWIN,
 ];
 
@@ -115,6 +116,13 @@ impl Choice {
             self.complete();
         }
         Ok(())
+    }
+
+    /// The default twin plays `instrument`, if none does yet.
+    pub fn add(&mut self, instrument: Instrument) {
+        if let Some(twin) = TWINS.iter().find(|twin| twin.instrument == instrument) {
+            self.0.entry(instrument).or_insert(twin);
+        }
     }
 
     /// Where the axes' controller cannot switch the lamp, or lacks another of the outputs, a controller that can stands beside.
