@@ -439,9 +439,9 @@ mod tests {
     fn a_bench_has_a_power_meter_and_a_supply_where_they_are_named() {
         let keep = tempfile::tempdir().unwrap();
         let file = Utf8Path::from_path(keep.path()).unwrap().join("bench.toml");
-        let meter = part("powermeter", "yokogawa-wt300:modbus-tcp://10.0.0.6:502").unwrap();
+        let meter = part("powermeter", "yokogawa-wt300:modbus-tcp://10.0.0.6:502", &file).unwrap();
         let address = "scpi-supply:tcp://10.0.0.5:5555?profile=dp800&channel=1&voltage_v=24&current_a=0.35";
-        let supply = part("supply", address).unwrap();
+        let supply = part("supply", address, &file).unwrap();
         bench(&file, &[meter.clone(), supply.clone()], Overwrite::Never).unwrap();
         let text = std::fs::read_to_string(&file).unwrap();
         assert!(text.contains("u_power_rel = 0.001  # CHECK"), "{text}");
@@ -451,8 +451,13 @@ mod tests {
         bench(&file, &[], Overwrite::Force).unwrap();
         let station = Station::load(&file).unwrap();
         assert!(station.powermeter().is_none() && station.supply().is_none());
-        let lamp = part("lamp", BY_HAND).unwrap();
-        let both = bench(&file, &[lamp, part("supply", address).unwrap()], Overwrite::Force).unwrap_err();
+        let lamp = part("lamp", BY_HAND, &file).unwrap();
+        let both = bench(
+            &file,
+            &[lamp, part("supply", address, &file).unwrap()],
+            Overwrite::Force,
+        )
+        .unwrap_err();
         assert!(both.message.contains("switched by its [supply]"), "{both}");
     }
 
