@@ -1,7 +1,7 @@
 //! A lux meter by a profile against a scripted meter on an in-memory link, with the clock paused.
 //!
-//! The meter below answers the language that its profile describes, by its own code. The light of second n is 100 + 0.1 n lx: as
-//! values two that follow each other agree, and each says when it was taken.
+//! The meter below answers the language that its profile describes, by its own code. It converts each half second, and the light of
+//! conversion n is 100 + 0.05 n lx: as values two that follow each other agree, and each says when it was taken.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 
@@ -49,8 +49,13 @@ struct Script {
     old: Vec<u8>,
 }
 
-fn light(second: u64) -> f64 {
-    100.0 + 0.1 * second as f64
+fn light(conversion: u64) -> f64 {
+    100.0 + 0.05 * conversion as f64
+}
+
+/// The conversion under way so long after the beginning.
+fn conversion(since: Duration) -> u64 {
+    (2.0 * since.as_secs_f64()).floor() as u64
 }
 
 impl Script {
@@ -60,7 +65,7 @@ impl Script {
             "UNIT LX" => "OK".to_owned(),
             "E?" => match self.says {
                 Some(text) => text.to_owned(),
-                None => format!("E {:.2} lx", light(self.began.elapsed().as_secs().saturating_sub(1))),
+                None => format!("E {:.2} lx", light(conversion(self.began.elapsed()).saturating_sub(1))),
             },
             _ => "ERR 1".to_owned(),
         }
@@ -150,9 +155,8 @@ async fn read(meter: &dyn LuxMeter, script: &Shared, not_before: Instant) -> Res
     let Some(lux) = reading.illuminance() else {
         return Ok(());
     };
-    let second = |moment: Instant| (moment - began).as_secs();
-    let least = light(second(not_before).saturating_sub(1)) * 0.995 - 0.01;
-    let most = light(second(Instant::now())) * 1.005 + 0.01;
+    let least = light(conversion(not_before - began)) * 0.995 - 0.01;
+    let most = light(conversion(began.elapsed())) * 1.005 + 0.01;
     let right = (least..=most).contains(&lux.value()) && reading.confirmed_by.is_some();
     right
         .then_some(())
@@ -176,7 +180,12 @@ async fn the_template_opens_says_who_it_is_and_reads_no_light_from_before() {
     );
     for pause in [0, 3700, 10_000] {
         sleep(Duration::from_millis(pause)).await;
-        read(&*meter, &script, Instant::now()).await.unwrap();
+        let not_before = Instant::now();
+        let reading = meter.read(not_before, later()).await.unwrap();
+        let shown = ((reading.illuminance().unwrap().value() - 100.0) / 0.05).round();
+        let from = script.lock().unwrap().began + Duration::from_secs_f64(0.5 * shown);
+        assert!(from >= not_before, "light of {:?} before", not_before - from);
+        assert!(reading.began <= from && reading.confirmed_by.is_some(), "{reading:?}");
     }
     let reading = meter.read(Instant::now(), later()).await.unwrap();
     assert!(
