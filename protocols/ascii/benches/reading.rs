@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use isolux_conversation::{Conversation, Event};
-use isolux_protocol_ascii::{Language, Lines, Number, Reply};
+use isolux_protocol_ascii::{End, Form, Language, Lines, Message, Number, Pattern, Plain, Reply};
 use isolux_protocol_easi::{Bits, Easi, Request as Ask};
 use isolux_protocol_mavo::{Answer as MavoAnswer, Mavo, Request as MavoRequest};
 use isolux_protocol_p9710::{Answer as P9710Answer, P9710, Request as P9710Request};
@@ -53,6 +53,34 @@ fn p9710(bencher: divan::Bencher<'_, '_>, piece: usize) {
             other => panic!("{other:?}"),
         },
     );
+}
+
+#[divan::bench(args = [64, 1])]
+fn by_a_profile(bencher: divan::Bencher<'_, '_>, piece: usize) {
+    let (now, mut line) = (Instant::now(), Lines::<Plain>::default());
+    let form = |text: &str, number| Form {
+        pattern: Pattern::parse(text).unwrap(),
+        number,
+    };
+    let message = Message {
+        text: "E?".to_owned(),
+        end: End::CrLf,
+        answer_end: End::CrLf,
+        echo: false,
+        forms: vec![
+            form("E {value} lx", Some("value")),
+            form("E OVER", None),
+            form("E UNDER", None),
+            form("ERR {code}", None),
+        ],
+        unlike: Vec::new(),
+        quiet: std::time::Duration::from_secs(1),
+    };
+    let answer = |_: &[u8]| b"E 123.45 lx\r\n".to_vec();
+    bencher.bench_local(|| {
+        let said = exchange(&mut line, now, black_box(message.clone()), answer, piece).unwrap();
+        assert_eq!(Number::parse(&said.fields["value"]).unwrap().value, 123.45);
+    });
 }
 
 #[divan::bench(args = [64, 1])]
