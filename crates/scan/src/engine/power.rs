@@ -66,9 +66,10 @@ impl PowerMeter for Fake {
         }
         sleep_until(ended).await;
         let hours = ended.duration_since(self.began).as_secs_f64() / 3600.0;
-        let power = match self.over_range {
-            true => Quantity::OverRange,
-            false => Quantity::Measured(10.0 * (1.0 + self.drift_per_h * hours)),
+        let power = if self.over_range {
+            Quantity::OverRange
+        } else {
+            Quantity::Measured(10.0 * (1.0 + self.drift_per_h * hours))
         };
         Ok(PowerReading {
             voltage: Quantity::Measured(24.0),
