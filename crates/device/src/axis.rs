@@ -186,7 +186,7 @@ impl<P: Coordinate> AxisSettings<P> {
             distance / self.speed + self.speed / self.acceleration
         };
         // A move of millennia is a typing error in the station; a day is already an alarm.
-        Duration::try_from_secs_f64(seconds).unwrap_or(Duration::from_secs(24 * 3600))
+        Duration::try_from_secs_f64(seconds).unwrap_or(Duration::from_hours(24))
     }
 
     /// The refusal of a position outside the limits of `device`.
