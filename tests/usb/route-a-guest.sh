@@ -15,7 +15,7 @@ unplugged() { ! plugged "$1"; }
 instrument() {
   local driver=$1 product=$2 at=$3 port=$4
   step "$driver: hotplug"
-  "$isolux" virtual spectroradiometer --spectroradiometer "$driver" --usbip "$port" --lasts-s 200 > "/tmp/$driver" &
+  "$isolux" virtual spectroradiometer --spectroradiometer "$driver" --usbip "$port" --lasts-s 3600 > "/tmp/$driver" &
   wait_for grep -q attach "/tmp/$driver"
   python3 tests/usb/route_a.py attach "$port" "$at"
   wait_for plugged "$product"

@@ -5,7 +5,7 @@
 #
 #     cargo build -p isolux -p isolux-usb-tests && tests/usb/route-a.sh
 #
-# KERNEL=VERSION takes another package linux-image-VERSION; LIMIT=SECONDS another end than 240 s.
+# KERNEL=VERSION takes another package linux-image-VERSION; LIMIT=SECONDS another end than 900 s.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 top=$PWD
@@ -58,7 +58,7 @@ chmod +x "$root/init"
 (cd "$root" && find . | cpio -o -H newc --quiet) > "$home/initrd"
 
 # Emulated even where /dev/kvm exists: a virtual machine that is one itself may not boot by it.
-timeout "${LIMIT:-240}" qemu-system-x86_64 -accel tcg -cpu max -M pc -smp 1 -m 1024 -nographic -no-reboot -nic none \
+timeout "${LIMIT:-900}" qemu-system-x86_64 -accel tcg -cpu max -M pc -smp 1 -m 1024 -nographic -no-reboot -nic none \
   -kernel "$home/$kernel/boot/vmlinuz-$kernel" -initrd "$home/initrd" -append "console=ttyS0 quiet panic=-1" \
   -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap | tee "$home/log"
 grep -q "route A ended with 0" "$home/log"
