@@ -73,7 +73,7 @@ impl Bench {
     /// Starts the command and sends it a signal as soon as `is_time`; what it said, after its exit code was asserted.
     fn broken_off(&self, arguments: &[&str], signal: &str, exit: Option<i32>, is_time: impl Fn() -> bool) -> String {
         let child = self.start(arguments);
-        let deadline = Instant::now() + Duration::from_secs(120);
+        let deadline = Instant::now() + Duration::from_mins(2);
         while !is_time() {
             assert!(Instant::now() < deadline, "{arguments:?} does not come so far");
             std::thread::sleep(Duration::from_millis(1));

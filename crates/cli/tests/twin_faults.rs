@@ -62,7 +62,7 @@ fn a_line_on_standard_input_is_a_fault_from_then_on() {
     };
     let connect = || {
         let link = TcpStream::connect(address).unwrap();
-        link.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        link.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
         link
     };
     let mut link = connect();

@@ -84,7 +84,7 @@ impl<'a> Axes<'a> {
             let settings = axis.settings();
             let way = settings.limit().1.value() - settings.limit().0.value();
             // Out to the switch and back slowly: several times the whole travel, and a minute for the search itself.
-            let deadline = Instant::now() + 5 * settings.duration(way) + Duration::from_secs(60);
+            let deadline = Instant::now() + 5 * settings.duration(way) + Duration::from_mins(1);
             let homed = timeout_at(deadline + DRIVER_GRACE, axis.home(deadline)).await;
             let position = homed
                 .map_err(|_| dead(role, axis, "home"))?

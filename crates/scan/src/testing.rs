@@ -480,7 +480,7 @@ pub fn bench() -> (Devices, Shared) {
             properties: SpectroradiometerProperties {
                 wavelength_nm,
                 dark_pixels: 0..1,
-                integration_limits: (Duration::from_millis(1), Duration::from_secs(60)),
+                integration_limits: (Duration::from_millis(1), Duration::from_mins(1)),
                 saturation_counts: 65_535,
                 full_scale_counts: 65_535,
                 nonlinearity: Vec::new(),

@@ -322,7 +322,7 @@ async fn open(driver: &OrientalAzDriver) -> Box<dyn Axis> {
 }
 
 fn soon() -> Instant {
-    Instant::now() + Duration::from_secs(60)
+    Instant::now() + Duration::from_mins(1)
 }
 
 async fn homed() -> (Box<dyn Axis>, Arc<Mutex<Room>>) {

@@ -266,7 +266,7 @@ async fn open(driver: &ZaberDriver) -> Box<dyn Axis> {
 async fn homed() -> (Box<dyn Axis>, Arc<Mutex<Room>>) {
     let (driver, room) = bench();
     let axis = open(&driver).await;
-    axis.home(Instant::now() + Duration::from_secs(60)).await.unwrap();
+    axis.home(Instant::now() + Duration::from_mins(1)).await.unwrap();
     (axis, room)
 }
 
@@ -292,7 +292,7 @@ async fn opens_homes_moves_and_reads_back() {
         "nothing moved"
     );
 
-    let home = axis.home(Instant::now() + Duration::from_secs(60)).await.unwrap();
+    let home = axis.home(Instant::now() + Duration::from_mins(1)).await.unwrap();
     assert!(home.homed && home.steps == 0 && !home.moving);
     let motion = axis.start_move(angle(12.5)).await.unwrap();
     assert_eq!(
@@ -402,7 +402,7 @@ async fn a_stall_is_seen_with_and_without_a_flag() {
         ErrorKind::Fault,
         "no move on a lost count"
     );
-    axis.home(Instant::now() + Duration::from_secs(60)).await.unwrap();
+    axis.home(Instant::now() + Duration::from_mins(1)).await.unwrap();
     axis.move_to(angle(1.0)).await.unwrap();
 }
 
@@ -428,7 +428,7 @@ async fn stop_works_in_every_state() {
     let (driver, room) = bench();
     let axis = open(&driver).await;
     assert!(!axis.stop().await.unwrap().moving, "never homed");
-    axis.home(Instant::now() + Duration::from_secs(60)).await.unwrap();
+    axis.home(Instant::now() + Duration::from_mins(1)).await.unwrap();
     axis.stop().await.unwrap();
     axis.start_move(angle(30.0)).await.unwrap();
     tokio::time::sleep(Duration::from_secs(3)).await;
@@ -476,7 +476,7 @@ async fn a_home_that_takes_too_long_is_stopped() {
 async fn a_lost_link_says_so_and_can_be_opened_again() {
     let (driver, room) = bench();
     let axis = open(&driver).await;
-    axis.home(Instant::now() + Duration::from_secs(60)).await.unwrap();
+    axis.home(Instant::now() + Duration::from_mins(1)).await.unwrap();
     let motion = axis.start_move(angle(20.0)).await.unwrap();
     room.lock().unwrap().faults.push_back(("get pos", Fault::Disconnect));
     assert_eq!(
@@ -656,7 +656,7 @@ async fn a_rail_is_no_angle_in_any_message() {
         .open_linear_axis(&target, rail((100.0, 900.0), 200.0))
         .await
         .unwrap();
-    axis.home(Instant::now() + Duration::from_secs(60)).await.unwrap();
+    axis.home(Instant::now() + Duration::from_mins(1)).await.unwrap();
     said.push(axis.start_move(mm(50.0)).await.unwrap_err().to_string());
     let there = axis.move_to(mm(150.0)).await.unwrap();
     assert_eq!((there.steps, there.place), (15_000, mm(150.0)));

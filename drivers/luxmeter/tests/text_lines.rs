@@ -197,7 +197,7 @@ fn range(script: &Shared) -> (bool, u8) {
 /// A reading, and the second whose light it shows, by the meter's own word.
 async fn read(meter: &dyn LuxMeter, not_before: Instant) -> (u64, Instant, Instant) {
     let reading = meter
-        .read(not_before, Instant::now() + Duration::from_secs(60))
+        .read(not_before, Instant::now() + Duration::from_mins(1))
         .await
         .unwrap();
     let LuxOutcome::Measured(lux) = reading.outcome else {
@@ -310,7 +310,7 @@ async fn lost_late_doubled_torn_old_and_echoed_answers_are_never_the_reading() {
 
 #[tokio::test(start_paused = true)]
 async fn over_range_is_a_quality_and_a_fault_is_told() {
-    let later = || Instant::now() + Duration::from_secs(60);
+    let later = || Instant::now() + Duration::from_mins(1);
     let (meter, script) = mavo().await;
     for (error, outcome) in [
         ("ERROR = 019", LuxOutcome::OverRange),
@@ -348,7 +348,7 @@ async fn ranges_are_set_and_those_that_are_not_there_refused() {
     meter.set_range(LuxRange::Fixed(2)).await.unwrap();
     assert_eq!(range(&script), (false, 1));
     let reading = meter
-        .read(Instant::now(), Instant::now() + Duration::from_secs(60))
+        .read(Instant::now(), Instant::now() + Duration::from_mins(1))
         .await
         .unwrap();
     assert_eq!(reading.range, 2);
@@ -358,7 +358,7 @@ async fn ranges_are_set_and_those_that_are_not_there_refused() {
     meter.set_range(LuxRange::Fixed(8)).await.unwrap();
     assert_eq!(range(&script), (false, 0));
     let reading = meter
-        .read(Instant::now(), Instant::now() + Duration::from_secs(60))
+        .read(Instant::now(), Instant::now() + Duration::from_mins(1))
         .await
         .unwrap();
     assert_eq!(reading.range, 8);
@@ -385,7 +385,7 @@ async fn another_unit_and_unknown_options_are_refused_with_a_remedy() {
     .await;
     let error = meter
         .unwrap()
-        .read(Instant::now(), Instant::now() + Duration::from_secs(60))
+        .read(Instant::now(), Instant::now() + Duration::from_mins(1))
         .await
         .unwrap_err();
     assert!(error.to_string().contains("FC, not LX"), "{error}");

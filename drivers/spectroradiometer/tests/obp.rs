@@ -108,7 +108,7 @@ async fn open(driver: &OceanObpDriver) -> Result<Box<dyn Spectroradiometer>, Ope
 }
 
 fn deadline() -> Instant {
-    Instant::now() + Duration::from_secs(120)
+    Instant::now() + Duration::from_mins(2)
 }
 
 #[tokio::test(start_paused = true)]

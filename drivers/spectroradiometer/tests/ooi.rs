@@ -208,7 +208,7 @@ async fn open(driver: &OceanOoiDriver) -> Result<Box<dyn Spectroradiometer>, Ope
 }
 
 fn deadline() -> Instant {
-    Instant::now() + Duration::from_secs(60)
+    Instant::now() + Duration::from_mins(1)
 }
 
 #[tokio::test(start_paused = true)]

@@ -254,7 +254,7 @@ mod tests {
         impl Links for Slow {
             async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError> {
                 if address == "memory:slow" {
-                    tokio::time::sleep(std::time::Duration::from_secs(3600)).await;
+                    tokio::time::sleep(std::time::Duration::from_hours(1)).await;
                 }
                 self.0.open(address, line).await
             }

@@ -157,7 +157,7 @@ async fn of(twin: &TwinKind) {
         let rest = twin.open(part).unwrap();
         Target::parse(&format!("{}:memory:it{rest}", twin.driver)).unwrap()
     };
-    let soon = || Instant::now() + Duration::from_secs(60);
+    let soon = || Instant::now() + Duration::from_mins(1);
     match twin.instrument {
         Instrument::Axes | Instrument::Outputs => {
             let scale = AxisScale::new(12_800, 3, angle(0.0), Sense::Positive).unwrap();

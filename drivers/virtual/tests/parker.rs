@@ -62,7 +62,7 @@ impl Bench {
 }
 
 fn soon() -> Instant {
-    Instant::now() + Duration::from_secs(120)
+    Instant::now() + Duration::from_mins(2)
 }
 
 #[tokio::test(start_paused = true)]
@@ -131,7 +131,7 @@ async fn a_tripped_drive_and_a_power_cut_are_told_apart_and_homing_recovers() {
     let bench = bench("[[fault]]\ninstrument = \"axes\"\nkind = \"stall\"\nat_s = 60.0\n");
     let gamma = bench.gamma().await;
     gamma.home(soon()).await.unwrap();
-    sleep(Duration::from_secs(60)).await;
+    sleep(Duration::from_mins(1)).await;
     let error = gamma.move_to(angle(120.0)).await.unwrap_err();
     assert!(
         error.kind() == ErrorKind::Fault && error.to_string().contains("over current"),

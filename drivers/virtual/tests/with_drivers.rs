@@ -62,7 +62,7 @@ async fn bench(darkroom: &str) -> Bench {
 }
 
 fn soon() -> Instant {
-    Instant::now() + Duration::from_secs(60)
+    Instant::now() + Duration::from_mins(1)
 }
 
 impl Bench {
@@ -105,7 +105,7 @@ impl Bench {
 async fn what_the_drivers_read_is_what_the_room_holds() {
     let bench = bench(BUILT_IN).await;
     bench.light_up().await;
-    tokio::time::sleep(Duration::from_secs(3600)).await;
+    tokio::time::sleep(Duration::from_hours(1)).await;
     for (c, gamma) in [(0.0, 0.0), (90.0, 30.0), (255.0, 62.0), (15.0, 95.0)] {
         let o = bench.point(c, gamma).await;
         let read = bench.read_lx().await.unwrap();

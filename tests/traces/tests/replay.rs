@@ -47,10 +47,7 @@ async fn zaber(links: Arc<dyn Links>) -> Vec<String> {
     let mut found = vec![format!("{:?}", axis.identity())];
     found.push(format!(
         "homed at {}",
-        axis.home(Instant::now() + Duration::from_secs(120))
-            .await
-            .unwrap()
-            .steps
+        axis.home(Instant::now() + Duration::from_mins(2)).await.unwrap().steps
     ));
     let motion = axis.start_move(angle(33.3)).await.unwrap();
     // The clock of a replay does not run as that of the recording did: one look at the end, when both have arrived.

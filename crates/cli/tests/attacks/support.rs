@@ -197,7 +197,7 @@ impl Bench {
 /// Waits until `is_so`.
 #[allow(dead_code, reason = "not every attack waits")]
 pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let deadline = Instant::now() + Duration::from_secs(120);
+    let deadline = Instant::now() + Duration::from_mins(2);
     while !is_so() {
         assert!(Instant::now() < deadline, "two minutes, and not yet: {what}");
         std::thread::sleep(Duration::from_millis(2));

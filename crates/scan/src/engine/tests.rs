@@ -307,7 +307,7 @@ async fn an_axis_that_never_arrives_is_noticed() {
         matches!(&error, ScanError::Device { role: "axis.gamma", .. }),
         "{error}"
     );
-    assert!(begun.elapsed() < Duration::from_secs(3000));
+    assert!(begun.elapsed() < Duration::from_mins(50));
     assert!(at_rest(&room));
 }
 

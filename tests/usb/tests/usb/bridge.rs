@@ -93,7 +93,7 @@ impl Below {
             .write_all(format!("{line}\n").as_bytes())
             .await
             .expect("it reads");
-        let answer = tokio::time::timeout(Duration::from_secs(60), self.answers.next_line()).await;
+        let answer = tokio::time::timeout(Duration::from_mins(1), self.answers.next_line()).await;
         answer
             .expect("an answer within a minute")
             .expect("text")
