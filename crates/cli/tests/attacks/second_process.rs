@@ -10,7 +10,7 @@ use std::process::Child;
 use std::time::{Duration, Instant};
 
 use crate::folder::said;
-use crate::support::{Bench, moment, random, rounds, signal, wait_until};
+use crate::support::{Bench, LONG_PLAN, ended, moment, random, rounds, signal, wait_until};
 
 /// The axes of this station creep: a whole turn takes minutes, so that a stop meets them far from where they were sent.
 fn slow(bench: &Bench) {
@@ -51,6 +51,7 @@ fn nobody_else_gets_at_a_bench_that_is_scanned() {
     for round in 0..rounds(1) {
         let mut random = random(round);
         let bench = Bench::new();
+        bench.write("plan.toml", LONG_PLAN);
         other_names(&bench);
         let scan = bench.scan("--out", "run");
         let who = format!("pid {}", scan.id());
@@ -80,8 +81,11 @@ fn nobody_else_gets_at_a_bench_that_is_scanned() {
         let words = bench.isolux(&["reduce", "run"], 3);
         assert!(words.contains(&who), "{words}");
         assert!(!bench.path("second").exists(), "nothing is left of what was refused");
-        said(scan.wait_with_output().unwrap(), Some(0));
-        bench.assert_complete("run");
+        // The scan goes on as if nobody had asked.
+        bench.wait_for_rows("run", bench.rows("run").len() + 2);
+        signal(&scan, "TERM");
+        said(ended(scan), Some(130));
+        bench.assert_once("run");
         bench.assert_true("run");
         bench.assert_at_rest();
         // Nobody has it any more.
@@ -115,17 +119,20 @@ fn of_two_scans_that_begin_at_once_no_row_is_wrong() {
 #[test]
 fn stop_ends_a_scan_that_works_and_the_scan_says_so() {
     let bench = Bench::new();
-    let scan = bench.scan("--out", "run");
-    bench.wait_for_rows("run", 2);
-    let words = bench.isolux(&["stop", "station.toml"], 0);
-    assert!(words.contains("at rest") && words.contains("and ended"), "{words}");
-    let words = said(scan.wait_with_output().unwrap(), Some(130));
-    assert!(words.contains("SIGTERM"), "{words}");
-    bench.assert_at_rest();
-    bench.assert_stopped("run", "interrupted");
-    said(bench.scan("--resume", "run").wait_with_output().unwrap(), Some(0));
-    bench.assert_complete("run");
-    bench.assert_true("run");
+    bench.write("plan.toml", LONG_PLAN);
+    for how in ["--out", "--resume"] {
+        let before = bench.rows("run").len();
+        let scan = bench.scan(how, "run");
+        bench.wait_for_rows("run", before + 2);
+        let words = bench.isolux(&["stop", "station.toml"], 0);
+        assert!(words.contains("at rest") && words.contains("and ended"), "{words}");
+        let words = said(ended(scan), Some(130));
+        assert!(words.contains("SIGTERM"), "{words}");
+        bench.assert_at_rest();
+        bench.assert_stopped("run", "interrupted");
+        bench.assert_once("run");
+        bench.assert_true("run");
+    }
 }
 
 #[test]

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::ops::Deref;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
+use tokio::signal::unix::SignalKind;
 
 use crate::folder::Folder;
 
@@ -42,6 +43,17 @@ pub const PLAN: &str = r#"format = "isolux-plan/1"
 name = "lit"
 kind = "lit"
 c_range = [0, 90, 90]
+gamma_range = [0, 40, 20]
+reference_every = 2
+"#;
+
+/// More points than are read in ten minutes, five times as long as [`wait_until`] waits: whatever else the machine does, a scan
+/// of them still runs when it is disturbed.
+pub const LONG_PLAN: &str = r#"format = "isolux-plan/1"
+[[block]]
+name = "lit"
+kind = "lit"
+c_range = [0, 355, 5]
 gamma_range = [0, 40, 20]
 reference_every = 2
 "#;
@@ -159,15 +171,20 @@ impl Bench {
             .collect()
     }
 
-    /// Every point of the plan is in the run once, and the run says that it is completed.
+    /// Every point of [`PLAN`] is in the run once, and the run says that it is completed.
     pub fn assert_complete(&self, run: &str) {
+        assert_eq!(self.assert_once(run), POINTS);
+        self.assert_stopped(run, "completed");
+    }
+
+    /// Every point that is in the run is in it once. Returns how many are.
+    pub fn assert_once(&self, run: &str) -> usize {
         let mut found = BTreeMap::new();
         for row in self.rows(run).iter().filter(|row| row["role"] == "point") {
             *found.entry((row["point"].clone(), row["repeat"].clone())).or_insert(0) += 1;
         }
-        assert_eq!(found.len(), POINTS, "{found:?}");
         assert!(found.values().all(|times| *times == 1), "{found:?}");
-        self.assert_stopped(run, "completed");
+        found.len()
     }
 
     /// The run says that it ended like this, and with the axes at rest.
@@ -209,6 +226,24 @@ pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
 pub fn signal(child: &Child, name: &str) {
     let kill = format!("kill -{name} {}", child.id());
     assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+}
+
+/// Waits for the end of a program that was asked to end, and not for that of its plan.
+#[allow(dead_code, reason = "not every attack asks")]
+pub fn ended(mut child: Child) -> Output {
+    wait_until("the program ends", || child.try_wait().unwrap().is_some());
+    child.wait_with_output().unwrap()
+}
+
+/// Programs that are started from now on hear SIGHUP, also where the tests themselves were started with it ignored (`nohup`): a signal
+/// that this process handles is at its default in those that it starts.
+#[allow(dead_code, reason = "not every attack sends one")]
+pub fn hear_hangups() {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let runtime = runtime.unwrap();
+    let _inside = runtime.enter();
+    // The handler stays for as long as the process runs.
+    drop(tokio::signal::unix::signal(SignalKind::hangup()).unwrap());
 }
 
 /// `ISOLUX_ATTACK_ROUNDS`, or this many.
