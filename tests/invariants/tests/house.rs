@@ -337,7 +337,7 @@ fn members_share_lints_edition_and_licence() {
         );
         assert_eq!(
             package.rust_version.as_ref().map(ToString::to_string).as_deref(),
-            Some("1.89.0"),
+            Some("1.92.0"),
             "{}",
             package.name
         );
