@@ -400,7 +400,7 @@ impl Station {
         self.0.supply.as_ref()
     }
 
-    /// What switches the lamp: the supply, or else what [lamp] names.
+    /// What switches the lamp: the supply, or else what `[lamp]` names.
     pub fn lamp_switch(&self) -> Option<Access> {
         let supply = self.supply().map(|supply| Access {
             open: Some(supply.open.clone()),
