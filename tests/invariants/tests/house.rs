@@ -318,6 +318,21 @@ fn each_direct_dependency_has_one_version() {
     assert!(several.is_empty(), "{several:?}");
 }
 
+/// `cargo run`, as the README has it, finds one program.
+#[test]
+fn one_program_is_run() {
+    let house = House::new();
+    let programs: Vec<String> = house
+        .metadata
+        .workspace_default_packages()
+        .iter()
+        .flat_map(|package| &package.targets)
+        .filter(|target| target.is_bin())
+        .map(|target| target.name.clone())
+        .collect();
+    assert_eq!(programs, ["isolux"]);
+}
+
 /// Every member inherits the shared lints, edition and licence.
 #[test]
 fn members_share_lints_edition_and_licence() {
