@@ -1,7 +1,7 @@
 //! Benches by another hand: with an honest refit of what the model does not trust, its predictions agree with their
 //! readings, adding the hidden effect brings the residuals to the noise, and readings never fitted agree as well.
 //!
-//! The files stand beside the repository; without them the tests say so and pass.
+//! `ISOLUX_CASES` names their folder; without it the tests say so and pass.
 
 #![expect(clippy::print_stdout, reason = "a test says what it found and what it skipped")]
 
@@ -11,14 +11,11 @@ use isolux_record::observation::{MapSet, Need, Observations, Readings, open};
 use nalgebra::{DMatrix, DVector};
 
 fn case(number: &str) -> Option<Utf8PathBuf> {
-    let folder = Utf8Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared/cases")
-        .join(number);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: {folder} is not there");
-    None
+    let Ok(folder) = std::env::var("ISOLUX_CASES") else {
+        println!("skipped: ISOLUX_CASES names no folder");
+        return None;
+    };
+    Some(Utf8PathBuf::from(folder).join(number))
 }
 
 fn readings(path: &Utf8Path, need: Need) -> Readings {
