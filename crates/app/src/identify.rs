@@ -143,15 +143,15 @@ async fn exchange(link: &mut dyn Link, probe: &Probe) -> std::io::Result<Option<
     }
     link.write_all(probe.request).await?;
     link.flush().await?;
-    let (mut deadline, mut heard) = (Instant::now() + PATIENCE, Vec::new());
+    let (mut deadline, mut received) = (Instant::now() + PATIENCE, Vec::new());
     let mut says = None;
     while let Ok(count) = timeout_at(deadline, link.read(&mut buffer)).await {
         match count? {
             0 => return Err(std::io::ErrorKind::UnexpectedEof.into()),
-            count => heard.extend(&buffer[..count]),
+            count => received.extend(&buffer[..count]),
         }
         // What is an answer already may have an end that is still on its way.
-        if let Some(answer) = (probe.read)(&heard) {
+        if let Some(answer) = (probe.read)(&received) {
             says = Some(answer);
             deadline = deadline.min(Instant::now() + SILENCE);
         }

@@ -76,6 +76,39 @@ pub(crate) fn fault(name: &str, action: &str, reason: impl Into<String>, evidenc
     }
 }
 
+/// Whether two positions in a row are those of an axis at rest in one place.
+pub(crate) fn at_rest<P>(before: &AxisPosition<P>, now: &AxisPosition<P>, tolerance_steps: u64) -> bool {
+    let same = before.homed == now.homed && before.steps.abs_diff(now.steps) <= tolerance_steps;
+    !before.moving && !now.moving && same
+}
+
+/// Whether three positions in a row are those of an axis on its way. If one of the three was an old answer, the axis has still
+/// been where the middle one says.
+pub(crate) fn on_its_way<P>([a, b, c]: [&AxisPosition<P>; 3]) -> bool {
+    let way = a.steps.min(c.steps)..=a.steps.max(c.steps);
+    let moving = a.moving && b.moving && c.moving && a.homed == b.homed && b.homed == c.homed;
+    moving && way.contains(&b.steps)
+}
+
+/// The failure `error`, after which the axis was stopped: with `second` where that could not be verified.
+pub(crate) fn and_not_stopped(error: DeviceError, second: DeviceError) -> DeviceError {
+    match error {
+        DeviceError::Fault {
+            device,
+            action,
+            reason,
+            evidence,
+        } => DeviceError::Fault {
+            device,
+            action,
+            reason: format!("{reason}; and standstill could not be verified: {second}"),
+            evidence,
+        },
+        // A lost or silent link: that standstill is unknown follows from the second failure, which is the worse one.
+        _ => second,
+    }
+}
+
 impl<P: Coordinate, D: Drive<P>> Watched<P, D> {
     pub const fn new(drive: D) -> Self {
         Self(drive, PhantomData)
@@ -96,40 +129,19 @@ impl<P: Coordinate, D: Drive<P>> Watched<P, D> {
 
     /// Whether two looks in a row are those of an axis at rest in one place.
     fn rests(&self, before: &Look<P>, now: &Look<P>) -> bool {
-        let (a, b) = (&before.position, &now.position);
-        let same = a.homed == b.homed && a.steps.abs_diff(b.steps) <= self.0.tolerance_steps();
-        before.unsolicited.0 == now.unsolicited.1 && !a.moving && !b.moving && same
+        before.unsolicited.0 == now.unsolicited.1 && at_rest(&before.position, &now.position, self.0.tolerance_steps())
     }
 
-    /// Whether three looks in a row are those of an axis on its way. If one of the three was an old answer, the axis has still
-    /// been where the middle one says.
+    /// Whether three looks in a row are those of an axis on its way.
     fn passes(before: &Look<P>, between: &Look<P>, now: &Look<P>) -> bool {
-        let [a, b, c] = [before, between, now].map(|look| &look.position);
-        let way = a.steps.min(c.steps)..=a.steps.max(c.steps);
-        let moving = a.moving && b.moving && c.moving && a.homed == b.homed && b.homed == c.homed;
-        before.unsolicited.0 == now.unsolicited.1 && moving && way.contains(&b.steps)
+        before.unsolicited.0 == now.unsolicited.1 && on_its_way([before, between, now].map(|look| &look.position))
     }
 
     /// Stops after a failure, and says in `error` when even that could not be verified.
     async fn stopped_because(&self, error: DeviceError) -> DeviceError {
-        match (self.stop().await, error) {
-            (Ok(_), error) => error,
-            (
-                Err(second),
-                DeviceError::Fault {
-                    device,
-                    action,
-                    reason,
-                    evidence,
-                },
-            ) => DeviceError::Fault {
-                device,
-                action,
-                reason: format!("{reason}; and standstill could not be verified: {second}"),
-                evidence,
-            },
-            // A lost or silent link: that standstill is unknown follows from the second failure, which is the worse one.
-            (Err(second), _) => second,
+        match self.stop().await {
+            Ok(_) => error,
+            Err(second) => and_not_stopped(error, second),
         }
     }
 

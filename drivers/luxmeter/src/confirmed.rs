@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use async_trait::async_trait;
 use isolux_conversation::Conversation;
-use isolux_device::{DeviceError, LuxOutcome, LuxReading};
+use isolux_device::{DeviceError, LuxOutcome, LuxRange, LuxReading};
 use isolux_transport::{Alone, Bus, BusError, Exchanged, TRIES, worth_another_try};
 use tokio::sync::{Mutex, MutexGuard};
 use tokio::time::{Instant, sleep, sleep_until, timeout_at};
@@ -36,6 +36,21 @@ pub(crate) struct Pace {
     /// After each answer the line is watched for so long: the true answer to a request that an old one seemed to answer
     /// has arrived by then.
     pub guard: Duration,
+}
+
+/// A profile describes one range, which is always in use.
+///
+/// # Errors
+/// [`DeviceError::Unsupported`] for a fixed range.
+pub(crate) fn one_range(device: &str, range: LuxRange) -> Result<(), DeviceError> {
+    match range {
+        LuxRange::Auto => Ok(()),
+        LuxRange::Fixed(range) => Err(DeviceError::Unsupported {
+            device: device.to_owned(),
+            action: format!("use range {range}"),
+            reason: "a profile knows one range".to_owned(),
+        }),
+    }
 }
 
 /// A meter whose readings must be confirmed.

@@ -4,6 +4,7 @@ mod agreement;
 mod line;
 mod obp;
 mod ooi;
+mod place;
 mod stored;
 
 use isolux_transport::Driver;

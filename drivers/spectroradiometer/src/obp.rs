@@ -14,13 +14,14 @@ use isolux_device::{
 };
 use isolux_protocol_obp::{Answer, FULL_SCALE, Host, INTEGRATION_LIMITS_US, PIXELS, Request, Value};
 use isolux_transport::{
-    Bus, Driver, LineSettings, Parity, Place, Ports, Probe, TRIES, UsbAddress, UsbFraming, UsbModel, UsbProfile,
-    no_display, printable, worth_another_try,
+    Bus, Driver, LineSettings, Parity, Ports, Probe, TRIES, UsbAddress, UsbFraming, UsbModel, UsbProfile, no_display,
+    printable, worth_another_try,
 };
 use tokio::sync::Mutex;
 use tokio::time::Instant;
 
 use crate::agreement::Pair;
+use crate::place::usb_place;
 use crate::stored::{factors_can_be, linearity_can_be, polynomial, wavelengths_can_be};
 
 const NAME: &str = "ocean-obp";
@@ -78,23 +79,13 @@ pub const OCEAN_OBP: Driver = Driver {
             _ => None,
         },
     }],
-    place: |target, _| place(target),
+    place: |target, _| usb_place(target, LINE),
     display_lx: no_display,
     factories: |ports| Factories {
         spectroradiometer: Some(Arc::new(OceanObpDriver::new(ports))),
         ..Factories::default()
     },
 };
-
-/// One instrument a link.
-fn place(target: &Target) -> Result<Place, OpenError> {
-    target.only(&[])?;
-    UsbAddress::parse(target.link()).map_err(|error| target.wrong(error.reason))?;
-    Ok(Place {
-        channel: String::new(),
-        line: LINE,
-    })
-}
 
 /// Opens STS spectrometers.
 pub struct OceanObpDriver {
@@ -111,7 +102,7 @@ impl OceanObpDriver {
 #[async_trait]
 impl SpectroradiometerFactory for OceanObpDriver {
     async fn open_spectroradiometer(&self, target: &Target) -> Result<Box<dyn Spectroradiometer>, OpenError> {
-        let line = place(target)?.line;
+        let line = usb_place(target, LINE)?.line;
         let bus = self.ports.usb_bus(target, line, &USB, Host::default).await?;
         let name = target.to_string();
         Ok(Box::new(OceanObp::open(Asker { bus, name }, target).await?))

@@ -19,7 +19,7 @@ use isolux_device::{
 };
 use isolux_protocol_ooi::{Answer, DARK_PIXELS, FULL_SCALE, Host, INTEGRATION_LIMITS_US, PIXELS, Request};
 use isolux_transport::{
-    Driver, LineSettings, Parity, Place, Ports, TRIES, UsbAddress, UsbFraming, UsbModel, UsbProfile, no_display,
+    Driver, LineSettings, Parity, Ports, TRIES, UsbAddress, UsbFraming, UsbModel, UsbProfile, no_display,
     worth_another_try,
 };
 use tokio::sync::Mutex;
@@ -27,6 +27,7 @@ use tokio::time::{Instant, sleep};
 
 use crate::agreement::Pair;
 use crate::line::Line;
+use crate::place::usb_place;
 use crate::stored::Stored;
 
 /// Name of the driver in `open = "ocean-ooi:…"`.
@@ -69,23 +70,13 @@ pub const OCEAN_OOI: Driver = Driver {
     }],
     // Its instruments stand on USB, where their ids say who they are.
     identify: &[],
-    place: |target, _| place(target),
+    place: |target, _| usb_place(target, LINE),
     display_lx: no_display,
     factories: |ports| Factories {
         spectroradiometer: Some(Arc::new(OceanOoiDriver::new(ports))),
         ..Factories::default()
     },
 };
-
-/// One instrument a link.
-fn place(target: &Target) -> Result<Place, OpenError> {
-    target.only(&[])?;
-    UsbAddress::parse(target.link()).map_err(|error| target.wrong(error.reason))?;
-    Ok(Place {
-        channel: String::new(),
-        line: LINE,
-    })
-}
 
 /// Opens OOI spectrometers.
 pub struct OceanOoiDriver {
@@ -104,7 +95,7 @@ impl SpectroradiometerFactory for OceanOoiDriver {
     async fn open_spectroradiometer(&self, target: &Target) -> Result<Box<dyn Spectroradiometer>, OpenError> {
         let bus = self
             .ports
-            .usb_bus(target, place(target)?.line, &USB, Host::default)
+            .usb_bus(target, usb_place(target, LINE)?.line, &USB, Host::default)
             .await?;
         let line = Line::new(bus, target.to_string());
         Ok(Box::new(OceanOoi::open(line, target).await?))

@@ -224,7 +224,7 @@ fn under(faults: &[&str]) -> Result<Run, Failure> {
 fn a_scan_survives_the_faults_of_a_link_and_reports_those_of_an_instrument() {
     let plan = plan(3);
     let expected = expected(&plan);
-    // (faults, the word of the report; none where the scan must survive with right values)
+    // (faults, a word of the error message; none where the scan must survive with right values)
     let cases: [(&[&str], Option<&str>); 7] = [
         (
             &["luxmeter late delay_s=0.3 for_s=60", "axes late delay_s=0.05 for_s=60"],

@@ -7,6 +7,7 @@ use isolux_device::{Axis, AxisPosition, AxisSettings, Coordinate, DeviceError, I
 use tokio::time::{Instant, sleep};
 
 use super::drive::{Drive, Dynamics, Look, STOP, ZHOME};
+use crate::watched::{and_not_stopped, at_rest, on_its_way};
 
 /// A drive acknowledges a command that it then ignores; one that it obeys shows within this time.
 const START: Duration = Duration::from_millis(300);
@@ -98,39 +99,19 @@ impl<P: Coordinate> AzAxis<P> {
     /// Whether two looks in a row are those of an axis at rest in one place, with no byte in between that nothing had asked
     /// for.
     fn rests(&self, before: &Look<P>, now: &Look<P>) -> bool {
-        let (a, b) = (&before.position, &now.position);
-        let same = a.homed == b.homed && a.steps.abs_diff(b.steps) <= self.tolerance_steps;
-        before.unsolicited.0 == now.unsolicited.1 && !a.moving && !b.moving && same
+        before.unsolicited.0 == now.unsolicited.1 && at_rest(&before.position, &now.position, self.tolerance_steps)
     }
 
     /// Whether three looks in a row are those of an axis on its way: the one between lies between the others.
     fn passes(before: &Look<P>, between: &Look<P>, now: &Look<P>) -> bool {
-        let [a, b, c] = [before, between, now].map(|look| &look.position);
-        let way = a.steps.min(c.steps)..=a.steps.max(c.steps);
-        let moving = a.moving && b.moving && c.moving && a.homed == b.homed && b.homed == c.homed;
-        before.unsolicited.0 == now.unsolicited.1 && moving && way.contains(&b.steps)
+        before.unsolicited.0 == now.unsolicited.1 && on_its_way([before, between, now].map(|look| &look.position))
     }
 
     /// Stops after a failure, and says in `error` when even that could not be verified.
     async fn stopped_because(&self, error: DeviceError) -> DeviceError {
-        match (self.stop().await, error) {
-            (Ok(_), error) => error,
-            (
-                Err(second),
-                DeviceError::Fault {
-                    device,
-                    action,
-                    reason,
-                    evidence,
-                },
-            ) => DeviceError::Fault {
-                device,
-                action,
-                reason: format!("{reason}; and standstill could not be verified: {second}"),
-                evidence,
-            },
-            // A lost or silent link: that standstill is unknown follows from the second failure, which is the worse one.
-            (Err(second), _) => second,
+        match self.stop().await {
+            Ok(_) => error,
+            Err(second) => and_not_stopped(error, second),
         }
     }
 

@@ -8,6 +8,7 @@ use isolux_protocol_zaber::{Severity, WarningFlag};
 use tokio::time::{Instant, sleep};
 
 use super::controller::{Controller, Said};
+use crate::watched::{and_not_stopped, at_rest, on_its_way};
 
 /// Speed in device units per (microstep/s), and per 10000 (microstep/s²) of acceleration (Zaber: "maxspeed", "accel").
 const UNITS: f64 = 1.6384;
@@ -144,42 +145,19 @@ impl<P: Coordinate> ZaberAxis<P> {
     /// Whether two states in a row are those of an axis at rest in one place, with no answer in between that nothing had
     /// asked for.
     fn rests(before: &State<P>, now: &State<P>) -> bool {
-        let (a, b) = (&before.position, &now.position);
-        let same = a.homed == b.homed && a.steps.abs_diff(b.steps) <= TOLERANCE_STEPS;
-        before.surplus.0 == now.surplus.1 && !a.moving && !b.moving && same
+        before.surplus.0 == now.surplus.1 && at_rest(&before.position, &now.position, TOLERANCE_STEPS)
     }
 
-    /// Whether three states in a row are those of an axis on its way: the one between lies between the others. If one of the
-    /// three was an old answer, the axis has still been where the middle one says.
+    /// Whether three states in a row are those of an axis on its way.
     fn passes(before: &State<P>, between: &State<P>, now: &State<P>) -> bool {
-        let [a, b, c] = [before, between, now].map(|state| &state.position);
-        let way = a.steps.min(c.steps)..=a.steps.max(c.steps);
-        let moving = a.moving && b.moving && c.moving && a.homed == b.homed && b.homed == c.homed;
-        before.surplus.0 == now.surplus.1 && moving && way.contains(&b.steps)
+        before.surplus.0 == now.surplus.1 && on_its_way([before, between, now].map(|state| &state.position))
     }
 
     /// Stops after a failure, and says in `error` when even that could not be verified.
     async fn stopped_because(&self, error: DeviceError) -> DeviceError {
         match self.stop().await {
             Ok(_) => error,
-            Err(second) => match error {
-                DeviceError::Fault {
-                    device,
-                    action,
-                    reason,
-                    evidence,
-                } => {
-                    let reason = format!("{reason}; and standstill could not be verified: {second}");
-                    DeviceError::Fault {
-                        device,
-                        action,
-                        reason,
-                        evidence,
-                    }
-                }
-                // A lost or silent link: that standstill is unknown follows from the second failure, which is the worse one.
-                _ => second,
-            },
+            Err(second) => and_not_stopped(error, second),
         }
     }
 

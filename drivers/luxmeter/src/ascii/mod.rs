@@ -23,7 +23,7 @@ use isolux_transport::{Alone, Bus, Driver, Place, Ports};
 use isolux_units::Lux;
 use tokio::time::Instant;
 
-use crate::confirmed::{Confirmed, Meter, Pace};
+use crate::confirmed::{Confirmed, Meter, Pace, one_range};
 use profile::{Meaning, Profile};
 
 const NAME: &str = "ascii-lux";
@@ -251,13 +251,6 @@ impl LuxMeter for AsciiLux {
     }
 
     async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError> {
-        match range {
-            LuxRange::Auto => Ok(()),
-            LuxRange::Fixed(range) => Err(DeviceError::Unsupported {
-                device: self.name.clone(),
-                action: format!("use range {range}"),
-                reason: "a profile knows one range".to_owned(),
-            }),
-        }
+        one_range(&self.name, range)
     }
 }

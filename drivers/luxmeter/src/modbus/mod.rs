@@ -22,7 +22,7 @@ use isolux_transport::{Alone, Bus, Driver, LineSettings, Parity, Ports, Probe};
 use isolux_units::Lux;
 use tokio::time::Instant;
 
-use crate::confirmed::{Confirmed, Meter, Pace};
+use crate::confirmed::{Confirmed, Meter, Pace, one_range};
 use profile::{Meaning, Profile};
 
 const NAME: &str = "modbus-lux";
@@ -215,13 +215,6 @@ impl LuxMeter for ModbusLux {
     }
 
     async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError> {
-        match range {
-            LuxRange::Auto => Ok(()),
-            LuxRange::Fixed(range) => Err(DeviceError::Unsupported {
-                device: self.unit.name().to_owned(),
-                action: format!("use range {range}"),
-                reason: "a profile knows one range".to_owned(),
-            }),
-        }
+        one_range(self.unit.name(), range)
     }
 }
