@@ -21,6 +21,7 @@ use serde::Serialize;
 pub use compare::Comparison;
 
 use crate::catalogue::Catalogue;
+use crate::control::Control;
 use crate::files::{self, Overwrite};
 use crate::init::DayPlan;
 use crate::progress::{Event, Progress};
@@ -95,7 +96,12 @@ impl Evening {
 /// # Errors
 /// Bad input (exit 2) before anything moves; 1 when the lamp does not become stable; 3 when an instrument fails or an axis
 /// cannot be verified at rest; 130 when interrupted. What was recorded until then stays readable.
-pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Progress) -> Result<Day, Failure> {
+pub fn run(
+    wishes: &Wishes,
+    operator: Option<&dyn Operator>,
+    control: &Control,
+    progress: &dyn Progress,
+) -> Result<Day, Failure> {
     let folder = match &wishes.out {
         Some(folder) => folder.clone(),
         None => fresh_folder(),
@@ -129,11 +135,11 @@ pub fn run(wishes: &Wishes, operator: Option<&dyn Operator>, progress: &dyn Prog
         None if scanned => {}
         Some(job) => {
             let keeping = asked::Keeping::new(&folder, job, progress);
-            scan::run_in(&place, job.station(), job.plan(), force, operator, &keeping)
+            scan::run_in(&place, job.station(), job.plan(), force, operator, control, &keeping)
                 .map_err(|failure| go_on(failure, wishes.job.as_deref(), &folder))?;
             keeping.end()?;
         }
-        None => virtual_scan(&place, plan, progress).map_err(|failure| go_on(failure, None, &folder))?,
+        None => virtual_scan(&place, plan, control, progress).map_err(|failure| go_on(failure, None, &folder))?,
     }
     // What a day that broke off in the evening had made of its record is made again.
     let overwrite = if wishes.resume {
@@ -188,18 +194,18 @@ fn completed(folder: &Utf8Path, reread: bool) -> Result<bool, Failure> {
 }
 
 /// The scan in the built-in virtual darkroom.
-fn virtual_scan(place: &Place<'_>, plan: DayPlan, progress: &dyn Progress) -> Result<(), Failure> {
+fn virtual_scan(place: &Place<'_>, plan: DayPlan, control: &Control, progress: &dyn Progress) -> Result<(), Failure> {
     let (station, calibration) = init::virtual_station(&Choice::default())?;
     let source = bench::Source::from_text(&station, calibration.as_deref())?;
     let plan = plan.plan()?;
-    stage::play(true, async {
+    stage::play_for(true, control, async {
         let stage = Stage::open(true)?;
-        let cancel = OnSignals::listen()?;
+        let _signals = OnSignals::ending(&control.cancel)?;
         let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
         let mut devices = source.open(&catalogue).await?;
         let now = jiff::Timestamp::now();
         let place = place.clone();
-        scan::on(&source, &mut devices, &plan, place, None, None, &cancel, now, progress).await
+        scan::under(&source, &mut devices, &plan, place, None, None, control, now, progress).await
     })?;
     Ok(())
 }

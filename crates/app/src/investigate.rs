@@ -5,6 +5,7 @@ use isolux_record::Station;
 use isolux_scan::Operator;
 
 use crate::Failure;
+use crate::control::Control;
 use crate::diagnose::{self, Answer, Request};
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
@@ -42,6 +43,7 @@ pub fn run(
     asked: &Investigation,
     operator: Option<&dyn Operator>,
     go: &dyn Fn(&str) -> bool,
+    control: &Control,
     progress: &dyn Progress,
 ) -> Result<(Answer, Vec<Utf8PathBuf>), Failure> {
     Station::load(&asked.station).map_err(Failure::bad_input)?;
@@ -62,7 +64,15 @@ pub fn run(
         }
         let run = asked.out.join(format!("run-{}", round + 1));
         let force = asked.force.as_deref();
-        scan::run(&asked.station, &plan, Target::New(&run), force, operator, progress)?;
+        scan::run(
+            &asked.station,
+            &plan,
+            Target::New(&run),
+            force,
+            operator,
+            control,
+            progress,
+        )?;
         runs.push(run);
     }
     unreachable!("the loop ends by returning")

@@ -1,5 +1,7 @@
 //! What a long use case tells its front end while it works.
 
+use crate::live::Live;
+
 /// One thing that happened.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event<'a> {
@@ -21,6 +23,8 @@ pub enum Event<'a> {
     Ended(&'a str),
     /// Something worth a line that is no step: a warning, a correction that does not apply.
     Note(&'a str),
+    /// An event of a scan, typed; what people should read of it follows in the words above.
+    Live(&'a Live),
 }
 
 /// Receives the events of a use case; called from the thread that works.

@@ -1,20 +1,25 @@
 //! `scan`: a plan becomes a run directory.
 
-use std::cell::{Cell, RefCell};
+mod estimate;
+mod narrator;
 
 use camino::Utf8Path;
-use isolux_record::{Plan, RunDir, RunLock, RunLockError};
-use isolux_scan::{Cancel, Devices, DryRun, Engine, Nobody, Observer, ScanEvent, dry_run};
+use isolux_record::{Plan, Reading, RunDir, RunLock, RunLockError};
+use isolux_scan::{Cancel, Devices, DryRun, Engine, Nobody, ScanErrorKind, dry_run};
 pub use isolux_scan::{Operator, ScanSummary};
 use jiff::Timestamp;
 
 use crate::bench::Source;
 use crate::catalogue::Catalogue;
+use crate::control::Control;
+use crate::live::State;
 use crate::owner::TakeOver;
 use crate::progress::{Event, Progress};
 use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
 use crate::{Failure, log, plan, record};
+pub(crate) use estimate::Estimate;
+use narrator::Narrator;
 
 /// Where a run is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,11 +92,12 @@ pub fn run(
     target: Target<'_>,
     force: Option<&str>,
     operator: Option<&dyn Operator>,
+    control: &Control,
     progress: &dyn Progress,
 ) -> Result<ScanSummary, Failure> {
     checked(station, plan_file, operator.is_some())?;
     let place = Place::take(target, force.is_some())?;
-    run_in(&place, station, plan_file, force, operator, progress)
+    run_in(&place, station, plan_file, force, operator, control, progress)
 }
 
 /// As [`run`], in a run directory that this process has.
@@ -104,26 +110,27 @@ pub fn run_in(
     plan_file: &Utf8Path,
     force: Option<&str>,
     operator: Option<&dyn Operator>,
+    control: &Control,
     progress: &dyn Progress,
 ) -> Result<ScanSummary, Failure> {
     let (source, plan, _) = checked(station, plan_file, operator.is_some())?;
     let in_memory = stage::is_virtual(&source.station);
-    stage::play(in_memory, async {
+    stage::play_for(in_memory, control, async {
         let stage = Stage::of(&source.station, &source.file, progress)?;
-        let cancel = OnSignals::listen()?;
+        let _signals = OnSignals::ending(&control.cancel)?;
         let taken = stage.claim(&source.station, force).await?;
         let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
         let mut devices = source.open(&catalogue).await?;
         let now = Timestamp::now();
         let (place, taken) = (place.clone(), taken.as_ref());
-        on(
+        under(
             &source,
             &mut devices,
             &plan,
             place,
             taken,
             operator,
-            &cancel,
+            control,
             now,
             progress,
         )
@@ -177,6 +184,31 @@ pub async fn on(
     now_utc: Timestamp,
     progress: &dyn Progress,
 ) -> Result<ScanSummary, Failure> {
+    let control = Control {
+        cancel: cancel.clone(),
+        ..Control::default()
+    };
+    under(
+        source, devices, plan, place, taken, operator, &control, now_utc, progress,
+    )
+    .await
+}
+
+/// As [`on`], for a front end that may pause it.
+///
+/// # Errors
+/// As [`run`].
+pub async fn under(
+    source: &Source,
+    devices: &mut Devices,
+    plan: &Plan,
+    place: Place<'_>,
+    taken: Option<&TakeOver>,
+    operator: Option<&dyn Operator>,
+    control: &Control,
+    now_utc: Timestamp,
+    progress: &dyn Progress,
+) -> Result<ScanSummary, Failure> {
     let header = source.header(devices, plan, now_utc.to_string());
     let (mut run, resumed) = match place.target {
         Target::New(path) => (RunDir::create(path, header).map_err(record_failure)?, None),
@@ -200,14 +232,18 @@ pub async fn on(
         run.event(&now_utc.to_string(), "taken_over", &fields)
             .map_err(record_failure)?;
     }
-    let observer = Narrator::new(progress);
+    let already: &[Reading] = resumed.as_ref().map_or(&[], |run| &run.readings.rows);
+    let observer = Narrator::new(progress, run.header(), run.path().as_str(), already, now_utc);
     let engine = Engine {
         station: &source.station,
         operator: operator.unwrap_or(&Nobody),
+        pause: &control.pause,
         observer: &observer,
         now_utc,
     };
-    let outcome = engine.run(devices, plan, &mut run, cancel, resumed.as_ref()).await;
+    let outcome = engine
+        .run(devices, plan, &mut run, &control.cancel, resumed.as_ref())
+        .await;
     if let Err(error) = &outcome {
         tracing::error!(%error, "the scan ended early");
     }
@@ -221,6 +257,16 @@ pub async fn on(
         ),
         Err(error) => format!("ended early: {error}"),
     });
+    match &outcome {
+        Ok(_) => observer.state(
+            State::Completed,
+            "every point of the plan was read; the axes are at rest",
+        ),
+        Err(error) if error.kind() == ScanErrorKind::Interrupted => {
+            observer.state(State::Interrupted, &error.to_string());
+        }
+        Err(error) => observer.state(State::Failed, &error.to_string()),
+    }
     outcome.map_err(|error| {
         let failure = stage::failure(&error);
         let path = run.path();
@@ -274,94 +320,6 @@ fn record_failure(error: isolux_record::RunError) -> Failure {
     Failure {
         help,
         ..stage::failure(&isolux_scan::ScanError::Record(error))
-    }
-}
-
-/// Tells a front end what the engine tells.
-struct Narrator<'a> {
-    progress: &'a dyn Progress,
-    step: RefCell<Option<&'static str>>,
-    spread: Cell<Option<f64>>,
-}
-
-impl<'a> Narrator<'a> {
-    fn new(progress: &'a dyn Progress) -> Self {
-        Self {
-            progress,
-            step: RefCell::new(None),
-            spread: Cell::new(None),
-        }
-    }
-
-    fn begin(&self, step: &'static str, total: Option<u64>) {
-        if *self.step.borrow() != Some(step) {
-            self.end(String::new());
-            *self.step.borrow_mut() = Some(step);
-            self.progress.event(Event::Began { step, total });
-        }
-    }
-
-    fn end(&self, sentence: String) {
-        if self.step.borrow_mut().take().is_some() {
-            self.progress.event(Event::Ended(&sentence));
-        }
-    }
-}
-
-impl Observer for Narrator<'_> {
-    fn event(&self, event: &ScanEvent<'_>) {
-        match event {
-            ScanEvent::Homing => self.begin("home", None),
-            ScanEvent::WarmUpBegan { least_s } => {
-                self.end("axes referenced".to_owned());
-                self.begin("warm up", Some(*least_s as u64));
-            }
-            ScanEvent::WarmUp {
-                elapsed_s,
-                illuminance_lx,
-                spread_rel,
-            } => {
-                self.spread.set(*spread_rel);
-                let spread = spread_rel.map_or_else(String::new, |spread| {
-                    format!(", {:.2} % over the window", spread * 100.0)
-                });
-                let what = format!("{illuminance_lx:.3} lx{spread}");
-                self.progress.event(Event::At {
-                    done: *elapsed_s as u64,
-                    what: &what,
-                });
-            }
-            ScanEvent::WarmUpEnded { elapsed_s, spread_rel } => {
-                self.end(format!(
-                    "lamp stable after {}: {:.2} % over the window",
-                    duration(*elapsed_s),
-                    spread_rel * 100.0
-                ));
-            }
-            ScanEvent::Block { name, done, total } => {
-                self.begin("scan", Some(*total));
-                let what = format!("block {name}");
-                self.progress.event(Event::At {
-                    done: *done,
-                    what: &what,
-                });
-            }
-            ScanEvent::Reading { reading, done, .. } => {
-                let lux = reading
-                    .illuminance_lx
-                    .map_or_else(|| reading.quality.to_string(), |lux| format!("{lux:.4} lx"));
-                let what = format!(
-                    "{} C {:.1}° γ {:.1}° {lux}",
-                    reading.kind, reading.c_target_deg, reading.gamma_target_deg
-                );
-                self.progress.event(Event::At {
-                    done: *done,
-                    what: &what,
-                });
-            }
-            ScanEvent::Spectrum { index } => self.progress.event(Event::Note(&format!("spectrum {index} recorded"))),
-            ScanEvent::Note(sentence) => self.progress.event(Event::Note(sentence)),
-        }
     }
 }
 

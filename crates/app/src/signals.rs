@@ -25,11 +25,19 @@ impl OnSignals {
     /// # Errors
     /// Exit 3 when the system refuses the signal handlers: a bench that cannot be interrupted is not started.
     pub fn listen() -> Result<Self, Failure> {
+        Self::ending(&Cancel::new())
+    }
+
+    /// From now on, signals go to `cancel`.
+    ///
+    /// # Errors
+    /// As [`listen`](Self::listen).
+    pub fn ending(cancel: &Cancel) -> Result<Self, Failure> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         watch()?;
         let listener = Self {
             number: NEXT.fetch_add(1, Ordering::Relaxed),
-            cancel: Cancel::new(),
+            cancel: cancel.clone(),
         };
         listeners().push((listener.number, listener.cancel.clone()));
         Ok(listener)

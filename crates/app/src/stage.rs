@@ -13,6 +13,7 @@ use isolux_transport::{LineSettings, Link, LinkError, Links, MemoryLinks, Record
 use isolux_virtual::twins::Choice;
 use isolux_virtual::{Instrument, Serving, VirtualRoom};
 
+use crate::control::Control;
 use crate::owner::{self, TakeOver};
 use crate::progress::{Event, Progress};
 use crate::{Failure, FailureKind, capture, catalogue, roles};
@@ -247,6 +248,24 @@ pub fn play<T>(in_memory: bool, work: impl Future<Output = Result<T, Failure>>) 
     }
     let runtime = builder.build().map_err(Failure::instrument)?;
     runtime.block_on(work)
+}
+
+/// As [`play`], at the pace of `control` where time is virtual.
+///
+/// # Errors
+/// As [`play`].
+pub(crate) fn play_for<T>(
+    in_memory: bool,
+    control: &Control,
+    work: impl Future<Output = Result<T, Failure>>,
+) -> Result<T, Failure> {
+    play(in_memory, async {
+        if in_memory {
+            control.paced(work).await
+        } else {
+            work.await
+        }
+    })
 }
 
 /// How a scan's errors reach a front end.

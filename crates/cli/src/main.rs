@@ -2,6 +2,7 @@
 
 mod commands;
 mod screen;
+mod terminal;
 
 use std::process::ExitCode;
 

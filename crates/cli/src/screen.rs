@@ -77,6 +77,8 @@ impl Progress for Bars {
                     let _ = writeln!(std::io::stderr().lock(), "{step:>12}  {sentence}");
                 }
             }
+            // The words that follow say it.
+            Event::Live(_) => {}
             Event::Note(sentence) => {
                 let print = || {
                     let _ = writeln!(std::io::stderr().lock(), "{:>12}  {sentence}", "note");

@@ -167,24 +167,63 @@ fn add_visit(run: &mut DryRun, station: &Station, plan: &Plan, visit: &Visit, fr
         let (way_c, way_gamma) = ((visit.c_deg - c).abs(), (visit.gamma_deg - gamma).abs());
         run.travel_c_deg += way_c;
         run.travel_gamma_deg += way_gamma;
-        run.motion_s +=
-            duration(station.axis_c(), way_c).max(duration(station.axis_gamma(), way_gamma)) + POSITION_CHECK_S;
+        run.motion_s += motion_s(station, visit, (c, gamma));
     }
     match visit.role {
         Role::Reference => run.references += 1,
         Role::Point => run.points += 1,
     }
+    run.reading_s += reading_s(block, visit);
     if block.instrument == Instrument::Spectroradiometer {
         run.spectra += 1;
-        run.reading_s += SPECTRUM_S;
-        return;
+    } else {
+        run.readings += readings(block, visit) as u64;
     }
-    let readings = match block.repeats {
+}
+
+/// Readings of the lux meter at a visit, at least.
+fn readings(block: &Block, visit: &Visit) -> f64 {
+    match block.repeats {
         Repeats::Exactly(count) if visit.role == Role::Point => f64::from(count),
         _ => 1.0,
+    }
+}
+
+fn reading_s(block: &Block, visit: &Visit) -> f64 {
+    if block.instrument == Instrument::Spectroradiometer {
+        return SPECTRUM_S;
+    }
+    (SETTLE_READINGS - 1.0 + readings(block, visit)) * READING_S
+}
+
+/// How long a visit takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VisitTime {
+    /// Motion and readings, at least.
+    pub work_s: f64,
+    /// The warm-up before it, at least; 0 where the lamp is warm or not needed.
+    pub warm_up_s: f64,
+}
+
+/// How long each visit of `plan` takes on `station`, in the order of [`visits`].
+pub fn visit_times(station: &Station, plan: &Plan) -> Vec<VisitTime> {
+    let least_s = Criterion::of(station, plan.limits()).least_s();
+    let (mut at, mut warm) = (None, false);
+    let time = |visit: &Visit| {
+        let block = &plan.blocks()[visit.block];
+        let needs = block.kind.needs_lamp();
+        let warm_up_s = if needs && !warm { least_s } else { 0.0 };
+        warm = needs || warm && block.kind != ReadingKind::LampOff;
+        let work_s = at.map_or(0.0, |from| motion_s(station, visit, from)) + reading_s(block, visit);
+        at = Some((visit.c_deg, visit.gamma_deg));
+        VisitTime { work_s, warm_up_s }
     };
-    run.readings += readings as u64;
-    run.reading_s += (SETTLE_READINGS - 1.0 + readings) * READING_S;
+    visits(plan).iter().map(time).collect()
+}
+
+fn motion_s(station: &Station, visit: &Visit, (c, gamma): (f64, f64)) -> f64 {
+    let (way_c, way_gamma) = ((visit.c_deg - c).abs(), (visit.gamma_deg - gamma).abs());
+    duration(station.axis_c(), way_c).max(duration(station.axis_gamma(), way_gamma)) + POSITION_CHECK_S
 }
 
 fn duration(axis: &Axis, way_deg: f64) -> f64 {
@@ -355,16 +394,20 @@ mod tests {
     use crate::testing::{PLAN_HEAD, station};
     use camino::Utf8Path;
 
+    const LIT: &str = "[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_range = [0, 360, 15]\ngamma_range = [0, 180, 2]\n\
+        reference_every = 91\n";
+
+    fn plan_of(blocks: &str) -> Plan {
+        Plan::parse(Utf8Path::new("p.toml"), &format!("{PLAN_HEAD}{blocks}")).unwrap()
+    }
+
     fn run(blocks: &str) -> Result<DryRun, Fault> {
-        dry_run(
-            &station(),
-            &Plan::parse(Utf8Path::new("p.toml"), &format!("{PLAN_HEAD}{blocks}")).unwrap(),
-        )
+        dry_run(&station(), &plan_of(blocks))
     }
 
     #[test]
     fn counts_the_day() {
-        let day = run("[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_range = [0, 360, 15]\ngamma_range = [0, 180, 2]\nreference_every = 91\n").unwrap();
+        let day = run(LIT).unwrap();
         assert_eq!((day.points, day.references), (2275, 26));
         assert_eq!(
             day.travel_c_deg,
@@ -373,6 +416,10 @@ mod tests {
         // Each plane 180° up; then back to 0 for the reference.
         assert_eq!(day.travel_gamma_deg, 25.0 * 360.0);
         assert!(day.warm_up_s >= 1800.0);
+        let times = visit_times(&station(), &plan_of(LIT));
+        let sum = |of: fn(&VisitTime) -> f64| times.iter().map(of).sum::<f64>();
+        assert!((sum(|time| time.work_s) - day.motion_s - day.reading_s).abs() < 1e-6);
+        assert_eq!(sum(|time| time.warm_up_s), day.warm_up_s);
         assert!(matches!(day.blocks[0].distance_class, DistanceClass::Narrow(_)));
         assert_eq!(
             day.notes.iter().filter(|note| note.starts_with("no ")).count(),

@@ -17,9 +17,11 @@ use crate::dry_run::dry_run;
 use crate::error::ScanError;
 use crate::motion::stop_all;
 use crate::observe::Observer;
+use crate::pause::Pause;
 use session::Session;
 
 mod outputs;
+mod paused;
 mod progress;
 mod reference;
 mod repeats;
@@ -34,6 +36,8 @@ pub struct Engine<'a> {
     pub station: &'a Station,
     /// The person beside it.
     pub operator: &'a dyn Operator,
+    /// Asks for pauses.
+    pub pause: &'a Pause,
     /// Is told what happens.
     pub observer: &'a dyn Observer,
     /// UTC now: the only time that is asked from outside.
@@ -155,6 +159,8 @@ async fn panic_as_error(work: impl Future<Output = Result<(), ScanError>>) -> Re
 
 #[cfg(test)]
 mod hands;
+#[cfg(test)]
+mod pauses;
 #[cfg(test)]
 mod power;
 #[cfg(test)]

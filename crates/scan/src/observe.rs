@@ -1,16 +1,19 @@
 //! What the engine tells while it works.
 
 use isolux_record::Reading;
+use isolux_record::spectra::SpectrumRecord;
+
+use crate::warmup::{Criterion, Power};
 
 /// One thing that happened in a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ScanEvent<'a> {
     /// The axes are being homed.
     Homing,
-    /// The lamp was switched on; the gate opens `least_s` seconds later at the earliest.
+    /// The lamp is watched until it is stable.
     WarmUpBegan {
-        /// Least time.
-        least_s: f64,
+        /// When it counts as stable.
+        criterion: &'a Criterion,
     },
     /// A look at the lamp during warm-up.
     WarmUp {
@@ -20,6 +23,8 @@ pub enum ScanEvent<'a> {
         illuminance_lx: f64,
         /// (max − min) ÷ mean over the window, once it is full.
         spread_rel: Option<f64>,
+        /// The power; none without a power meter.
+        power: Option<Power>,
     },
     /// The lamp is stable.
     WarmUpEnded {
@@ -50,6 +55,26 @@ pub enum ScanEvent<'a> {
     Spectrum {
         /// Its number.
         index: u64,
+        /// What was read.
+        record: &'a SpectrumRecord,
+    },
+    /// The scan pauses: both axes were stopped and verified at rest.
+    Paused {
+        /// Who asked for it.
+        by: &'a str,
+        /// Where C rests.
+        c_deg: f64,
+        /// Where γ rests.
+        gamma_deg: f64,
+        /// Whether the lamp burns on.
+        lamp_is_on: bool,
+    },
+    /// The scan goes on.
+    Resumed {
+        /// Who asked for it.
+        by: &'a str,
+        /// How long it was paused.
+        paused_s: f64,
     },
     /// A call was repeated, a reading did not settle, somebody was asked: a sentence.
     Note(&'a str),

@@ -43,6 +43,15 @@ impl Criterion {
         }
     }
 
+    /// The same for a lamp that is watched from `on_for_s` after it was switched on: the patience counts from there.
+    #[must_use]
+    pub fn beginning_at(self, on_for_s: f64) -> Self {
+        Self {
+            most_s: self.most_s + on_for_s.max(0.0),
+            ..self
+        }
+    }
+
     /// The earliest time at which the gate can open.
     pub fn least_s(&self) -> f64 {
         self.least_s.max(self.window_s)

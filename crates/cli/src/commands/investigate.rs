@@ -1,15 +1,15 @@
 //! `isolux investigate`.
 
-use std::io::{BufRead, IsTerminal, Write};
+use std::io::IsTerminal;
 
 use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::scan::Operator;
 use isolux_app::{Failure, diagnose, investigate};
 
-use super::scan::operator;
 use super::takeover::TakeOver;
 use crate::screen::{self, Bars};
+use crate::terminal::Terminal;
 
 /// Diagnose, carry out the measurement that would settle the answer, diagnose again. Asks before it moves anything.
 #[derive(Debug, Args)]
@@ -57,10 +57,11 @@ pub fn run(arguments: &Investigate) -> Result<(), Failure> {
         seed: arguments.seed,
         force: arguments.takeover.reason().map(str::to_owned),
     };
-    let person = operator();
+    let terminal = Terminal::of_stdin();
+    let person = terminal.operator();
     let person = person.as_ref().map(|operator| operator as &dyn Operator);
-    let go = |question: &str| arguments.yes || asks(question);
-    let (answer, runs) = investigate::run(&asked, person, &go, &Bars::default())?;
+    let go = |question: &str| arguments.yes || asks(question, &terminal);
+    let (answer, runs) = investigate::run(&asked, person, &go, &terminal.control(), &Bars::default())?;
     if arguments.json {
         screen::say(serde_json::to_string_pretty(&answer.document).map_err(Failure::instrument)?)?;
     } else {
@@ -74,11 +75,7 @@ pub fn run(arguments: &Investigate) -> Result<(), Failure> {
     Ok(())
 }
 
-fn asks(question: &str) -> bool {
-    let mut stderr = std::io::stderr().lock();
-    let _ = write!(stderr, "\n{question} [y/N] ");
-    let _ = stderr.flush();
-    drop(stderr);
-    let mut answer = String::new();
-    std::io::stdin().lock().read_line(&mut answer).is_ok() && matches!(answer.trim(), "y" | "Y" | "yes")
+fn asks(question: &str, terminal: &Terminal) -> bool {
+    let answer = terminal.line(&format!("\n{question} [y/N] "));
+    answer.is_ok_and(|answer| matches!(answer.trim(), "y" | "Y" | "yes"))
 }

@@ -7,6 +7,7 @@ use isolux_app::{Failure, day};
 
 use super::takeover::TakeOver;
 use crate::screen;
+use crate::terminal::Terminal;
 
 /// The whole day: check, warm up, scan, reduce, simulate, compare, diagnose, report.
 #[derive(Debug, Args)]
@@ -49,11 +50,13 @@ pub fn run(arguments: &Run) -> Result<(), Failure> {
         force: arguments.takeover.reason().map(str::to_owned),
         accept_drift: arguments.accept_drift.clone(),
     };
-    let operator = super::scan::operator();
+    let terminal = Terminal::of_stdin();
+    let control = terminal.control();
+    let operator = terminal.operator();
     let operator = operator
         .as_ref()
         .map(|operator| operator as &dyn isolux_app::scan::Operator);
-    let day = day::run(&wishes, operator, &screen::Bars::default())?;
+    let day = day::run(&wishes, operator, &control, &screen::Bars::default())?;
     for sentence in &day.sentences {
         screen::say(sentence)?;
     }

@@ -1,20 +1,19 @@
 //! `isolux scan`.
 
-use std::io::{BufRead, IsTerminal, Write};
-
 use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::operator::ByFunction;
 use isolux_app::scan::{self, Operator, Target, duration};
 
 use super::takeover::TakeOver;
 use crate::screen::{self, Bars};
+use crate::terminal::Terminal;
 
 /// Carries out a plan: home, warm up, move, settle, read, record. The axes are stopped and verified on every exit.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux scan station.toml plan.toml --out run\n\
-Broken off: isolux scan station.toml plan.toml --resume run")]
+Broken off: isolux scan station.toml plan.toml --resume run\n\
+At a terminal, `p` and Enter pauses after the point that is being read, and goes on; the lamp stays on.")]
 pub struct Scan {
     /// The bench, STATION.toml.
     station: Utf8PathBuf,
@@ -44,7 +43,9 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         (Some(path), None) => (path, Target::New(path)),
         (None, None) => return Err(Failure::bad_input("give --out RUN or --resume RUN")),
     };
-    let operator = operator();
+    let terminal = Terminal::of_stdin();
+    let control = terminal.control();
+    let operator = terminal.operator();
     let bars = Bars::default();
     let operator = operator.as_ref().map(|operator| operator as &dyn Operator);
     let summary = scan::run(
@@ -53,6 +54,7 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         target,
         arguments.takeover.reason(),
         operator,
+        &control,
         &bars,
     )?;
     if arguments.json {
@@ -83,28 +85,4 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         }
     }
     Ok(())
-}
-
-/// The person at the terminal, if there is one.
-pub fn operator() -> Option<ByFunction> {
-    std::io::stdin().is_terminal().then(|| ByFunction::new(ask))
-}
-
-/// Asks the person at the terminal.
-fn ask(prompt: &str) -> Result<String, String> {
-    let mut stderr = std::io::stderr().lock();
-    let _ = write!(stderr, "\n{prompt}\nDone? Your name (empty: not done): ");
-    let _ = stderr.flush();
-    drop(stderr);
-    let mut answer = String::new();
-    std::io::stdin()
-        .lock()
-        .read_line(&mut answer)
-        .map_err(|error| error.to_string())?;
-    let who = answer.trim();
-    if who.is_empty() {
-        Err("the answer was empty".to_owned())
-    } else {
-        Ok(who.to_owned())
-    }
 }

@@ -134,26 +134,28 @@ impl Session<'_> {
         let mut tries = 1;
         loop {
             match self.warm_up_once(block).await {
+                Ok(true) => return Ok(()),
+                // Nobody looked at the lamp during the pause: the window begins anew, the time on counts on.
+                Ok(false) => {}
                 Err(error) if error.can_be_measured_again() && tries < TRIES => {
                     tries += 1;
                     self.again(&error, None).await?;
                 }
-                outcome => return outcome,
+                Err(error) => return Err(error),
             }
         }
     }
 
-    async fn warm_up_once(&mut self, block: &Block) -> Result<(), ScanError> {
+    /// Whether the lamp is stable; not where a pause came between.
+    async fn warm_up_once(&mut self, block: &Block) -> Result<bool, ScanError> {
         self.baffle(block, false).await?;
         self.shutter(block, true).await?;
         self.axes.go_to(REFERENCE_DEG.0, REFERENCE_DEG.1).await?;
-        let criterion = Criterion::of(self.engine.station, &self.limits);
         let observer = self.engine.observer;
-        observer.event(&ScanEvent::WarmUpBegan {
-            least_s: criterion.least_s(),
-        });
         let now = Instant::now();
         let on_for = self.clock.seconds(now) - self.lamp_on_s.unwrap_or_default();
+        let criterion = Criterion::of(self.engine.station, &self.limits).beginning_at(on_for);
+        observer.event(&ScanEvent::WarmUpBegan { criterion: &criterion });
         let on_at = now.checked_sub(Duration::from_secs_f64(on_for.max(0.0))).unwrap_or(now);
         let mut gate = Gate::new(criterion, on_at);
         let stable = loop {
@@ -172,6 +174,7 @@ impl Session<'_> {
                 elapsed_s,
                 illuminance_lx,
                 spread_rel,
+                power,
             });
             let time_s = microseconds(elapsed_s);
             let mut fields = json!({ "time_s": time_s, "illuminance_lx": illuminance_lx, "spread_rel": spread_rel });
@@ -183,24 +186,33 @@ impl Session<'_> {
             if let Some(stable) = gate.judge(&look)? {
                 break stable;
             }
-            gate.pause().await;
+            tokio::select! {
+                () = gate.pause() => {}
+                _ = self.engine.pause.wait_asked() => {}
+            }
+            if self.pause_if_asked().await? {
+                return Ok(false);
+            }
         };
         let Stable {
             elapsed_s,
             spread_rel,
+            illuminance_lx,
             noise,
-            ..
         } = stable;
         // The scatter under the lit lamp says nothing of that near zero; what the station states does.
         let absolute_lx = self.engine.station.luxmeter().noise_lx.unwrap_or_default();
         self.photometer.noise = Noise { absolute_lx, ..noise };
         self.warm = true;
+        let factor = self.engine.station.luxmeter().calibration_factor;
+        self.references.keep_stable(self.distance_mm, illuminance_lx * factor);
         self.warm_up_s = Some(elapsed_s);
         observer.event(&ScanEvent::WarmUpEnded { elapsed_s, spread_rel });
         self.event(
             "stable",
             &json!({ "time_s": microseconds(elapsed_s), "spread_rel": spread_rel, "noise_rel": noise.relative }),
-        )
+        )?;
+        Ok(true)
     }
 
     pub async fn shutter(&mut self, block: &Block, open: bool) -> Result<(), ScanError> {

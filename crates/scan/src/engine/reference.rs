@@ -10,6 +10,8 @@ use crate::error::ScanError;
 pub(super) struct References {
     /// (distance in mm, illuminance in lx).
     first: Vec<(f64, f64)>,
+    /// The light at the end of the last warm-up, in the same words.
+    stable: Option<(f64, f64)>,
 }
 
 impl References {
@@ -47,12 +49,23 @@ impl References {
         at.map(|(_, lux)| *lux)
     }
 
-    /// Whether a visit lies where the first one lay, within the plan's limit and one digit.
+    /// Remembers the light with which the lamp was found stable.
+    pub fn keep_stable(&mut self, distance_mm: f64, illuminance_lx: f64) {
+        self.stable = Some((distance_mm, illuminance_lx));
+    }
+
+    /// What a visit at this distance should give: what the first one gave, or where there was none the light with which the
+    /// lamp was found stable.
+    pub fn expected(&self, distance_mm: f64) -> Option<f64> {
+        let stable = self.stable.filter(|(distance, _)| *distance == distance_mm);
+        self.first(distance_mm).or(stable.map(|(_, lux)| lux))
+    }
+
+    /// Whether a visit gives what it is expected to, within the plan's limit and one digit.
     ///
     /// # Errors
     /// [`ScanError::Reference`] if not, and for a visit without a number: nothing can be compared with it.
-    pub fn judge(&self, visit: &Reading, limits: &Limits) -> Result<(), ScanError> {
-        let first_lx = self.first(visit.distance_mm);
+    pub fn judge(visit: &Reading, first_lx: Option<f64>, limits: &Limits) -> Result<(), ScanError> {
         let allowed_lx =
             limits.reference_rel() * first_lx.unwrap_or_default().abs() + visit.digit_lx.unwrap_or_default();
         let sound = match (visit.illuminance_lx, first_lx) {

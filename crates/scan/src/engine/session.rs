@@ -39,6 +39,8 @@ pub(super) struct Session<'a> {
     /// Where the rail was driven to; none where it is not driven.
     pub rail_mm: Option<f64>,
     pub references: References,
+    /// Whether the lamp was left alone during a pause and not looked at since.
+    pub lamp_unproven: bool,
     pub done: u64,
     pub total: u64,
     pub spectra: u64,
@@ -72,6 +74,7 @@ impl<'a> Session<'a> {
             distance_mm: engine.station.bench().distance_mm,
             rail_mm: None,
             references: References::default(),
+            lamp_unproven: false,
             done: 0,
             total: 0,
             spectra: 0,
@@ -128,6 +131,7 @@ impl<'a> Session<'a> {
                 self.done += u64::from(visit.role == Role::Point);
                 continue;
             }
+            self.pause_if_asked().await?;
             if current != Some(visit.block) {
                 self.place(block).await?;
                 self.outputs(block).await?;
@@ -144,6 +148,7 @@ impl<'a> Session<'a> {
                 }
                 current = Some(visit.block);
             }
+            self.prove_lamp(block, visit).await?;
             self.visit(block, visit, progress.readings(visit)).await?;
         }
         Ok(())
@@ -185,6 +190,7 @@ impl<'a> Session<'a> {
         let now = Instant::now();
         self.lamp_is_on = true;
         self.warm = false;
+        self.lamp_unproven = false;
         self.lamp_on_s = Some(self.clock.seconds(now));
         self.references = References::default();
         self.run.lamp_on(self.clock.utc(now))?;

@@ -12,6 +12,7 @@ use crate::cancel::Cancel;
 use crate::devices::{Devices, Nobody};
 use crate::error::{ScanError, ScanErrorKind};
 use crate::observe::Silent;
+use crate::pause::Pause;
 use crate::testing::{AMBIENT_LX, OFFSET_LX, PEAK_CD, STRAY_LX, Shared, bench, header, plan, run_dir, station};
 
 pub(super) const DAY: &str = r#"
@@ -56,10 +57,21 @@ pub(super) async fn scan(
     cancel: &Cancel,
     resumed: Option<&Run>,
 ) -> Result<ScanSummary, ScanError> {
+    scan_with(devices, plan, run, (cancel, &Pause::new()), resumed).await
+}
+
+pub(super) async fn scan_with(
+    devices: &mut Devices,
+    plan: &Plan,
+    run: &mut RunDir,
+    (cancel, pause): (&Cancel, &Pause),
+    resumed: Option<&Run>,
+) -> Result<ScanSummary, ScanError> {
     let station: Station = station();
     let engine = Engine {
         station: &station,
         operator: &Nobody,
+        pause,
         observer: &Silent,
         now_utc: "2026-01-01T00:00:00Z".parse::<Timestamp>().unwrap(),
     };

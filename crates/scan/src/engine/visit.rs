@@ -7,6 +7,7 @@ use isolux_record::{Electrical, Quality, Reading, ReadingKind, Role};
 use serde_json::json;
 use tokio::time::Instant;
 
+use super::reference::References;
 use super::repeats;
 use super::session::Session;
 use super::verify::Left;
@@ -71,7 +72,7 @@ impl Session<'_> {
         let readings = self.readings(block, visit, already).await?;
         if visit.role == Role::Reference
             && let Some(reading) = readings.first()
-            && let Err(error) = self.references.judge(reading, &self.limits)
+            && let Err(error) = References::judge(reading, self.references.first(reading.distance_mm), &self.limits)
         {
             // The reading itself is true: axes and outputs are as they should be. A reduction must know of it.
             if last {
@@ -83,7 +84,7 @@ impl Session<'_> {
     }
 
     /// The readings of the lux meter at one pose, not yet recorded.
-    async fn readings(
+    pub(super) async fn readings(
         &mut self,
         block: &Block,
         visit: &Visit,
@@ -214,7 +215,7 @@ impl Session<'_> {
     }
 
     /// Records what a visit gave.
-    fn keep(&mut self, taken: Taken) -> Result<(), ScanError> {
+    pub(super) fn keep(&mut self, taken: Taken) -> Result<(), ScanError> {
         let readings = match taken {
             Taken::Readings(readings) => readings,
             Taken::Spectrum(record) => return self.keep_spectrum(record),
@@ -241,9 +242,11 @@ impl Session<'_> {
             return Ok(());
         };
         let integration_s = record.integration_s;
-        let index = self.run.spectrum(record, &spectro.calibration)?;
+        let index = self.run.spectrum(record.clone(), &spectro.calibration)?;
         self.spectra += 1;
-        self.engine.observer.event(&ScanEvent::Spectrum { index });
+        self.engine
+            .observer
+            .event(&ScanEvent::Spectrum { index, record: &record });
         self.event("spectrum", &json!({ "index": index, "integration_s": integration_s }))
     }
 

@@ -1,0 +1,112 @@
+//! Pause and what follows it: the axes are stopped and verified, the lamp stays on, and after it the lamp is judged again.
+
+use isolux_record::plan::Block;
+use isolux_record::{Reading, ReadingKind};
+use serde_json::json;
+use tokio::time::Instant;
+
+use super::reference::References;
+use super::session::Session;
+use super::visit::{TRIES, Taken};
+use crate::clock::microseconds;
+use crate::error::ScanError;
+use crate::itinerary::Visit;
+use crate::motion::stop_all;
+use crate::observe::ScanEvent;
+
+impl Session<'_> {
+    /// Pauses here if that was asked for, and returns when it has ended; whether there was a pause. Nothing may be half done
+    /// where this is called: both axes are stopped and verified at rest, lamp, shutter and baffle stay as they are.
+    pub async fn pause_if_asked(&mut self) -> Result<bool, ScanError> {
+        let Some(by) = self.engine.pause.asked() else {
+            return Ok(false);
+        };
+        stop_all(self.devices).await.map_err(|axes| ScanError::NotAtRest {
+            axes,
+            before: String::new(),
+        })?;
+        let pose = self.axes.pose().await?;
+        let lamp_is_on = self.lamp_is_on;
+        self.event(
+            "paused",
+            &json!({ "by": by, "c_deg": pose.c_deg, "gamma_deg": pose.gamma_deg, "lamp_is_on": lamp_is_on,
+                "points_done": self.done }),
+        )?;
+        self.engine.observer.event(&ScanEvent::Paused {
+            by: &by,
+            c_deg: pose.c_deg,
+            gamma_deg: pose.gamma_deg,
+            lamp_is_on,
+        });
+        let began = Instant::now();
+        let by = self.engine.pause.wait_ended().await;
+        let paused_s = microseconds(began.elapsed().as_secs_f64());
+        self.event("resumed", &json!({ "by": by, "paused_s": paused_s }))?;
+        self.engine.observer.event(&ScanEvent::Resumed { by: &by, paused_s });
+        self.lamp_unproven = self.lamp_is_on && self.warm;
+        Ok(true)
+    }
+
+    /// After a pause, before the next visit of a lit block: whether the reference point still gives what it gave. A visit within
+    /// the plan's limit is recorded; otherwise the lamp is warmed up again, and the visit after that decides.
+    pub async fn prove_lamp(&mut self, block: &Block, next: &Visit) -> Result<(), ScanError> {
+        if !self.lamp_unproven || block.kind != ReadingKind::Lit {
+            return Ok(());
+        }
+        let reference = next.reference_before();
+        let readings = self.at_reference(block, &reference).await?;
+        // The lamp may have been found off, and be on and warm again since.
+        if !self.lamp_unproven {
+            return self.visit(block, &reference, (0, &[])).await;
+        }
+        self.lamp_unproven = false;
+        let Some(reading) = readings.first() else { return Ok(()) };
+        let expected_lx = self.references.expected(self.distance_mm);
+        let judged = References::judge(reading, expected_lx, &self.limits);
+        let (found_lx, time_s) = (reading.illuminance_lx, reading.time_s);
+        match (judged, expected_lx) {
+            (Ok(()), Some(_)) => return self.keep(Taken::Readings(readings)),
+            (Err(error), _) if !error.can_be_measured_again() => return Err(error),
+            _ => {}
+        }
+        self.event(
+            "lamp_outside_band",
+            &json!({ "time_s": time_s, "found_lx": found_lx, "expected_lx": expected_lx,
+                "allowed_rel": self.limits.reference_rel() }),
+        )?;
+        self.note(&outside(found_lx, expected_lx, self.limits.reference_rel()))?;
+        self.warm = false;
+        self.outputs(block).await?;
+        self.visit(block, &reference, (0, &[])).await
+    }
+
+    /// The reference point as it is now, not recorded: a reading outside the limits belongs to no drift of a warm lamp.
+    async fn at_reference(&mut self, block: &Block, reference: &Visit) -> Result<Vec<Reading>, ScanError> {
+        let mut tries = 1;
+        loop {
+            self.outputs(block).await?;
+            match self.readings(block, reference, (0, &[])).await {
+                Err(error) if error.can_be_measured_again() && tries < TRIES => {
+                    tries += 1;
+                    self.again(&error, None).await?;
+                }
+                outcome => return outcome,
+            }
+        }
+    }
+}
+
+fn outside(found_lx: Option<f64>, expected_lx: Option<f64>, allowed_rel: f64) -> String {
+    let found = found_lx.map_or_else(|| "no number".to_owned(), |lux| format!("{lux:.3} lx"));
+    match expected_lx {
+        Some(expected) => format!(
+            "after the pause the reference point gives {found}, and gave {expected:.3} lx before: allowed ± {:.2} % \
+             (limits.reference_rel); the lamp is warmed up again",
+            allowed_rel * 100.0
+        ),
+        None => format!(
+            "after the pause the reference point gives {found}, and nothing at this distance to compare with: the lamp is \
+             warmed up again"
+        ),
+    }
+}
