@@ -16,14 +16,13 @@ mod number;
 mod parsed;
 mod plausible;
 mod quantities;
-mod ratings;
 mod registry;
 mod rotational;
-mod slip;
 pub mod spectral;
 pub mod text;
 pub mod tm25;
 pub mod tm33;
+mod unfinished;
 mod write;
 mod xml;
 

@@ -1,7 +1,5 @@
 //! A number as people and programs write it into photometric files, or why it is none.
 
-use crate::finding::Finding;
-
 /// Magnitudes above this are damage: the sun has 3·10²⁷ cd, no file here describes it, and a lost decimal point or a
 /// stray exponent ends up there.
 const LARGEST: f64 = 1e12;
@@ -16,17 +14,6 @@ pub struct Number {
     pub value: f64,
     /// It was written with a decimal comma.
     pub comma: bool,
-    /// It has an exponent without a sign, `1e5`.
-    pub bare_exponent: bool,
-}
-
-/// A letter e in a number leaves a number. Programs that write exponents at all give them a sign (`1e-05`, `1.0E+02`),
-/// those that do not fill whole files with them; a digit that became a letter stands alone: `0.19` and `0e19`.
-pub fn bare_exponent(raw: &str) -> Finding {
-    Finding::warning("number-exponent", "this number has an exponent without a sign")
-        .raw(raw)
-        .assumed("the power of ten that it says")
-        .fix("compare it with the source; write the number without an exponent")
 }
 
 /// Why a text is no number.
@@ -95,13 +82,7 @@ pub fn read_up_to(text: &str, largest: f64) -> Result<Number, NotANumber> {
     if !value.is_finite() || value.abs() > largest {
         return Err(NotANumber::TooLarge);
     }
-    let exponent = bytes.iter().rposition(|byte| matches!(byte, b'e' | b'E'));
-    let bare_exponent = exponent.is_some_and(|at| bytes.get(at + 1).is_some_and(u8::is_ascii_digit));
-    Ok(Number {
-        value,
-        comma,
-        bare_exponent,
-    })
+    Ok(Number { value, comma })
 }
 
 /// One decimal comma and no point.
@@ -177,19 +158,9 @@ mod tests {
             read("12,5"),
             Ok(Number {
                 value: 12.5,
-                comma: true,
-                bare_exponent: false
+                comma: true
             })
         );
-        for (text, bare) in [
-            ("0e19", true),
-            ("0.E5", true),
-            ("1e-05", false),
-            ("1.0E+02", false),
-            ("19", false),
-        ] {
-            assert_eq!(read(text).map(|n| n.bare_exponent), Ok(bare), "{text}");
-        }
         assert_eq!(read(""), Err(NotANumber::Blank));
         assert_eq!(read("NaN"), Err(NotANumber::NotFinite));
         assert_eq!(read("-inf"), Err(NotANumber::NotFinite));

@@ -1,8 +1,6 @@
 //! Physical plausibility of what was read: damage that is still a number shows here.
 
-mod floor;
 mod outliers;
-mod twins;
 
 use isolux_photometry::IntensityDistribution;
 
@@ -23,63 +21,13 @@ pub(crate) struct Stored<'s> {
     pub raw: &'s dyn Fn(usize) -> &'s str,
     /// Angles 0° and 180° are one direction for all planes.
     pub poles: bool,
-    /// Whether the file's last line has its end.
-    pub ends_with_newline: bool,
 }
 
 /// Checks the numbers against each other.
 pub(crate) fn check(stored: &Stored<'_>, findings: &mut Findings) {
     negative(stored, findings);
     poles(stored, findings);
-    cut_short(stored, findings);
-    floor::check(stored, findings);
-    twins::check(stored, findings);
     outliers::check(stored, findings);
-}
-
-/// The last number may have lost digits where the file ends without a line end: it then has fewer decimals than all
-/// others.
-fn cut_short(stored: &Stored<'_>, findings: &mut Findings) {
-    let count = stored.values.len();
-    if stored.ends_with_newline || count < 8 {
-        return;
-    }
-    let decimals = |index: usize| {
-        (stored.raw)(index)
-            .trim()
-            .split_once('.')
-            .map(|(_, digits)| digits.len())
-    };
-    let last = decimals(count - 1);
-    let others: Vec<Option<usize>> = (0..count - 1).map(decimals).collect();
-    let fewest = others.iter().min().copied().flatten();
-    let dangling =
-        (stored.raw)(count - 1).trim().ends_with(['.', 'e', 'E', '-', '+']) && others.iter().all(|&d| d != Some(0));
-    if dangling || (fewest.is_some() && last < fewest) {
-        let finding = Finding::warning(
-            "file-cut-short",
-            "the file ends without a line end and its last number has fewer digits than all others",
-        );
-        findings.push(
-            at(stored, count - 1, finding)
-                .assumed("the number as it stands")
-                .fix("fetch the file again; it may be cut off within this number"),
-        );
-    }
-}
-
-/// Values that are looked at for their decimals.
-const VALUES: usize = 500;
-
-/// The largest number of decimals among some hundred values, zeros at their end not counted.
-fn decimals(stored: &Stored<'_>) -> i32 {
-    let some = (0..stored.values.len()).step_by(stored.values.len() / VALUES + 1);
-    let of = |index: usize| {
-        let text = (stored.raw)(index);
-        let point = text.bytes().rposition(|byte| matches!(byte, b'.' | b','));
-        point.map_or(0, |at| text[at + 1..].trim_end_matches('0').len()) as i32
-    };
-    some.map(of).max().unwrap_or(0).min(12)
 }
 
 fn at(stored: &Stored<'_>, index: usize, finding: Finding) -> Finding {
@@ -107,25 +55,29 @@ fn negative(stored: &Stored<'_>, findings: &mut Findings) {
 
 /// At γ = 0 and 180 all planes meet in one direction.
 fn poles(stored: &Stored<'_>, findings: &mut Findings) {
+    let (planes, ng) = (stored.planes_deg.len(), stored.angles_deg.len());
     let peak = stored.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    for (end, angle) in POLES.into_iter().enumerate() {
-        let Some(odd) = pole(stored, stored.values, end, peak) else {
+    for (column, angle) in [(0, 0.0), (ng.saturating_sub(1), 180.0)] {
+        if !stored.poles || planes < 2 || stored.angles_deg.get(column) != Some(&angle) {
             continue;
-        };
+        }
+        let value = |plane: usize| stored.values[plane * ng + column];
+        let mut sorted: Vec<f64> = (0..planes).map(value).collect();
+        sorted.sort_by(f64::total_cmp);
+        let (least, median, most) = (sorted[0], sorted[planes / 2], sorted[planes - 1]);
+        // Planes measured one after the other scatter by a few per cent.
+        if most - least <= 0.05 * median.abs().max(0.01 * peak) {
+            continue;
+        }
+        let away = |plane: usize| (value(plane) - median).abs();
+        let worst = (0..planes).max_by(|&a, &b| away(a).total_cmp(&away(b))).unwrap_or(0);
         let message = format!(
-            "at γ = {angle}° all planes meet in one direction, yet their intensities go from {} to {}",
-            odd.least, odd.most
+            "at γ = {angle}° all planes meet in one direction, yet their intensities go from {least} to {most}"
         );
         let finding = Finding::warning("intensity-pole", message).assumed("each plane as it stands");
-        findings.push(at(stored, odd.index, finding).fix("compare this value with those of the other planes"));
+        findings
+            .push(at(stored, worst * ng + column, finding).fix("compare this value with those of the other planes"));
     }
-}
-
-/// Values that disagree at a pole: the one farthest from the others, and between which they lie.
-struct Pole {
-    index: usize,
-    least: f64,
-    most: f64,
 }
 
 /// The planes at 0° and 360° are one: the first value of the last plane that differs. The readers say it, each in its
@@ -152,42 +104,6 @@ pub(crate) fn closing_severity(opening: &[f64], closing: &[f64], peak: f64) -> S
     }
 }
 
-/// The angles of the two ends.
-const POLES: [f64; 2] = [0.0, 180.0];
-
-/// What the planes say where they meet, at the first or the last angle; none where they agree.
-fn pole(stored: &Stored<'_>, values: &[f64], end: usize, peak: f64) -> Option<Pole> {
-    let ng = stored.angles_deg.len();
-    let planes = stored.planes_deg.len();
-    let column = [0, ng.saturating_sub(1)][end];
-    if !stored.poles || planes < 2 || stored.angles_deg.get(column) != Some(&POLES[end]) {
-        return None;
-    }
-    let value = |plane: usize| values[plane * ng + column];
-    if (1..planes).all(|plane| value(plane) == value(0)) {
-        return None;
-    }
-    let mut sorted: Vec<f64> = (0..planes).map(value).collect();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted[planes / 2];
-    let spread = sorted[planes - 1] - sorted[0];
-    let away = |plane: usize| (value(plane) - median).abs();
-    let different = (0..planes).filter(|&plane| away(plane) > 0.0).count();
-    // Planes measured one after the other scatter by a few per cent.
-    let tolerance = 0.05 * median.abs().max(0.01 * peak);
-    // Where all others agree to the digit, one that does not is no scatter of a measurement.
-    let lonely = planes >= 3 && different <= (planes / 3).min(2);
-    if !lonely && spread <= tolerance {
-        return None;
-    }
-    let worst = (0..planes).max_by(|&a, &b| away(a).total_cmp(&away(b))).unwrap_or(0);
-    Some(Pole {
-        index: worst * ng + column,
-        least: sorted[0],
-        most: sorted[planes - 1],
-    })
-}
-
 /// Programs integrate by different rules; of 76 files by many hands whose ratio means their light, 73 are within 1 %
 /// and none is between 1 % and 2 %.
 const FLUX_APART: f64 = 0.015;
@@ -197,52 +113,43 @@ const FLUX_APART: f64 = 0.015;
 const DIMMEST: f64 = 0.1;
 
 /// The integral over the sphere against the flux that the file states. `lamp_at`: one-based line and column where that
-/// stands; `lorl_percent`: light output ratio as stated. Returns whether the two contradict each other.
+/// stands; `lorl_percent`: light output ratio as stated, and its line.
 pub(crate) fn flux(
     grid: &IntensityDistribution,
     lamp_flux_lm: Option<f64>,
     lamp_at: Option<(usize, usize)>,
     lorl_percent: Option<(f64, usize)>,
     findings: &mut Findings,
-) -> bool {
-    let Some(lamp) = lamp_flux_lm else { return false };
+) {
+    let Some(lamp) = lamp_flux_lm else { return };
     let integral = grid.flux().value();
-    let at_lamp = |finding: Finding| match lamp_at {
-        Some((line, column)) => finding.at(line, column),
-        None => finding,
-    };
     if let Some((lorl, line)) = lorl_percent {
         let stated = lamp * lorl / 100.0;
         if lorl > 0.0 && (integral - stated).abs() > FLUX_APART * stated {
             let message = format!(
-                "the intensities integrate to {integral:.1} lm, which is {:.1} % of the lamps' flux; \
-                 stated is {lorl} %",
+                "the intensities integrate to {integral:.1} lm, which is {:.1} % of the lamps' flux; stated is {lorl} %",
                 100.0 * integral / lamp
             );
-            findings.push(
-                Finding::warning("flux-lorl", message)
-                    .at(line, 1)
-                    .assumed("the intensities")
-                    .fix("correct the light output ratio, or look for damage in the intensities"),
-            );
-            return true;
+            let finding = Finding::warning("flux-lorl", message)
+                .at(line, 1)
+                .assumed("the intensities");
+            findings.push(finding.fix("correct the light output ratio, or look for damage in the intensities"));
+            return;
         }
     }
-    if integral > 1.1 * lamp {
-        let message = format!("the intensities integrate to {integral:.1} lm, more than the lamps' {lamp:.1} lm");
-        let finding = Finding::warning("flux-above-lamp", message)
-            .assumed("the intensities")
-            .fix("check lamp flux, number of lamps and multiplier");
-        findings.push(at_lamp(finding));
-        true
+    let (code, what) = if integral > 1.1 * lamp {
+        ("flux-above-lamp", "more than")
     } else if integral < DIMMEST * lamp {
-        let message = format!("the intensities integrate to {integral:.4} lm, hardly any of the lamps' {lamp:.1} lm");
-        let finding = Finding::warning("flux-below-lamp", message)
-            .assumed("the intensities")
-            .fix("check lamp flux, number of lamps and multiplier");
-        findings.push(at_lamp(finding));
-        true
+        ("flux-below-lamp", "hardly any of")
     } else {
-        false
-    }
+        return;
+    };
+    let message = format!("the intensities integrate to {integral:.4} lm, {what} the lamps' {lamp:.1} lm");
+    let finding = Finding::warning(code, message)
+        .assumed("the intensities")
+        .fix("check lamp flux, number of lamps and multiplier");
+    findings.push(match lamp_at {
+        Some((line, column)) => finding.at(line, column),
+        None => finding,
+    });
 }

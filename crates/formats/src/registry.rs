@@ -9,7 +9,6 @@ use crate::distribution::Distribution;
 use crate::finding::{Finding, Findings};
 use crate::parsed::{Beside, Format, LARGEST_FILE, Parsed, ReadOptions, Written};
 use crate::spectral::file::SpectrumFile;
-use crate::spectral::stated::checked;
 use crate::spectral::{cgats, jcamp, json, macam, spdx, speos, table};
 use crate::text::Text;
 use crate::write::{self, WriteOptions};
@@ -246,7 +245,7 @@ fn light(parsed: Parsed<Distribution>) -> Found {
 
 fn spectrum(source: &Source<'_>, read: fn(&Text<'_>, Findings) -> Parsed<SpectrumFile>) -> Found {
     let (text, findings) = source.decoded();
-    vec![checked(text, read(text, findings.clone())).map(content)]
+    vec![read(text, findings.clone()).map(content)]
 }
 
 /// A text of columns. Under a name of no spectral format it must show that it is a spectrum, also a damaged one.
@@ -255,7 +254,7 @@ fn columns(source: &Source<'_>, format: Format) -> Option<Found> {
     let asked = source.options.columns;
     let (parsed, rising) = table::read(text, findings.clone(), format, asked);
     let named = source.named(&["spd", "sp", "csv", "tsv"]) || table::looks_like_vendor_text(text) || asked.is_some();
-    (named || rising >= 8).then(|| vec![checked(text, parsed).map(content)])
+    (named || rising >= 8).then(|| vec![parsed.map(content)])
 }
 
 fn rays() -> Finding {

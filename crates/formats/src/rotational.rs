@@ -9,6 +9,7 @@ use crate::number;
 use crate::parsed::{Format, Kind, Parsed};
 use crate::plausible::{self, Stored};
 use crate::text::Text;
+use crate::unfinished::unfinished_line;
 
 /// Whether this is the rotational distribution that a model may name: `gamma_deg,intensity_cd`.
 pub fn looks_like(head: &Text<'_>) -> bool {
@@ -20,6 +21,7 @@ pub fn looks_like(head: &Text<'_>) -> bool {
 pub fn read(bytes: &[u8]) -> Parsed<Distribution> {
     let mut findings = Findings::new();
     let text = Text::decode(bytes, &mut findings);
+    unfinished_line(&text, &mut findings);
     let (mut gamma_deg, mut intensity_cd) = (Vec::new(), Vec::new());
     let (mut raws, mut places) = (Vec::new(), Vec::new());
     let mut whole = true;
@@ -44,9 +46,6 @@ pub fn read(bytes: &[u8]) -> Parsed<Distribution> {
             match number::read(cell) {
                 Ok(read) => {
                     into.push(read.value);
-                    if read.bare_exponent {
-                        findings.push(number::bare_exponent(cell).at(index + 1, column));
-                    }
                 }
                 Err(error) => {
                     whole = false;
@@ -72,7 +71,6 @@ pub fn read(bytes: &[u8]) -> Parsed<Distribution> {
                 places: &places,
                 raw: &|index| raws[index],
                 poles: true,
-                ends_with_newline: text.ends_with_newline,
             };
             plausible::check(&stored, &mut findings);
         }

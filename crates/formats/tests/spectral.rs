@@ -544,53 +544,6 @@ fn a_comment_about_another_unit_does_not_move_the_numbers() {
     }
 }
 
-#[test]
-fn a_letter_e_in_place_of_a_digit_is_told_where_no_other_number_has_one() {
-    let row = |k: u32| format!("{},{:.4}\n", 380 + 5 * k, 0.05 + f64::from(k) * 0.01);
-    let rows: Vec<String> = (0..81).map(row).collect();
-    let good = rows.concat();
-    let told = |text: &str| {
-        let list = read(text.as_bytes(), "s.csv").findings;
-        let found = list.into_iter().find(|finding| finding.code == "number-exponent");
-        found.map(|finding| (finding.line, finding.column.map(u32::from)))
-    };
-    assert_eq!(told(&good), None);
-    assert_eq!(
-        told(&good.replacen("395,0.0800", "395,0e0800", 1)),
-        Some((Some(4), Some(5)))
-    );
-    assert_eq!(
-        told(&good.replacen("395,0.0800", "395,0.08E0", 1)),
-        Some((Some(4), Some(5)))
-    );
-    // A program that writes so writes it everywhere.
-    let all = good.replace('\n', "E0\n");
-    assert_eq!(told(&all), None);
-}
-
-#[test]
-fn what_a_heading_states_of_its_data_is_checked() {
-    let rows: String = (0..31).fold(String::new(), |rows, k| {
-        let value = if k == 4 { -0.5 } else { f64::from(k) };
-        rows + &format!(" {}  {value:.3E}\n", 400 + 10 * k)
-            .replace('E', "E+0")
-            .replace("E+0-", "E-0")
-    });
-    let heading = "\"FILE:A\"\n\"REM: lamp\"\n\"LIMS: 400- 700NM\"\n\"INT: 10NM\"\n\"MIN:  440NM -5.000E-01\"\n\"MAX:  700NM  3.000E+01\"\n";
-    let good = format!("{heading}{rows}");
-    let told = |text: &str| -> Vec<Option<usize>> {
-        let list = read(text.as_bytes(), "lamp.prn").findings;
-        list.iter()
-            .filter(|finding| finding.code == "spectrum-limits")
-            .map(|finding| finding.line)
-            .collect()
-    };
-    assert_eq!(told(&good), []);
-    assert_eq!(told(&good.replace(" 440  -5", " 440  5")), [Some(5)]);
-    let cut = good.find(" 650").unwrap();
-    assert_eq!(told(&good[..cut]), [Some(3), Some(6)]);
-}
-
 /// The code of the error for a table that is refused.
 fn refusal(text: &str, name: &str) -> Option<&'static str> {
     let parsed = read(text.as_bytes(), name);

@@ -4,8 +4,7 @@ use serde_json::Value;
 
 use super::document::{Document, Header, symmetry};
 use super::layout::HEADER;
-use super::stated::stated_ratios;
-use super::{claims, expand, header};
+use super::{expand, header};
 use crate::distribution::{Distribution, Luminaire};
 use crate::finding::{Finding, Findings};
 use crate::number;
@@ -17,14 +16,8 @@ use crate::text::Text;
 /// file of a few kilobytes may claim any number.
 const LARGEST_GRID: (usize, usize) = (1_000_000, 8);
 
-/// Where the numbers stand that later checks speak of.
-#[derive(Debug)]
-pub(super) struct Places {
-    /// One-based line and column.
-    pub intensity: Vec<(usize, usize)>,
-    /// Zero-based lines of the header fields.
-    pub lines: Vec<Option<usize>>,
-}
+/// One-based line and column of every intensity.
+pub(super) type Places = Vec<(usize, usize)>;
 
 pub(super) fn distribution(
     document: Document,
@@ -34,9 +27,8 @@ pub(super) fn distribution(
     findings: &mut Findings,
 ) -> Option<Distribution> {
     let header = &document.header;
-    let line_of = |index: usize| places.lines.get(index).copied().flatten().unwrap_or(index);
     let set = header.lamp_sets.first()?;
-    let flux_line = line_of(HEADER + 2);
+    let flux_line = HEADER + 2;
     let flux = match set.flux_lm {
         Some(flux) if flux > 0.0 => flux,
         other => {
@@ -54,7 +46,7 @@ pub(super) fn distribution(
             return None;
         }
     };
-    let factor_line = line_of(23);
+    let factor_line = 23;
     let conversion = match header.conversion_factor {
         Some(1.0) => 1.0,
         Some(factor) if factor > 0.0 => {
@@ -98,15 +90,15 @@ pub(super) fn distribution(
         );
         findings.push(
             Finding::error("ldt-grid-too-large", message)
-                .at(line_of(3) + 1, 1)
+                .at(4, 1)
                 .fix("check lines 4 and 6"),
         );
         return None;
     }
-    sets(header, &line_of, findings);
-    claims::type_indicator(&document, line_of(1) + 1, findings);
+    sets(header, findings);
+
     if document.isym == 3 {
-        order_of_class_three(&document, &line_of, options, findings);
+        order_of_class_three(&document, options, findings);
     }
     let factor = conversion * flux / 1000.0;
     let intensity = match expand::expand(&document, factor, options.isym3_c90_first) {
@@ -122,24 +114,18 @@ pub(super) fn distribution(
         document.intensity_cd_klm.len() / document.gamma_deg.len(),
         options.isym3_c90_first,
     );
-    let raw = |index: usize| {
-        places
-            .intensity
-            .get(index)
-            .map_or("", |&(line, _)| text.line(line - 1).trim())
-    };
+    let raw = |index: usize| places.get(index).map_or("", |&(line, _)| text.line(line - 1).trim());
     let written = Stored {
         planes_deg: &stored,
         angles_deg: &document.gamma_deg,
         values: &document.intensity_cd_klm,
-        places: &places.intensity,
+        places,
         raw: &raw,
         poles: true,
-        ends_with_newline: text.ends_with_newline,
     };
     plausible::check(&written, findings);
     if let Some((index, (line, column))) =
-        plausible::closing(&written, written.values).and_then(|index| Some((index, *places.intensity.get(index)?)))
+        plausible::closing(&written, written.values).and_then(|index| Some((index, *places.get(index)?)))
     {
         let (values, ng) = (written.values, document.gamma_deg.len());
         let peak = values.iter().fold(0.0, |most: f64, &value| most.max(value));
@@ -156,15 +142,14 @@ pub(super) fn distribution(
             .fix("compare both planes with the source"),
         );
     }
-    let contradicted = plausible::flux(
+    plausible::flux(
         &intensity,
         Some(flux),
         Some((flux_line + 1, 1)),
-        header.lorl_percent.map(|lorl| (lorl, line_of(22) + 1)),
+        header.lorl_percent.map(|lorl| (lorl, 23)),
         findings,
     );
-    stated_ratios(header, &intensity, &line_of, contradicted, findings);
-    header::check(&document, &intensity, &line_of, text, findings);
+    header::check(&document, &intensity, text, findings);
     let mut json = document.header_json();
     json.insert("encoding".into(), Value::from(text.encoding));
     json.insert("line_ending".into(), Value::from(text.line_ending));
@@ -182,19 +167,19 @@ pub(super) fn distribution(
     })
 }
 
-fn sets(header: &Header, line_of: &impl Fn(usize) -> usize, findings: &mut Findings) {
+fn sets(header: &Header, findings: &mut Findings) {
     if header.lamp_sets.len() > 1 {
         let message = format!("{} sets of lamps are listed", header.lamp_sets.len());
         findings.push(
             Finding::note("ldt-lamp-sets", message)
-                .at(line_of(25) + 1, 1)
+                .at(26, 1)
                 .assumed("candela with the flux of the first set"),
         );
     }
     if header.lamp_sets.first().is_some_and(|set| set.count == Some(0.0)) {
         findings.push(
             Finding::warning("ldt-lamp-count", "the number of lamps is 0")
-                .at(line_of(HEADER) + 1, 1)
+                .at(HEADER + 1, 1)
                 .raw("0")
                 .assumed("relative photometry; line 26c is the flux of all lamps together")
                 .fix("write the number of lamps, or −1 for absolute photometry"),
@@ -203,12 +188,7 @@ fn sets(header: &Header, line_of: &impl Fn(usize) -> usize, findings: &mut Findi
 }
 
 /// The order matters where the planes are not the same forwards and backwards.
-fn order_of_class_three(
-    document: &Document,
-    line_of: &impl Fn(usize) -> usize,
-    options: ReadOptions,
-    findings: &mut Findings,
-) {
+fn order_of_class_three(document: &Document, options: ReadOptions, findings: &mut Findings) {
     let ng = document.gamma_deg.len();
     let planes: Vec<&[f64]> = document.intensity_cd_klm.chunks(ng).collect();
     if planes.iter().zip(planes.iter().rev()).all(|(a, b)| a == b) {
@@ -230,7 +210,7 @@ fn order_of_class_three(
             "ldt-isym3-order",
             "symmetry 3: some programs store C90 first, and the file cannot say which",
         )
-        .at(line_of(2) + 1, 1)
+        .at(3, 1)
         .raw("3")
         .assumed(order)
         .fix(other),

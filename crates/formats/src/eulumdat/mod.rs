@@ -4,14 +4,12 @@
 //! stored planes × Ng intensities in cd/klm. Symmetry 3 stores C270 through C0 to C90 (planes 3·Mc/4+1 onwards), which
 //! several programs write the other way round.
 
-mod claims;
 pub(crate) mod document;
 mod expand;
 mod header;
 mod layout;
 mod light;
 mod read;
-mod stated;
 mod write;
 
 pub use document::{Document, Header, LampSet, ROOM_INDICES};

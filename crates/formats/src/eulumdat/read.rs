@@ -5,9 +5,10 @@ use super::layout::{self, HEADER, Layout, Token};
 use super::light::{Places, distribution};
 use crate::distribution::Distribution;
 use crate::finding::{Finding, Findings};
-use crate::number::{self, NotANumber, Number};
+use crate::number::{self, NotANumber};
 use crate::parsed::{Format, Kind, Parsed, ReadOptions};
 use crate::text::Text;
+use crate::unfinished::unfinished_line;
 
 /// Whether the first lines are those of an EULUMDAT file: lines 2–7 are numbers and lines 3, 4, 6 can be counts.
 pub fn looks_like(head: &Text<'_>) -> bool {
@@ -30,6 +31,7 @@ pub fn read(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
 
 /// [`read`] of a text that is decoded; `findings` are those of its decoding.
 pub(crate) fn read_text(text: &Text<'_>, mut findings: Findings, options: ReadOptions) -> Parsed<Distribution> {
+    unfinished_line(text, &mut findings);
     let distribution = document(text, &mut findings)
         .and_then(|(document, places)| distribution(document, &places, text, options, &mut findings));
     Parsed::new(Format::Eulumdat, Kind::Distribution, distribution, findings)
@@ -64,17 +66,11 @@ fn document(text: &Text<'_>, findings: &mut Findings) -> Option<(Document, Place
                 .fix("write a point"),
         );
     }
-    let places = Places {
-        intensity: layout
-            .intensity
-            .iter()
-            .map(|token| (token.line + 1, token.column))
-            .collect(),
-        lines: layout.lines.clone(),
-    };
-    if !layout.complete {
-        return None;
-    }
+    let places: Vec<(usize, usize)> = layout
+        .intensity
+        .iter()
+        .map(|token| (token.line + 1, token.column))
+        .collect();
     let document = Document {
         header,
         isym: layout.isym,
@@ -82,7 +78,7 @@ fn document(text: &Text<'_>, findings: &mut Findings) -> Option<(Document, Place
         gamma_deg: gamma_deg?,
         intensity_cd_klm: intensity?,
     };
-    steps(&document, &layout, text, findings);
+    steps(&document, findings);
     Some((document, places))
 }
 
@@ -95,45 +91,16 @@ struct Fields<'f, 't> {
 }
 
 impl Fields<'_, '_> {
-    fn line(&self, index: usize) -> Option<usize> {
-        self.layout.lines.get(index).copied().flatten()
-    }
-
-    fn words(&mut self, index: usize) -> String {
-        let Some(line) = self.line(index) else {
-            return String::new();
-        };
-        let words = self.text.line(line).trim().to_owned();
-        if beyond_bounds(&words) {
-            self.findings.push(
-                Finding::warning(
-                    "ldt-text-number",
-                    "a number beyond all bounds stands where text is expected",
-                )
-                .at(line + 1, 1)
-                .raw(&words)
-                .assumed("text")
-                .fix("compare the line with the source"),
-            );
-        }
-        words
-    }
-
-    /// What is unusual about how a number is written.
-    fn taken(&mut self, number: Number, raw: &str, line: usize, column: usize) {
-        self.commas += usize::from(number.comma);
-        if number.bare_exponent {
-            self.findings.push(number::bare_exponent(raw).at(line + 1, column));
-        }
+    fn words(&self, index: usize) -> String {
+        self.text.line(index).trim().to_owned()
     }
 
     /// A number that may be blank: `None` with a note then, with an error where something else stands there.
-    fn number(&mut self, index: usize, what: &str) -> Option<f64> {
-        let line = self.line(index)?;
+    fn number(&mut self, line: usize, what: &str) -> Option<f64> {
         let raw = self.text.line(line);
         match number::read(raw) {
             Ok(number) => {
-                self.taken(number, raw, line, 1);
+                self.commas += usize::from(number.comma);
                 Some(number.value)
             }
             Err(NotANumber::Blank) => {
@@ -187,10 +154,8 @@ impl Fields<'_, '_> {
                 watts: self.number(first + 5, "the power"),
             });
         }
-        if let Some(ratios) = &self.layout.ratios {
-            for (into, token) in header.direct_ratios.iter_mut().zip(ratios) {
-                *into = self.token(token, "direct ratio", "ldt-header-number", true);
-            }
+        for (into, token) in header.direct_ratios.iter_mut().zip(&self.layout.ratios) {
+            *into = self.token(token, "direct ratio", "ldt-header-number", true);
         }
         header
     }
@@ -208,7 +173,7 @@ impl Fields<'_, '_> {
     fn token(&mut self, token: &Token<'_>, what: &str, code: &'static str, may_be_blank: bool) -> Option<f64> {
         match number::read(token.text) {
             Ok(number) => {
-                self.taken(number, token.text, token.line, token.column);
+                self.commas += usize::from(number.comma);
                 Some(number.value)
             }
             Err(NotANumber::Blank) if may_be_blank => None,
@@ -226,99 +191,25 @@ impl Fields<'_, '_> {
     }
 }
 
-/// Whether a text is NaN, infinity or a power of ten beyond all bounds. Words that begin so (Information, Nano) and
-/// long catalogue numbers (EAN) are text.
-fn beyond_bounds(words: &str) -> bool {
-    match number::read(words) {
-        Err(NotANumber::NotFinite) => words.trim_start_matches(['+', '-']).parse::<f64>().is_ok(),
-        Err(NotANumber::TooLarge) => words.contains(['e', 'E']),
-        _ => false,
-    }
-}
-
 /// Lines 5 and 7 against the angles that are listed.
-fn steps(document: &Document, layout: &Layout<'_>, text: &Text<'_>, findings: &mut Findings) {
+fn steps(document: &Document, findings: &mut Findings) {
+    let header = &document.header;
     let checks = [
-        (
-            document.header.c_step_deg,
-            &document.c_deg,
-            &layout.c,
-            4,
-            "C",
-            "ldt-c-step",
-        ),
-        (
-            document.header.gamma_step_deg,
-            &document.gamma_deg,
-            &layout.gamma,
-            6,
-            "γ",
-            "ldt-gamma-step",
-        ),
+        (header.c_step_deg, &document.c_deg, 5, "C", "ldt-c-step"),
+        (header.gamma_step_deg, &document.gamma_deg, 7, "γ", "ldt-gamma-step"),
     ];
-    for (stated, angles, tokens, line, name, code) in checks {
-        let Some(stated) = stated else { continue };
-        if angles.len() < 2 {
+    for (stated, angles, line, name, code) in checks {
+        // 0 means angles that are not equidistant.
+        let Some(stated) = stated.filter(|&step| step != 0.0) else {
             continue;
-        }
-        let odd = angles
-            .windows(2)
-            .position(|pair| (pair[1] - pair[0] - stated).abs() > 0.051 * stated.abs().max(0.01));
-        let line = layout.lines.get(line).copied().flatten().unwrap_or(line);
-        let common = angles[1] - angles[0];
-        let even = angles.windows(2).all(|pair| (pair[1] - pair[0] - common).abs() < 1e-6);
-        if stated == 0.0 {
-            if even && angles.len() > 2 {
-                let message = format!("0 means angles that are not equidistant, yet {name} has {common}° throughout");
-                let finding = Finding::warning(code, message)
-                    .at(line + 1, 1)
-                    .raw(text.line(line).trim());
-                findings.push(finding.assumed("the angles as listed").fix(format!("write {common}")));
-            }
-            continue;
-        }
-        let Some(odd) = odd else { continue };
-        let (from, to) = (angles[odd], angles[odd + 1]);
-        let message = format!(
-            "{name} goes from {from}° to {to}°, but line {} says that {name} is {stated}° apart",
-            line + 1
-        );
-        let finding = Finding::warning(code, message).assumed("the angles as listed");
-        // Angles that agree with each other speak against the step, one that does not speaks against itself.
-        findings.push(if even && angles.len() > 2 {
-            finding
-                .at(line + 1, 1)
-                .raw(&stated.to_string())
-                .fix(format!("write {common}"))
-        } else {
-            let token = &tokens[odd + 1];
-            let fix = format!(
-                "correct the angle, or write 0 in line {} for angles that are not equidistant",
-                line + 1
-            );
-            finding.at(token.line + 1, token.column).raw(token.text).fix(fix)
-        });
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::beyond_bounds;
-
-    #[test]
-    fn words_are_no_numbers() {
-        for text in [
-            "INFINITY LIGHTING NO. W00006",
-            "Nano 12",
-            "4058075580602",
-            "inf.",
-            "",
-            "5E2",
-        ] {
-            assert!(!beyond_bounds(text), "{text}");
-        }
-        for number in ["NaN", "-inf", "Infinity", "1e300"] {
-            assert!(beyond_bounds(number), "{number}");
+        };
+        let off = |pair: &&[f64]| (pair[1] - pair[0] - stated).abs() > 0.051 * stated.abs().max(0.01);
+        if let Some(pair) = angles.windows(2).find(off) {
+            let (from, to) = (pair[0], pair[1]);
+            let message = format!("{name} goes from {from}° to {to}°, yet {name} is said to be {stated}° apart");
+            let finding = Finding::warning(code, message).at(line, 1).raw(&stated.to_string());
+            let fix = "correct the angle, or write 0 here for angles that are not equidistant";
+            findings.push(finding.assumed("the angles as listed").fix(fix));
         }
     }
 }

@@ -6,6 +6,9 @@ use super::numbers::Reader;
 use crate::finding::Finding;
 use crate::parsed::ReadOptions;
 
+/// More lamps than this are another number.
+const MOST_LAMPS: f64 = 1000.0;
+
 /// The thirteen numbers, decoded. What could not be read is `None`.
 #[derive(Debug)]
 pub(super) struct Lamp {
@@ -42,12 +45,10 @@ impl Reader<'_, '_> {
     ) -> Option<(Lamp, f64)> {
         const CODE: &str = "ies-header-number";
         let count = self.number(start, "the number of lamps", CODE);
-        if let Some(odd) = count.filter(|count| count.fract() != 0.0 || *count < 1.0) {
-            let message = format!("{odd} lamps");
-            self.complain(
-                start,
-                Finding::warning("ies-lamp-count", message).fix("write a whole number from 1"),
-            );
+        if let Some(odd) = count.filter(|count| count.fract() != 0.0 || !(1.0..=MOST_LAMPS).contains(count)) {
+            let finding = Finding::warning("ies-lamp-count", format!("{odd} is no number of lamps"));
+            let fix = "write a whole number from 1; the lumens of one lamp stand second";
+            self.push(start, finding.assumed("as it stands").fix(fix));
         }
         let lumens = self.number(start + 1, "lumens per lamp", CODE);
         let absolute = lumens.is_some_and(|lumens| lumens < 0.0);
@@ -59,7 +60,7 @@ impl Reader<'_, '_> {
                     "not stated"
                 })
                 .fix("write the lumens of one lamp, or −1 for absolute photometry");
-            self.complain(start + 1, finding);
+            self.push(start + 1, finding);
         }
         let multiplier = self.number(start + 2, "the candela multiplier", CODE);
         let photometric_type = match self.number(start + 5, "the photometric type", CODE)? {
@@ -68,7 +69,7 @@ impl Reader<'_, '_> {
             3.0 => 'A',
             _ => {
                 let finding = Finding::error("ies-type", "the photometric type must be 1 (C), 2 (B) or 3 (A)");
-                self.complain(start + 5, finding.fix("correct the sixth of the ten numbers"));
+                self.push(start + 5, finding.fix("correct the sixth of the ten numbers"));
                 return None;
             }
         };
@@ -77,37 +78,25 @@ impl Reader<'_, '_> {
             Some(2.0) => ("metres", Some(1.0)),
             Some(_) => {
                 let finding = Finding::error("ies-units", "the unit of the dimensions must be 1 (feet) or 2 (metres)");
-                self.complain(start + 6, finding.assumed("no dimensions"));
+                self.push(start + 6, finding.assumed("no dimensions"));
                 ("unknown", None)
             }
             None => ("unknown", None),
         };
         let opening = [7, 8, 9].map(|offset| self.number(start + offset, "a dimension of the opening", CODE));
-        let (ballast, third, watts) = match layout.factors {
-            Some(at) => (
-                self.number(at, "the ballast factor", CODE),
-                self.number(at + 1, "the photometric factor", CODE),
-                self.number(at + 2, "input watts", CODE),
-            ),
-            None => (Some(1.0), None, None),
-        };
-        let third_text = layout
-            .factors
-            .and_then(|at| self.tokens.get(at + 1))
-            .map(|token| token.text.to_owned());
+        let at = layout.factors;
+        let ballast = self.number(at, "the ballast factor", CODE);
+        let third = self.number(at + 1, "the photometric factor", CODE);
+        let watts = self.number(at + 2, "input watts", CODE);
+        let third_text = self.tokens.get(at + 1).map(|token| token.text.to_owned());
         if let Some(odd) = watts.filter(|&watts| watts < 0.0) {
-            let at = layout.factors.unwrap_or(start) + 2;
-            self.complain(
-                at,
-                Finding::warning("ies-watts", format!("{odd} W input power")).assumed("as it stands"),
-            );
+            let finding = Finding::warning("ies-watts", format!("{odd} W input power"));
+            self.push(at + 2, finding.assumed("as it stands"));
         }
         let (multiplier, ballast_factor) = (multiplier?, ballast?);
         let mut factor = self.factor(start + 2, multiplier, "the candela multiplier", "ies-multiplier")?;
-        if let Some(at) = layout.factors {
-            factor *= self.factor(at, ballast_factor, "the ballast factor", "ies-ballast-factor")?;
-            factor *= self.third(at + 1, third, edition, options)?;
-        }
+        factor *= self.factor(at, ballast_factor, "the ballast factor", "ies-ballast-factor")?;
+        factor *= self.third(at + 1, third, edition, options)?;
         let lamp = Lamp {
             count,
             lumens_per_lamp: lumens.filter(|_| !absolute),
@@ -128,7 +117,7 @@ impl Reader<'_, '_> {
     fn factor(&mut self, index: usize, factor: f64, what: &str, code: &'static str) -> Option<f64> {
         if factor <= 0.0 {
             let finding = Finding::error(code, format!("{what} is {factor}; it must be above zero"));
-            self.complain(
+            self.push(
                 index,
                 finding.fix("write 1 unless every candela value is to be multiplied"),
             );
@@ -140,14 +129,14 @@ impl Reader<'_, '_> {
         };
         if unusual {
             let finding = Finding::warning(code, format!("{what} is {factor}, which is unusual"));
-            self.complain(
+            self.push(
                 index,
                 finding
                     .assumed("a factor on every candela value")
                     .fix("check the order of the numbers"),
             );
         } else if factor != 1.0 {
-            self.complain(
+            self.push(
                 index,
                 Finding::note(code, format!("{what} {factor} multiplies every candela value")),
             );
@@ -174,20 +163,20 @@ impl Reader<'_, '_> {
                 let message = format!("this edition keeps the field for future use, yet it is {value}");
                 if options.apply_future_use {
                     if value <= 0.0 {
-                        self.complain(
+                        self.push(
                             index,
                             Finding::error(code, message).fix("it cannot multiply the candela"),
                         );
                         return None;
                     }
-                    self.complain(
+                    self.push(
                         index,
                         Finding::warning(code, message).assumed("multiplied, as asked for"),
                     );
                     return Some(value);
                 }
                 let finding = Finding::warning(code, message).assumed("not multiplied");
-                self.complain(
+                self.push(
                     index,
                     finding.fix("--apply-future-use multiplies every candela value by it"),
                 );
@@ -197,7 +186,7 @@ impl Reader<'_, '_> {
                 if !(1.0..1.2).contains(&value) {
                     let finding =
                         Finding::warning("ies-generation", "this is no file generation type (1.00000 to 1.11100)");
-                    self.complain(index, finding.assumed("not known"));
+                    self.push(index, finding.assumed("not known"));
                 }
                 Some(1.0)
             }

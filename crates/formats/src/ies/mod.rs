@@ -9,7 +9,6 @@ mod angles;
 mod detect;
 mod edition;
 mod grid;
-mod header;
 mod lamp;
 mod layout;
 mod native;

@@ -27,13 +27,7 @@ impl Reader<'_, '_> {
             return None;
         };
         match number::read(token.text) {
-            Ok(number) if !number.comma => {
-                if number.bare_exponent {
-                    let finding = number::bare_exponent(token.text);
-                    self.findings.push(finding.at(token.line + 1, token.column));
-                }
-                Some(number.value)
-            }
+            Ok(number) if !number.comma => Some(number.value),
             Ok(_) | Err(_) => {
                 let why = number::read(token.text)
                     .err()
@@ -61,7 +55,8 @@ impl Reader<'_, '_> {
         (values.len() == count).then_some(values)
     }
 
-    pub(super) fn complain(&mut self, index: usize, finding: Finding) {
+    /// Takes a finding about the number at `index`.
+    pub(super) fn push(&mut self, index: usize, finding: Finding) {
         let finding = match self.tokens.get(index) {
             Some(token) => finding.at(token.line + 1, token.column).raw(token.text),
             None => finding,

@@ -1,6 +1,5 @@
 //! LM-63 bytes to absolute candela.
 
-use super::header;
 use super::layout;
 use super::numbers::Reader;
 use super::preamble::{self, Tilt};
@@ -11,6 +10,7 @@ use crate::finding::{Finding, Findings};
 use crate::parsed::{Beside, Format, Kind, Parsed, ReadOptions};
 use crate::plausible::{self, Stored};
 use crate::text::Text;
+use crate::unfinished::unfinished_line;
 
 /// Reads bytes to absolute candela; a tilt file is named, not opened.
 pub fn read(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
@@ -21,6 +21,7 @@ pub fn read(bytes: &[u8], options: ReadOptions) -> Parsed<Distribution> {
 pub fn read_beside(bytes: &[u8], options: ReadOptions, beside: Beside<'_>) -> Parsed<Distribution> {
     let mut findings = Findings::new();
     let text = Text::decode(bytes, &mut findings);
+    unfinished_line(&text, &mut findings);
     let distribution = distribution(&text, options, beside, &mut findings);
     Parsed::new(Format::Ies, Kind::Distribution, distribution, findings)
 }
@@ -89,21 +90,11 @@ fn distribution(
             places: &places,
             raw: &raws,
             poles: lamp.photometric_type == 'C',
-            ends_with_newline: text.ends_with_newline,
         },
         findings,
     );
     let lumens_at = tokens.get(start + 1).map(|token| (token.line + 1, token.column));
     plausible::flux(&grid, lamp.flux_lm(), lumens_at, None, findings);
-    let numbers = header::Numbers {
-        tokens: &tokens,
-        start,
-        layout: &layout,
-        lamp: &lamp,
-        vertical: &vertical,
-        horizontal: &horizontal,
-    };
-    header::check(&numbers, &grid, findings);
     let header = scene.header(tilt.as_ref(), &vertical, &horizontal);
     Some(Distribution {
         intensity: grid,

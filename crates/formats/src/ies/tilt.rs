@@ -77,7 +77,7 @@ impl Reader<'_, '_> {
         let count = self.number(1, "the number of tilt angles", "ies-tilt-number")?;
         if count.fract() != 0.0 || !(1.0..=10_000.0).contains(&count) || ![1.0, 2.0, 3.0].contains(&geometry) {
             let message = "geometry 1 to 3 and a number of tilt angles are needed after TILT=INCLUDE";
-            self.complain(
+            self.push(
                 1,
                 Finding::error("ies-tilt-number", message).fix("compare with the tilt table's angles"),
             );
@@ -89,7 +89,7 @@ impl Reader<'_, '_> {
         let (angle_deg, factor) = (angle_deg?, factor?);
         if let Some(at) = angle_deg.windows(2).position(|pair| pair[1] <= pair[0]) {
             let message = "tilt angles must rise; the number of tilt angles may be wrong";
-            self.complain(
+            self.push(
                 3 + at,
                 Finding::error("ies-tilt-angles", message).fix("correct the tilt table"),
             );
@@ -97,7 +97,7 @@ impl Reader<'_, '_> {
         }
         let finding = Finding::warning("ies-tilt-factors", "tilt factors are given")
             .assumed("kept, not applied: the candela are those of the measured position");
-        self.complain(2 + count, finding);
+        self.push(2 + count, finding);
         let tilt = TiltFactors {
             geometry,
             angle_deg,

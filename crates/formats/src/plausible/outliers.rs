@@ -1,208 +1,63 @@
-//! Single intensities that their neighbours contradict: a digit lost or changed, a decimal point moved.
+//! Single intensities that all their neighbours contradict: a digit lost or changed, a decimal point moved, a reading
+//! that failed.
 //!
-//! Every value is compared with what its neighbours along γ, and those in the planes beside it, suggest. The least of
-//! these departures is measured against what is usual around the value. Rugged light departs in many places; a wrong
-//! number departs in one. So nothing is reported where several places depart alike.
+//! A value is looked at against its neighbours along γ, what straight and geometric lines through two of them lead to,
+//! and the same direction in the planes beside. Rugged light departs in many places; a wrong number departs in one.
 
-use super::{Stored, at, decimals};
+use super::{Stored, at};
 use crate::finding::{Finding, Findings};
 
-/// A departure is looked at from this part of the peak on, and from this part of the larger of value and suggestion.
-const LEAST: (f64, f64) = (0.03, 0.35);
-/// How many times the departure is above what is usual around the value.
-const PROMINENT: f64 = 15.0;
-/// Places in a file beyond which its light is rugged, and how far those that are reported stand above the rest.
+/// A departure counts from this part of the peak on, and from this part of the larger of value and neighbours.
+const LEAST: (f64, f64) = (0.03, 0.5);
+/// More places than these in a file, and its light is rugged.
 const MOST: usize = 3;
-const ABOVE_THE_REST: f64 = 2.0;
-/// Values on either side along γ, and planes on either side, that tell what is usual.
-const AROUND: (usize, usize) = (8, 3);
 
-/// Looks at every value that has two neighbours on either side.
+/// Looks at every value that has two neighbours on either side along γ.
 pub(super) fn check(stored: &Stored<'_>, findings: &mut Findings) {
-    let Some(field) = Field::new(stored) else { return };
-    let mut places = field.places();
-    places.sort_by(|a, b| b.prominence.total_cmp(&a.prominence));
-    let rest = places.get(MOST).map_or(0.0, |place| place.prominence);
-    places.truncate(MOST);
-    places.retain(|place| place.prominence > ABOVE_THE_REST * rest);
-    places.sort_by_key(|place| place.index);
-    for place in places {
-        let message = format!(
-            "this intensity (γ = {}°) does not fit its neighbours, which suggest about {:.4}",
-            stored.angles_deg[place.index % field.ng],
-            place.suggested
-        );
-        let finding = Finding::warning("intensity-outlier", message).assumed("the value as it stands");
-        findings.push(at(stored, place.index, finding).fix("compare it with the source; a digit may be wrong"));
+    let (planes, ng) = (stored.planes_deg.len(), stored.angles_deg.len());
+    let values = stored.values;
+    let peak = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    if ng < 5 || values.len() != planes * ng {
+        return;
     }
-}
-
-/// A value that its neighbours contradict.
-struct Place {
-    index: usize,
-    suggested: f64,
-    prominence: f64,
-}
-
-struct Field<'s, 'f> {
-    stored: &'s Stored<'f>,
-    planes: usize,
-    ng: usize,
-    /// How the two neighbours on either side along γ suggest a value; none at the ends.
-    weights: Vec<Option<Weights>>,
-    /// The least departure of each value from its neighbours' suggestions; none at the ends of a plane.
-    departures: Vec<Option<f64>>,
-    peak: f64,
-    /// What the rounding of the numbers alone makes usual.
-    rounding: f64,
-}
-
-impl<'s, 'f> Field<'s, 'f> {
-    fn new(stored: &'s Stored<'f>) -> Option<Self> {
-        let (planes, ng) = (stored.planes_deg.len(), stored.angles_deg.len());
-        let peak = stored.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-        let usable = ng >= 7 && stored.values.len() == planes * ng && peak > 0.0 && peak.is_finite();
-        if !usable {
-            return None;
-        }
-        let mut field = Self {
-            stored,
-            planes,
-            ng,
-            weights: (0..ng).map(|angle| weights(stored.angles_deg, angle)).collect(),
-            departures: Vec::new(),
-            peak,
-            rounding: 10f64.powi(-decimals(stored)),
-        };
-        field.departures = (0..stored.values.len())
-            .map(|index| field.departure(index).map(f64::abs))
-            .collect();
-        Some(field)
-    }
-
-    /// A dip at the horizon, where a luminaire is seen edge on.
-    fn edge_on(&self, index: usize) -> bool {
-        let values = self.stored.values;
-        let horizon = self.stored.poles && self.stored.angles_deg[index % self.ng] == 90.0;
-        horizon && values[index] < values[index - 1].min(values[index + 1])
-    }
-
-    /// The departure of smallest size: from the cubic through the neighbours, from the lines through those on one side
-    /// (light that is cut off follows one of them), from the planes beside. None for a value between its two
-    /// neighbours.
-    fn departure(&self, index: usize) -> Option<f64> {
-        let values = self.stored.values;
+    let mut places: Vec<(usize, f64)> = Vec::new();
+    for index in (0..values.len()).filter(|index| (2..ng - 2).contains(&(index % ng))) {
         let value = values[index];
-        let weights = self.weights[index % self.ng].as_ref()?;
-        let [a, b, c, d] = [
-            values[index - 2],
-            values[index - 1],
-            values[index + 1],
-            values[index + 2],
-        ];
-        if (b.min(c)..=b.max(c)).contains(&value) {
-            return Some(0.0);
+        let (before, after) = (values[index - 1], values[index + 1]);
+        let (low, high) = (before.min(after), before.max(after));
+        let far = |bound: f64| {
+            let apart = (value - bound).abs();
+            apart > LEAST.0 * peak && apart > LEAST.1 * value.abs().max(bound.abs())
+        };
+        // A dip at the horizon, where a luminaire is seen edge on, is light.
+        let edge_on = stored.poles && stored.angles_deg[index % ng] == 90.0 && value < low;
+        if (low..=high).contains(&value) || !far(value.clamp(low, high)) || edge_on {
+            continue;
         }
-        let along = [
-            weights.cubic[0] * a + weights.cubic[1] * b + weights.cubic[2] * c + weights.cubic[3] * d,
-            b + weights.left * (b - a),
-            c + weights.right * (c - d),
-        ];
-        let suggestions = along.into_iter().chain(self.beside(index));
-        suggestions
-            .map(|suggested| value - suggested)
-            .min_by(|a, b| a.abs().total_cmp(&b.abs()))
-    }
-
-    /// The same direction in the planes beside: their mean, or the one there is at either end.
-    fn beside(&self, index: usize) -> Option<f64> {
-        let (plane, angle) = (index / self.ng, index % self.ng);
-        let value = |plane: usize| (plane < self.planes).then(|| self.stored.values[plane * self.ng + angle]);
-        match (plane.checked_sub(1).and_then(value), value(plane + 1)) {
-            (Some(before), Some(after)) => Some(0.5 * (before + after)),
-            (one, other) => one.or(other),
+        let (left, right) = (values[index - 2], values[index + 2]);
+        let beside = [index.checked_sub(ng), Some(index + ng)].into_iter().flatten();
+        let beside = beside.filter_map(|index| values.get(index).copied());
+        let ahead = [2.0 * before - left, 2.0 * after - right].map(|value| value.max(0.0));
+        let steep = [before * before / left, after * after / right]
+            .into_iter()
+            .filter(|value| value.is_finite());
+        let all = ahead.into_iter().chain(steep).chain(beside);
+        let (low, high) = all.fold((low, high), |(low, high), value| (low.min(value), high.max(value)));
+        let bound = value.clamp(low, high);
+        if far(bound) {
+            places.push((index, bound));
         }
     }
-
-    /// The places that stand out, one for every group of neighbours.
-    fn places(&self) -> Vec<Place> {
-        let mut places: Vec<Place> = Vec::new();
-        for (index, departure) in self.departures.iter().enumerate() {
-            let Some(departure) = *departure else { continue };
-            let value = self.stored.values[index];
-            let suggested = value - self.departure(index).unwrap_or_default();
-            let large = departure >= LEAST.0 * self.peak && departure >= LEAST.1 * value.abs().max(suggested.abs());
-            if !large || self.edge_on(index) {
-                continue;
-            }
-            let prominence = departure / self.usual(index);
-            if prominence < PROMINENT {
-                continue;
-            }
-            let place = Place {
-                index,
-                suggested,
-                prominence,
-            };
-            // A wrong value makes its neighbours depart too: the largest of a group speaks for it.
-            match places.iter_mut().find(|other| self.near(other.index, index)) {
-                Some(other) if other.prominence < prominence => *other = place,
-                Some(_) => {}
-                None => places.push(place),
-            }
-        }
-        places
+    if places.len() > MOST {
+        return;
     }
-
-    /// The median departure of the values around, those that the value itself makes depart left out.
-    fn usual(&self, index: usize) -> f64 {
-        let (plane, angle) = (index / self.ng, index % self.ng);
-        let planes = plane.saturating_sub(AROUND.1)..(plane + AROUND.1 + 1).min(self.planes);
-        let angles = angle.saturating_sub(AROUND.0)..(angle + AROUND.0 + 1).min(self.ng);
-        let mut around: Vec<f64> = planes
-            .flat_map(|plane| angles.clone().map(move |angle| plane * self.ng + angle))
-            .filter(|&other| !self.near(index, other))
-            .filter_map(|other| self.departures[other])
-            .collect();
-        around.sort_unstable_by(f64::total_cmp);
-        let median = around.get(around.len() / 2).copied().unwrap_or(self.peak);
-        median.max(self.rounding).max(1e-4 * self.peak)
+    for (index, bound) in places {
+        let angle = stored.angles_deg[index % ng];
+        let message =
+            format!("this intensity (γ = {angle}°) does not fit its neighbours, which suggest about {bound:.4}");
+        let finding = Finding::warning("intensity-outlier", message).assumed("the value as it stands");
+        findings.push(at(stored, index, finding).fix("compare it with the source; a digit may be wrong"));
     }
-
-    /// Whether one value takes part in the suggestion for the other.
-    fn near(&self, one: usize, other: usize) -> bool {
-        let planes = (one / self.ng).abs_diff(other / self.ng);
-        let angles = (one % self.ng).abs_diff(other % self.ng);
-        planes <= 1 && angles <= 2
-    }
-}
-
-/// How neighbours along γ suggest a value.
-struct Weights {
-    /// Lagrange weights of the cubic through all four.
-    cubic: [f64; 4],
-    /// Steps beyond the nearest neighbour, in steps between the two of the same side.
-    left: f64,
-    right: f64,
-}
-
-fn weights(angles_deg: &[f64], at: usize) -> Option<Weights> {
-    if at < 2 || at + 2 >= angles_deg.len() {
-        return None;
-    }
-    let x = angles_deg[at];
-    let [a, b, c, d] = [-2, -1, 1, 2].map(|step: isize| angles_deg[at.saturating_add_signed(step)]);
-    let weight = |own: f64, others: [f64; 3]| others.iter().map(|other| (x - other) / (own - other)).product();
-    Some(Weights {
-        cubic: [
-            weight(a, [b, c, d]),
-            weight(b, [a, c, d]),
-            weight(c, [a, b, d]),
-            weight(d, [a, b, c]),
-        ],
-        left: (x - b) / (b - a),
-        right: (x - c) / (c - d),
-    })
 }
 
 #[cfg(test)]
@@ -223,7 +78,6 @@ mod tests {
             places: &places,
             raw: &|_| "1.01",
             poles: true,
-            ends_with_newline: true,
         };
         let mut findings = Findings::new();
         check(&stored, &mut findings);

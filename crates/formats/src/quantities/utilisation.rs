@@ -31,39 +31,14 @@ pub(crate) fn cie_flux_code(grid: &IntensityDistribution, lamp_flux_lm: Option<f
 /// missed by up to
 /// 0.57 if it does not.
 pub(crate) fn direct_ratios(grid: &IntensityDistribution) -> Option<[f64; 10]> {
-    ratios(grid, &FINE)
-}
-
-/// [`direct_ratios`] to within a few thousandths, many times faster.
-pub(crate) fn rough_direct_ratios(grid: &IntensityDistribution) -> Option<[f64; 10]> {
-    ratios(grid, &ROUGH)
-}
-
-fn ratios(grid: &IntensityDistribution, steps: &Steps) -> Option<[f64; 10]> {
     let (down, all) = (grid.flux_between(0.0, 90.0).value(), grid.flux().value());
-    let shares = shares(grid, steps)?;
+    let shares = direct_shares(grid)?;
     (all > 0.0).then(|| shares.map(|share| share * down / all))
 }
 
-/// The share of the downward flux that falls directly on the working plane, for the same rooms.
-pub(super) fn direct_shares(grid: &IntensityDistribution) -> Option<[f64; 10]> {
-    shares(grid, &FINE)
-}
-
-/// Directions of an integral over the lower half: rings of γ and directions on each of them.
-struct Steps {
-    rings: u16,
-    directions: u16,
-}
-
-const FINE: Steps = Steps {
-    rings: 180,
-    directions: 72,
-};
-const ROUGH: Steps = Steps {
-    rings: 45,
-    directions: 16,
-};
+/// Rings of γ, and directions on each of them, of the integral over the lower half.
+const RINGS: u16 = 180;
+const DIRECTIONS: u16 = 72;
 
 /// A ring of γ on a grid: the grid's angle below it and the part of the way to the next one.
 struct Ring {
@@ -87,23 +62,20 @@ impl Ring {
     }
 }
 
+/// The share of the downward flux that falls directly on the working plane, for the same rooms.
+///
 /// From height 1 over a square of side 2k, light in the direction (C, γ) shifts by tan γ; the share of it that lands
 /// on the square is the overlap of the square with itself, shifted so. For a Lambertian lamp this is the view factor
 /// of opposite faces.
-fn shares(grid: &IntensityDistribution, steps: &Steps) -> Option<[f64; 10]> {
-    let rings: Vec<Ring> = (0..steps.rings)
-        .filter_map(|ring| {
-            Ring::new(
-                grid.gamma_deg(),
-                (f64::from(ring) + 0.5) * 90.0 / f64::from(steps.rings),
-            )
-        })
+pub(super) fn direct_shares(grid: &IntensityDistribution) -> Option<[f64; 10]> {
+    let rings: Vec<Ring> = (0..RINGS)
+        .filter_map(|ring| Ring::new(grid.gamma_deg(), (f64::from(ring) + 0.5) * 90.0 / f64::from(RINGS)))
         .collect();
     let reach = ROOM_INDICES.map(|k| 0.5 / k);
     let mut all = 0.0;
     let mut landing = [0.0; 10];
-    for direction in 0..steps.directions {
-        let c = (f64::from(direction) + 0.5) * 360.0 / f64::from(steps.directions);
+    for direction in 0..DIRECTIONS {
+        let c = (f64::from(direction) + 0.5) * 360.0 / f64::from(DIRECTIONS);
         let curve = grid.half_plane_cd(c);
         let (along, across) = c.to_radians().sin_cos();
         for ring in &rings {
@@ -138,11 +110,6 @@ mod tests {
         }
         let ratios = direct_ratios(&grid).unwrap();
         assert!(ratios.windows(2).all(|pair| pair[1] > pair[0]), "{ratios:?}");
-        let rough = rough_direct_ratios(&grid).unwrap();
-        assert!(
-            ratios.iter().zip(rough).all(|(a, b)| (a - b).abs() < 0.005),
-            "{rough:?}"
-        );
         // View factors of opposite squares of side 1.2 and 10 at distance 1.
         assert!(
             (ratios[0] - 0.2494).abs() < 0.01 && (ratios[9] - 0.8270).abs() < 0.005,

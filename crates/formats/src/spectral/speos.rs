@@ -87,7 +87,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             );
         }
     }
-    super::unfinished::unfinished_line(text, &mut findings);
+    crate::unfinished::unfinished_line(text, &mut findings);
     draft.axis = Some(super::axis::AxisUnit::Nanometre);
     let file = draft.finish(&mut findings);
     Parsed::new(Format::Spectrum, Kind::Spectrum, file, findings)

@@ -18,11 +18,11 @@ use super::file::SpectrumFile;
 use super::point::Point;
 use super::points::Draft;
 use super::quantity::quantity_of;
-use super::unfinished::unfinished_line;
 use crate::finding::{Finding, Findings};
 use crate::number::{self, LARGEST_SPECTRAL as LARGEST};
 use crate::parsed::{Format, Kind, Parsed};
 use crate::text::Text;
+use crate::unfinished::unfinished_line;
 
 /// Whether an Ocean Optics or a like marker stands in the text.
 pub(crate) fn looks_like_vendor_text(text: &Text<'_>) -> bool {

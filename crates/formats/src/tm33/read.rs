@@ -106,7 +106,6 @@ fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Opt
                 places: &table.places,
                 raw: &|index| table.raws.get(index).map_or("", String::as_str),
                 poles: true,
-                ends_with_newline: true,
             },
             findings,
         );

@@ -92,14 +92,6 @@ pub(super) fn table(emitter: &Element, findings: &mut Findings) -> Result<Option
                 whole = false;
                 let finding = Finding::error("tm33-number", format!("{what}: {error}")).at(point.line, 1);
                 findings.push(finding.raw(raw.unwrap_or("")).fix("correct the number"));
-            } else if let (
-                Ok(number::Number {
-                    bare_exponent: true, ..
-                }),
-                Some(raw),
-            ) = (&read, raw)
-            {
-                findings.push(number::bare_exponent(raw.trim()).at(point.line, 1));
             }
             read.ok().map(|number| number.value)
         };
@@ -120,7 +112,6 @@ pub(super) fn table(emitter: &Element, findings: &mut Findings) -> Result<Option
         return Err(Damaged);
     }
     stated_counts(holder, &points, findings);
-    out_of_order(&points, findings);
     points.sort_by(|a, b| {
         a.horizontal
             .total_cmp(&b.horizontal)
@@ -198,42 +189,6 @@ struct Point<'x> {
     intensity: f64,
     line: usize,
     text: &'x str,
-}
-
-/// Directions are listed plane by plane or angle by angle, and the order alone cannot be wrong; one that leaves it may
-/// be two exchanged angles, which leave every direction given once.
-fn out_of_order(points: &[Point<'_>], findings: &mut Findings) {
-    let breaks = |key: fn(&Point<'_>) -> (f64, f64)| -> Vec<usize> {
-        let falls =
-            |at: &usize| key(&points[*at]).partial_cmp(&key(&points[*at - 1])) == Some(std::cmp::Ordering::Less);
-        (1..points.len()).filter(falls).collect()
-    };
-    let (by_plane, by_angle) = (
-        breaks(|point| (point.horizontal, point.vertical)),
-        breaks(|point| (point.vertical, point.horizontal)),
-    );
-    let fewest = if by_plane.len() <= by_angle.len() {
-        by_plane
-    } else {
-        by_angle
-    };
-    for at in fewest {
-        let Point {
-            horizontal: h,
-            vertical: v,
-            line,
-            text: raw,
-            ..
-        } = points[at];
-        let message = format!("the direction {h}°, {v}° is out of the order of the others");
-        findings.push(
-            Finding::warning("tm33-order", message)
-                .at(line, 1)
-                .raw(raw)
-                .assumed("the angles as they stand")
-                .fix("compare the angles of this point and the one before with the source; they may be exchanged"),
-        );
-    }
 }
 
 fn stated_counts(holder: &Element, points: &[Point<'_>], findings: &mut Findings) {

@@ -4,7 +4,7 @@ use crate::finding::{Finding, Findings};
 use crate::text::Text;
 
 /// A last line without its end, whose last number has fewer decimals than all others, is cut in the middle of it.
-pub(super) fn unfinished_line(text: &Text<'_>, findings: &mut Findings) {
+pub(crate) fn unfinished_line(text: &Text<'_>, findings: &mut Findings) {
     let decimals = |line: &str| {
         let last = line.rsplit([',', ';', '\t', ' ']).find(|cell| !cell.is_empty())?;
         let digits = last.rsplit_once('.').map_or("", |(_, digits)| digits);
