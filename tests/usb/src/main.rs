@@ -1,11 +1,13 @@
 //! A program that uses a USB link as the lines of its standard input say: `open ADDRESS FRAMING`, `send HEX`,
 //! `receive MILLISECONDS`, `close`; or as an instrument, `read OPEN MILLISECONDS`: serial number, first and last wavelength,
-//! raw counts. One line of answer each. It runs below the bridge, where libusb sees the twin.
+//! raw counts; or the whole scan of a station, `scan STATION PLAN RUN`. One line of answer each. It runs below the bridge, where libusb sees the twin.
 #![allow(clippy::print_stdout, reason = "its answers")]
 
 use std::sync::Arc;
 use std::time::Duration;
 
+use isolux_app::control::Control;
+use isolux_app::progress::Silent;
 use isolux_device::Target;
 use isolux_transport::{Link, Ports, SystemLinks, UsbAddress, UsbFraming, UsbProfile, find_usb};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
@@ -45,6 +47,10 @@ async fn main() {
                 let time = Duration::from_millis(milliseconds.parse().unwrap_or(0));
                 read(open, time).await.unwrap_or_else(|error| format!("error: {error}"))
             }
+            (["scan", station, plan, run], _) => match scan(station, plan, run) {
+                Ok(()) => "scanned".to_owned(),
+                Err(error) => format!("error: {error}"),
+            },
             (["close"], _) => {
                 link = None;
                 "closed".to_owned()
@@ -91,6 +97,30 @@ async fn read(open: &str, time: Duration) -> Result<String, String> {
     let (first, last) = (nm.first().copied().unwrap_or(0.0), nm.last().copied().unwrap_or(0.0));
     let serial = instrument.identity().serial.clone().unwrap_or_default();
     Ok(format!("{serial} {first:.3} {last:.3} {:?}", spectrum.counts))
+}
+
+/// Scans as the command does, in a thread of its own: it makes its own runtime.
+fn scan(station: &str, plan: &str, run: &str) -> Result<(), String> {
+    std::thread::scope(|scope| {
+        let scan = scope.spawn(|| {
+            let target = isolux_app::scan::Target::New(run.into());
+            let (force, operator) = (None, None);
+            isolux_app::scan::run(
+                station.into(),
+                plan.into(),
+                target,
+                force,
+                operator,
+                &Control::default(),
+                &Silent,
+            )
+        });
+        match scan.join() {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(failure)) => Err(failure.to_string().replace('\n', " ")),
+            Err(_) => Err("panicked".to_owned()),
+        }
+    })
 }
 
 async fn receive(link: &mut Box<dyn Link>, milliseconds: u64) -> String {

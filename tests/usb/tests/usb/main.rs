@@ -3,4 +3,5 @@
 mod bridge;
 mod instruments;
 mod libusb;
+mod scan;
 mod seabreeze;

@@ -1,0 +1,106 @@
+//! Whole scans whose spectroradiometer is on USB and whose other instruments are on TCP.
+
+use std::path::Path;
+
+use camino::Utf8Path;
+use isolux_app::control::Control;
+use isolux_app::progress::Silent;
+use isolux_app::scan::Target;
+use isolux_darkroom::document::Instrument;
+use isolux_darkroom::{Darkroom, Room};
+use isolux_record::Run;
+use isolux_record::spectra::DarkSubtraction;
+use isolux_virtual::outlet::{Offer, offer};
+use isolux_virtual::twins::Choice;
+use isolux_virtual::{VirtualRoom, station};
+
+use crate::bridge::{Below, bridge};
+
+/// A room without flaws whose axes and meter are quick.
+const FAST: &str = "[bench]\ndistance_mm = 2000.0\n[flaws]\nonly = true\n[luxmeter]\nintegration_s = 0.02\n[axis.c]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n\
+                    [axis.gamma]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n";
+
+const PLAN: &str = "format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_range = [0, 0, 90]\ngamma_range = [-15, 15, 15]\n\
+                    [[block]]\nname = \"spectrum\"\nkind = \"lit\"\ninstrument = \"spectroradiometer\"\nrepeats = 2\nc_deg = 0\ngamma_deg = 0\n";
+
+/// Irradiance of the first spectrum of a run from 430 nm to 670 nm, pixel by pixel.
+fn irradiance(run: &Run) -> Vec<(f64, f64)> {
+    let calibration = run.header.spectral.as_ref().unwrap();
+    let spectrum = run.spectra[0]
+        .irradiance(calibration, DarkSubtraction::Spectrum)
+        .unwrap();
+    let pixels = run.spectra[0].pixels.iter().zip(spectrum.irradiance_w_m2_nm);
+    pixels
+        .filter(|(pixel, _)| (430.0..670.0).contains(&pixel.wavelength_nm))
+        .map(|(pixel, value)| (pixel.wavelength_nm, value.expect("not saturated")))
+        .collect()
+}
+
+/// The spectrum that `driver` reads in a scan: over USB below the bridge, or over TCP.
+async fn scanned(driver: &str, bridge: Option<&Path>) -> Vec<(f64, f64)> {
+    let (document, mut choice) = (Darkroom::parse(FAST).unwrap(), Choice::default());
+    choice.choose(Instrument::Spectroradiometer, driver).unwrap();
+    let room = VirtualRoom::open_with(document.clone(), &choice);
+    let mut on_tcp: Vec<Instrument> = room.instruments().collect();
+    let on_usb = isolux_virtual::usb::offer(&room, Instrument::Spectroradiometer, 0);
+    let (outlet, port, _usb) = on_usb.await.unwrap().unwrap();
+    if bridge.is_some() {
+        on_tcp.retain(|&instrument| instrument != Instrument::Spectroradiometer);
+    }
+    let (mut outlets, _tcp) = offer(&room, &on_tcp, Offer::Tcp { port: 0 }).await.unwrap();
+    if bridge.is_some() {
+        outlets.push(outlet);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = Utf8Path::from_path(folder.path()).unwrap();
+    let text = station::station(&document, &outlets);
+    let stable = "\n[lamp.stable]\nleast_s = 0.5\nwindow_s = 0.5\nspread_rel = 0.05\n\n[shutter]";
+    std::fs::write(folder.join("station.toml"), text.replacen("\n[shutter]", stable, 1)).unwrap();
+    if let Some(calibration) = station::calibration(&Room::new(document), &outlets) {
+        std::fs::write(folder.join(station::CALIBRATION_FILE), calibration).unwrap();
+    }
+    std::fs::write(folder.join("plan.toml"), PLAN).unwrap();
+    let [station, plan, run] = ["station.toml", "plan.toml", "run"].map(|name| folder.join(name));
+    if let Some(bridge) = bridge {
+        let answer = Below::start(bridge, port)
+            .ask(&format!("scan {station} {plan} {run}"))
+            .await;
+        assert_eq!(answer, "scanned", "{text}");
+    } else {
+        let run = run.clone();
+        let scan = move || {
+            isolux_app::scan::run(
+                &station,
+                &plan,
+                Target::New(&run),
+                None,
+                None,
+                &Control::default(),
+                &Silent,
+            )
+        };
+        tokio::task::spawn_blocking(scan).await.unwrap().unwrap();
+    }
+    irradiance(&Run::read(&run).unwrap())
+}
+
+async fn agree(driver: &str) {
+    let Some(bridge) = bridge() else { return };
+    let (usb, tcp) = tokio::join!(scanned(driver, Some(&bridge)), scanned(driver, None));
+    assert!(usb.len() > 200, "{} pixels", usb.len());
+    let peak = tcp.iter().fold(0.0, |peak: f64, point| peak.max(point.1));
+    for (usb, tcp) in usb.iter().zip(&tcp) {
+        // The lamp's first minutes and the detector's noise.
+        assert!(
+            usb.0 == tcp.0 && (usb.1 - tcp.1).abs() < 0.03 * peak,
+            "{driver}: {usb:?} {tcp:?}"
+        );
+    }
+}
+
+// One after the other: below the bridge both are the first device of the first bus, and one process may own that.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_scan_with_the_spectrometer_on_usb_reads_what_it_reads_over_tcp() {
+    agree("ocean-ooi").await;
+    agree("ocean-obp").await;
+}
