@@ -144,9 +144,17 @@ fn encode(parsed: &mut Parsed<Content>, target: &Utf8Path, wishes: &Wishes) -> R
     }
 }
 
+/// What files can be written, for people.
+pub fn targets() -> String {
+    let (distributions, spectra) = (
+        isolux_formats::distribution_targets(),
+        isolux_formats::spectrum_targets(),
+    );
+    format!("{distributions} for a distribution, {spectra} for a spectrum")
+}
+
 fn unwritable(what: &str, target: &Utf8Path) -> Finding {
-    Finding::error("convert-target", format!("{what} cannot be written as {target}"))
-        .fix("distributions go to .ldt, .ies, .xml and .json, spectra to .spdx, .spd, .sp, .spectrum, .csv and .json")
+    Finding::error("convert-target", format!("{what} cannot be written as {target}")).fix(targets())
 }
 
 fn encode_spectrum(

@@ -11,3 +11,13 @@ pub enum Content {
     /// A spectrum.
     Spectrum(Box<SpectrumFile>),
 }
+
+impl Content {
+    pub(crate) fn distribution(read: Distribution) -> Self {
+        Self::Distribution(Box::new(read))
+    }
+
+    pub(crate) fn spectrum(read: SpectrumFile) -> Self {
+        Self::Spectrum(Box::new(read))
+    }
+}

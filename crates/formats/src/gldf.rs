@@ -3,11 +3,22 @@
 use std::io::{Cursor, Read};
 
 use crate::content::Content;
+use crate::file_format::{FileFormat, Found, Source};
 use crate::finding::{Finding, Findings};
 use crate::parsed::{Format, LARGEST_FILE, Parsed};
 use crate::spectral::embedded;
 use crate::text::Text;
 use crate::xml;
+
+pub(crate) const FORMAT: FileFormat = FileFormat {
+    format: Format::GLDF,
+    title: "GLDF",
+    extensions: &["gldf"],
+    detect: |source| looks_like(source.bytes),
+    read,
+    write_distribution: None,
+    write_spectrum: None,
+};
 
 /// More entries than this are no product description.
 const MOST_ENTRIES: usize = 10_000;
@@ -27,16 +38,13 @@ pub(crate) fn is_workbook(bytes: &[u8]) -> bool {
 }
 
 fn refused(finding: Finding) -> Vec<Parsed<Content>> {
-    vec![Parsed::refused(Some(Format::Gldf), None, finding.into())]
+    vec![Parsed::refused(Some(Format::GLDF), None, finding.into())]
 }
 
-/// Reads one of the files inside, from its bytes and name.
-type ReadInner<'r> = &'r dyn Fn(&[u8], &str) -> Vec<Parsed<Content>>;
-
 /// One entry a photometry (`ldc/`) or spectrum (`spectrum/`, or listed in the product) inside; their own formats and
-/// findings. `read_inner` reads one of them from its bytes and name.
-pub(crate) fn read(bytes: &[u8], read_inner: ReadInner<'_>) -> Vec<Parsed<Content>> {
-    let mut archive = match zip::ZipArchive::new(Cursor::new(bytes)) {
+/// findings.
+fn read(source: &Source<'_>) -> Found {
+    let mut archive = match zip::ZipArchive::new(Cursor::new(source.bytes)) {
         Ok(archive) => archive,
         Err(error) => {
             return refused(
@@ -116,7 +124,7 @@ pub(crate) fn read(bytes: &[u8], read_inner: ReadInner<'_>) -> Vec<Parsed<Conten
             addresses += links;
             continue;
         }
-        for mut parsed in read_inner(&inner, &name) {
+        for mut parsed in (source.read_inner)(&inner, &name, source.options) {
             parsed.inner = Some(name.clone());
             found.push(parsed);
         }
@@ -167,6 +175,7 @@ mod tests {
     use std::io::Write;
 
     use super::*;
+    use crate::options::ReadOptions;
 
     fn container(product: &str) -> Vec<u8> {
         let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
@@ -174,6 +183,17 @@ mod tests {
             .unwrap();
         zip.write_all(product.as_bytes()).unwrap();
         zip.finish().unwrap().into_inner()
+    }
+
+    fn inside(bytes: &[u8]) -> Found {
+        let alone = |_: &str| Err("alone".to_owned());
+        read(&Source::new(
+            bytes,
+            "a.gldf",
+            ReadOptions::default(),
+            &alone,
+            |_, _, _| Vec::new(),
+        ))
     }
 
     #[test]
@@ -190,7 +210,7 @@ mod tests {
             })
             .collect();
         let product = ["<Root><Spectrum id=\"s\">\n", &rows, "</Spectrum></Root>"].concat();
-        let found = read(&container(&product), &|_, _| Vec::new());
+        let found = inside(&container(&product));
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].inner.as_deref(), Some("product.xml#s"));
         let Some(Content::Spectrum(file)) = &found[0].document else {
@@ -198,7 +218,7 @@ mod tests {
         };
         assert_eq!((file.wavelength_nm[8], file.value[8]), (700.0, 0.5));
         let damaged = product.replacen(">0.5<", ">O.5<", 1);
-        let found = read(&container(&damaged), &|_, _| Vec::new());
+        let found = inside(&container(&damaged));
         assert!(found[0].document.is_none());
         assert_eq!(
             (found[0].findings[0].code, found[0].findings[0].line),
@@ -206,7 +226,7 @@ mod tests {
         );
 
         let linked = "<Root><File id=\"a\" type=\"url\">https://example.org/a.ldt</File></Root>";
-        let found = read(&container(linked), &|_, _| Vec::new());
+        let found = inside(&container(linked));
         assert_eq!(found[0].findings[0].code, "gldf-empty");
         assert!(found[0].findings[0].message.ends_with("not fetched: 1"));
     }

@@ -5,33 +5,39 @@
 //! replaced. [`read_any`] recognises a format by its content, then by its name.
 
 mod content;
-mod describe;
 pub mod distribution;
 mod edit;
 pub mod eulumdat;
+mod file_format;
 pub mod finding;
+mod formats;
 mod gldf;
 pub mod ies;
+mod json;
+mod lost;
 mod number;
+mod options;
 mod parsed;
 mod plausible;
 mod quantities;
-mod registry;
 mod rotational;
 pub mod spectral;
 pub mod text;
 pub mod tm25;
 pub mod tm33;
 mod unfinished;
-mod write;
 mod xml;
 
 pub use content::Content;
 pub use distribution::Distribution;
 pub use edit::Edit;
+pub use file_format::FileFormat;
 pub use finding::{Also, Finding, Findings, Place, Severity};
+pub use formats::{
+    distribution_targets, formats, read_any, read_any_beside, read_any_with, spectrum_targets, write_distribution,
+    write_spectrum,
+};
 pub use isolux_photometry::Symmetry;
 pub use number::significant;
-pub use parsed::{Beside, Format, Kind, LARGEST_FILE, Opened, Parsed, ReadOptions, Written};
-pub use registry::{read_any, read_any_beside, read_any_with, write_distribution, write_spectrum};
-pub use write::WriteOptions;
+pub use options::{Beside, Opened, ReadOptions, WriteOptions};
+pub use parsed::{Format, Kind, LARGEST_FILE, Parsed, Written};

@@ -143,6 +143,16 @@ fn trimmed(text: String) -> String {
     }
 }
 
+/// The number at the beginning of a text such as "4000 K" or "80-89", if it stands there alone.
+pub(crate) fn decimal(text: &str) -> Option<String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| c.is_alphabetic() || c == ' ');
+    read(digits)
+        .ok()
+        .filter(|number| number.value > 0.0)
+        .map(|number| plain(number.value))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

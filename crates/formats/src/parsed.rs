@@ -1,4 +1,4 @@
-//! What every reader takes and gives: options, the file's format and kind, its content with findings.
+//! What readers and writers give: the file's format and kind, its content or bytes, findings.
 
 use serde::Serialize;
 
@@ -7,36 +7,39 @@ use crate::finding::{Finding, Findings};
 /// Files above this are refused: the finest goniophotometer grid fits several times, an accident does not.
 pub const LARGEST_FILE: usize = 64 * 1024 * 1024;
 
-/// A file format, named as `inspect --json` names it.
+/// A file format, by the name that `inspect --json` gives it. The rows of [`formats`](crate::formats()) say the rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Format {
+#[serde(transparent)]
+pub struct Format(pub(crate) &'static str);
+
+/// Formats that other code names. A format that only the table knows names itself in its own module.
+impl Format {
     /// EULUMDAT, `.ldt`.
-    Eulumdat,
+    pub const EULUMDAT: Self = Self("eulumdat");
     /// IES LM-63 of any edition.
-    Ies,
+    pub const IES: Self = Self("ies");
     /// TM-33 / ATLA S001.
-    Tm33,
+    pub const TM33: Self = Self("tm33");
     /// GLDF container.
-    Gldf,
+    pub const GLDF: Self = Self("gldf");
     /// TM-27 spectrum.
-    Spdx,
+    pub const SPDX: Self = Self("spdx");
     /// Pairs of wavelength and value.
-    Spd,
+    pub const SPD: Self = Self("spd");
     /// CGATS spectrum.
-    Sp,
+    pub const SP: Self = Self("sp");
     /// JCAMP-DX spectrum.
-    Jcamp,
+    pub const JCAMP: Self = Self("jcamp");
     /// Macam spectroradiometers.
-    Macam,
+    pub const MACAM: Self = Self("macam");
     /// Speos spectrum.
-    Spectrum,
+    pub const SPECTRUM: Self = Self("spectrum");
     /// Comma-separated values, a distribution or a spectrum.
-    Csv,
+    pub const CSV: Self = Self("csv");
     /// The JSON that `convert` writes.
-    Json,
+    pub const JSON: Self = Self("json");
     /// TM-25 rays; they are no photometry and are read elsewhere.
-    Tm25,
+    pub const TM25: Self = Self("tm25");
 }
 
 /// What a file describes.
@@ -100,29 +103,6 @@ impl<T> Parsed<T> {
         }
     }
 }
-
-/// What a person may decide for a reader.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct ReadOptions {
-    /// A table is a spectrum: the columns, counted from 1, of its wavelengths and of its values.
-    pub columns: Option<[usize; 2]>,
-    /// EULUMDAT symmetry 3 stored with C90 first, against the format's description.
-    pub isym3_c90_first: bool,
-    /// IES 1995 and 2002: multiply by the field that these editions keep for future use.
-    pub apply_future_use: bool,
-}
-
-/// Another file that the file names, opened.
-#[derive(Debug, Clone)]
-pub struct Opened {
-    /// Where it was found, as a person would name it.
-    pub path: String,
-    /// Its bytes.
-    pub bytes: Vec<u8>,
-}
-
-/// Opens a file by the name that stands in the one that is read, or says why not. Readers do no input of their own.
-pub type Beside<'b> = &'b dyn Fn(&str) -> Result<Opened, String>;
 
 /// A file's bytes, and what the format could not hold of what was to be written.
 #[derive(Debug, Clone)]

@@ -91,5 +91,5 @@ pub fn read(bytes: &[u8]) -> Parsed<Distribution> {
             Err(error) => findings.push(Finding::error("distribution-invalid", error.to_string())),
         }
     }
-    Parsed::new(Format::Csv, Kind::Distribution, document, findings)
+    Parsed::new(Format::CSV, Kind::Distribution, document, findings)
 }

@@ -15,8 +15,9 @@ pub(crate) struct Element {
     /// Text directly inside, trimmed.
     pub text: String,
     pub children: Vec<Element>,
-    /// One-based line of its start tag.
+    /// One-based line and column, in characters, of its start tag.
     pub line: usize,
+    pub column: usize,
 }
 
 impl Element {
@@ -54,33 +55,32 @@ pub(crate) fn parse(text: &str) -> Result<Element, Malformed> {
     let mut reader = Reader::from_str(text);
     let mut lines = Lines {
         text: text.as_bytes(),
-        at: 0,
+        passed: 0,
         line: 1,
+        column: 1,
     };
     let mut open: Vec<Element> = Vec::new();
     let mut root = None;
     loop {
-        let line = lines.line(reader.buffer_position() as usize);
+        let at = lines.at(reader.buffer_position() as usize);
         let malformed = |line: usize, reason: String| Malformed { line, reason };
         let event = match reader.read_event() {
             Ok(event) => event,
             Err(error) => {
-                return Err(malformed(
-                    lines.line(reader.error_position() as usize),
-                    error.to_string(),
-                ));
+                let (line, _) = lines.at(reader.error_position() as usize);
+                return Err(malformed(line, error.to_string()));
             }
         };
         match event {
             Event::Start(start) => {
                 if open.len() >= DEEPEST || root.is_some() {
-                    return Err(malformed(line, "too deep or more than one root element".into()));
+                    return Err(malformed(at.0, "too deep or more than one root element".into()));
                 }
-                let line = lines.line((reader.buffer_position() as usize).saturating_sub(start.len() + 2));
-                open.push(element(&start, line).map_err(|reason| malformed(line, reason))?);
+                let at = lines.at((reader.buffer_position() as usize).saturating_sub(start.len() + 2));
+                open.push(element(&start, at).map_err(|reason| malformed(at.0, reason))?);
             }
             Event::Empty(start) => {
-                let made = element(&start, line).map_err(|reason| malformed(line, reason))?;
+                let made = element(&start, at).map_err(|reason| malformed(at.0, reason))?;
                 match open.last_mut() {
                     Some(parent) => parent.children.push(made),
                     None => root = Some(made),
@@ -88,7 +88,7 @@ pub(crate) fn parse(text: &str) -> Result<Element, Malformed> {
             }
             Event::End(_) => {
                 let Some(mut done) = open.pop() else {
-                    return Err(malformed(line, "an end tag too many".into()));
+                    return Err(malformed(at.0, "an end tag too many".into()));
                 };
                 done.text = done.text.trim().into();
                 match open.last_mut() {
@@ -99,6 +99,11 @@ pub(crate) fn parse(text: &str) -> Result<Element, Malformed> {
             Event::Text(words) => {
                 if let Some(parent) = open.last_mut() {
                     parent.text.push_str(words.as_ref());
+                } else if !words
+                    .trim_matches(|c: char| c.is_whitespace() || matches!(c, '\0' | '\u{1a}'))
+                    .is_empty()
+                {
+                    return Err(malformed(at.0, "text stands outside the root element".into()));
                 }
             }
             Event::CData(words) => {
@@ -129,7 +134,7 @@ pub(crate) fn parse(text: &str) -> Result<Element, Malformed> {
         }
     }
     if let Some(unclosed) = open.last() {
-        let line = lines.line(text.len());
+        let line = text.trim_end().matches('\n').count() + 1;
         return Err(Malformed {
             line,
             reason: format!("the document ends inside <{}>", unclosed.name),
@@ -141,7 +146,7 @@ pub(crate) fn parse(text: &str) -> Result<Element, Malformed> {
     })
 }
 
-fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
+fn element(start: &BytesStart<'_>, (line, column): (usize, usize)) -> Result<Element, String> {
     let name = start.local_name().as_ref().to_owned();
     let mut attributes = Vec::new();
     for attribute in start.attributes() {
@@ -155,25 +160,32 @@ fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
         text: String::new(),
         children: Vec::new(),
         line,
+        column,
     })
 }
 
 /// Counts lines forwards only, so that the whole document is walked once.
 struct Lines<'t> {
     text: &'t [u8],
-    at: usize,
+    passed: usize,
     line: usize,
+    column: usize,
 }
 
 impl Lines<'_> {
-    fn line(&mut self, position: usize) -> usize {
+    /// One-based line and column, in characters, of a byte.
+    fn at(&mut self, position: usize) -> (usize, usize) {
         let position = position.min(self.text.len());
-        if position > self.at {
-            let passed = self.text[self.at..position].iter();
-            self.line += passed.map(|&byte| usize::from(byte == b'\n')).sum::<usize>();
-            self.at = position;
+        for &byte in self.text.get(self.passed..position).unwrap_or_default() {
+            if byte == b'\n' {
+                (self.line, self.column) = (self.line + 1, 1);
+            } else {
+                // Bytes of UTF-8 that continue a character begin with 10.
+                self.column += usize::from(byte & 0xC0 != 0x80);
+            }
         }
-        self.line
+        self.passed = self.passed.max(position);
+        (self.line, self.column)
     }
 }
 

@@ -207,41 +207,41 @@ fn what_a_format_cannot_say_of_an_opening_is_listed() {
         let lost = lost(&ies_lamp(opening), target);
         assert!(lost.iter().any(|lost| lost.contains(text)), "{opening}: {lost:?}");
     };
-    says("-0.2 -0.4 0", Format::Eulumdat, "elliptical; written as a rectangle");
+    says("-0.2 -0.4 0", Format::EULUMDAT, "elliptical; written as a rectangle");
     says(
         "-0.2 -0.2 -0.2",
-        Format::Eulumdat,
+        Format::EULUMDAT,
         "sphere; written as an upright cylinder",
     );
-    says("-0.04 1.2 -0.04", Format::Eulumdat, "written as a box");
-    says("0 1.2 0", Format::Eulumdat, "no area");
-    says("0 1.2 0", Format::Tm33, "no area");
-    says("0.2 0.4 0.1", Format::Tm33, "height of the luminous opening, 100 mm");
-    says("-0.2 -0.2 0.1", Format::Tm33, "height of the luminous opening, 100 mm");
-    says("-0.2 -0.2 -0.2", Format::Tm33, "shape and height");
+    says("-0.04 1.2 -0.04", Format::EULUMDAT, "written as a box");
+    says("0 1.2 0", Format::EULUMDAT, "no area");
+    says("0 1.2 0", Format::TM33, "no area");
+    says("0.2 0.4 0.1", Format::TM33, "height of the luminous opening, 100 mm");
+    says("-0.2 -0.2 0.1", Format::TM33, "height of the luminous opening, 100 mm");
+    says("-0.2 -0.2 -0.2", Format::TM33, "shape and height");
     for opening in ["0.2 0.4 0.1", "-0.2 -0.2 0.1", "-0.2 -0.2 0", "0 0 0"] {
         assert_eq!(
-            lost(&ies_lamp(opening), Format::Eulumdat),
+            lost(&ies_lamp(opening), Format::EULUMDAT),
             Vec::<String>::new(),
             "{opening}"
         );
     }
     for opening in ["0.2 0.4 0", "-0.2 -0.4 0", "-0.2 -0.2 0"] {
         assert_eq!(
-            lost(&ies_lamp(opening), Format::Tm33),
+            lost(&ies_lamp(opening), Format::TM33),
             Vec::<String>::new(),
             "{opening}"
         );
     }
     for opening in ["-0.2 -0.4 0", "0 1.2 0", "-0.2 -0.2 -0.2", "0.2 0.4 0.1"] {
-        assert_eq!(lost(&ies_lamp(opening), Format::Ies), Vec::<String>::new(), "{opening}");
+        assert_eq!(lost(&ies_lamp(opening), Format::IES), Vec::<String>::new(), "{opening}");
     }
-    let uneven = lost(&ldt_lamp([1200.0, 100.0, 50.0, 20.0, 50.0, 20.0]), Format::Ies);
+    let uneven = lost(&ldt_lamp([1200.0, 100.0, 50.0, 20.0, 50.0, 20.0]), Format::IES);
     assert!(
         uneven.iter().any(|lost| lost.contains("the largest, 50 mm")),
         "{uneven:?}"
     );
-    let even = lost(&ldt_lamp([1200.0, 100.0, 50.0, 50.0, 50.0, 50.0]), Format::Ies);
+    let even = lost(&ldt_lamp([1200.0, 100.0, 50.0, 50.0, 50.0, 50.0]), Format::IES);
     assert!(!even.iter().any(|lost| lost.contains("heights")), "{even:?}");
 }
 
@@ -252,11 +252,11 @@ fn a_generation_type_is_lost_in_an_edition_without_one() {
         read(text.replace("\n1 1 40", &format!("\n1 {code} 40")).as_bytes(), "x.ies")
     };
     let accredited = of("1.10000");
-    assert_eq!(lost(&accredited, Format::Ies), ["file_generation_type"]);
-    let kept = accredited.without_field(Format::Ies, ies::Edition::E2019);
+    assert_eq!(lost(&accredited, Format::IES), ["file_generation_type"]);
+    let kept = accredited.without_field(Format::IES, ies::Edition::E2019);
     assert_eq!(kept, Vec::<String>::new());
     assert_eq!(
-        lost(&of("1.00001"), Format::Ies),
+        lost(&of("1.00001"), Format::IES),
         Vec::<String>::new(),
         "undefined says nothing"
     );

@@ -164,7 +164,7 @@ fn a_luminaire_may_be_called_as_a_line_of_another_format() {
     let mut lines: Vec<String> = String::from_utf8(bytes).unwrap().lines().map(str::to_owned).collect();
     lines[8] = "TILT=INCLUDE, the lamp".to_owned();
     let parsed = read_any(lines.join("\r\n").as_bytes(), "x.ldt").remove(0);
-    assert_eq!(parsed.format, Some(isolux_formats::Format::Eulumdat));
+    assert_eq!(parsed.format, Some(isolux_formats::Format::EULUMDAT));
     assert!(parsed.document.is_some());
 }
 

@@ -294,7 +294,7 @@ fn damage_is_told_at_its_line() {
     refused(
         &whole[..whole.find("</SpectralDistribution>").unwrap()],
         "x.spdx",
-        "spdx-end",
+        "spdx-xml",
         5,
     );
     refused("<?xml version=\"1.0\"?>\n<item></item>\n", "x.spdx", "spdx-root", 2);
@@ -676,12 +676,12 @@ fn a_photometric_file_is_no_spectrum() {
 }
 
 const WRITTEN: [(Format, &str); 6] = [
-    (Format::Spdx, "x.spdx"),
-    (Format::Spd, "x.spd"),
-    (Format::Sp, "x.sp"),
-    (Format::Spectrum, "x.spectrum"),
-    (Format::Csv, "x.csv"),
-    (Format::Json, "x.json"),
+    (Format::SPDX, "x.spdx"),
+    (Format::SPD, "x.spd"),
+    (Format::SP, "x.sp"),
+    (Format::SPECTRUM, "x.spectrum"),
+    (Format::CSV, "x.csv"),
+    (Format::JSON, "x.json"),
 ];
 
 proptest! {

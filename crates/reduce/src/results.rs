@@ -223,7 +223,7 @@ fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Result
         .insert("DocumentCreator".to_owned(), text(program.to_owned()));
     let day = run.header.started_utc.chars().take(10).collect();
     file.header.insert("ReportDate".to_owned(), text(day));
-    [("luminaire.spdx", Format::Spdx), ("luminaire.spd", Format::Spd)]
+    [("luminaire.spdx", Format::SPDX), ("luminaire.spd", Format::SPD)]
         .into_iter()
         .filter_map(|(name, format)| {
             Some(ResultFile {

@@ -1,54 +1,24 @@
 //! Every reader of a file that a person or another program may have written.
 
+use std::path::PathBuf;
+
 use camino::Utf8Path;
 use glam::DVec3;
 use isolux_darkroom::Darkroom;
 use isolux_formats::tm25::{Ray, RaySet, Reader};
-use isolux_formats::{ReadOptions, read_any_with};
+use isolux_formats::{Content, ReadOptions, WriteOptions, formats, read_any_with, write_distribution, write_spectrum};
 use isolux_model::{Model, Scene};
 use isolux_record::spectra::{Pixel, SpectralCalibration, SpectrumRecord, parse_calibration};
 use isolux_record::{Plan, ReadingKind, Station, readings};
 
 use crate::Target;
 
-macro_rules! good {
-    ($name:literal) => {
-        include_bytes!(concat!("../../../crates/formats/tests/good/", $name)).to_vec()
-    };
-}
-
-macro_rules! golden {
-    ($name:literal) => {
-        include_bytes!(concat!("../../../crates/formats/tests/golden/", $name)).to_vec()
-    };
-}
-
 /// Every reader.
 pub const TARGETS: &[Target] = &[
     Target {
-        name: "eulumdat",
-        run: |data| photometric(data, "a.ldt"),
-        seeds: || vec![good!("isym0.ldt"), good!("isym4.ldt")],
-    },
-    Target {
-        name: "ies",
-        run: |data| photometric(data, "a.ies"),
-        seeds: || vec![good!("full.ies"), good!("quadrant.ies")],
-    },
-    Target {
-        name: "xml",
-        run: |data| photometric(data, "a.xml"),
-        seeds: || vec![golden!("atla.xml"), golden!("multiplier.xml")],
-    },
-    Target {
-        name: "spectral_table",
-        run: |data| photometric(data, "a.csv"),
-        seeds: || vec![golden!("exponent-spectrum.csv"), golden!("letter.csv")],
-    },
-    Target {
-        name: "any_file",
-        run: |data| photometric(data, "a"),
-        seeds: || vec![good!("isym1.ldt"), good!("rotational.ies"), golden!("atla.xml")],
+        name: "photometric_file",
+        run: photometric,
+        seeds: photometric_files,
     },
     Target {
         name: "station",
@@ -133,12 +103,53 @@ open = "zaber:/dev/ttyUSB0?do=1"
 diameter_mm = 70.0
 "#;
 
-fn photometric(data: &[u8], name: &str) {
-    for parsed in read_any_with(data, name, ReadOptions::default()) {
+/// The first byte chooses the format whose name the file has, the others are the file.
+fn photometric(data: &[u8]) {
+    let Some((&first, bytes)) = data.split_first() else {
+        return;
+    };
+    let extensions: Vec<&str> = formats().filter_map(|row| row.extensions.first().copied()).collect();
+    let name = format!("a.{}", extensions[usize::from(first) % extensions.len()]);
+    for parsed in read_any_with(bytes, &name, ReadOptions::default()) {
         for finding in &parsed.findings {
             assert!(!finding.message.is_empty(), "a finding without words");
         }
     }
+}
+
+/// The good files of the formats' own tests, and what each format writes.
+fn photometric_files() -> Vec<Vec<u8>> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/formats/tests/good");
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder)
+        .expect("the formats' good files")
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    paths.sort();
+    let extensions: Vec<&str> = formats().filter_map(|row| row.extensions.first().copied()).collect();
+    let seed = |extension: &str, bytes: Vec<u8>| {
+        let place = extensions.iter().position(|known| *known == extension).unwrap_or(0);
+        [vec![place as u8], bytes].concat()
+    };
+    let mut seeds = Vec::new();
+    for path in paths {
+        let bytes = std::fs::read(&path).expect("a good file");
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+        for parsed in read_any_with(&bytes, &name, ReadOptions::default()) {
+            for row in formats().filter(|_| name == "rotational.ies" || name == "spectrum.csv") {
+                let written = match &parsed.document {
+                    Some(Content::Distribution(light)) => {
+                        write_distribution(light, row.format, &WriteOptions::default()).and_then(Result::ok)
+                    }
+                    Some(Content::Spectrum(spectrum)) => write_spectrum(spectrum, row.format),
+                    None => None,
+                };
+                seeds.extend(written.map(|written| seed(row.extensions.first().unwrap_or(&""), written.bytes)));
+            }
+        }
+        seeds.push(seed(&extension, bytes));
+    }
+    seeds
 }
 
 fn tm25(data: &[u8]) {

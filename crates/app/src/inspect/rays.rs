@@ -13,15 +13,15 @@ use super::source::Source;
 
 /// Whether this is a ray file: by content, and by name where the content is damaged.
 pub(super) fn are_in(path: &Utf8Path, source: &Source) -> bool {
-    let named = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("tm25ray"));
-    named || source.begins_with(b"TM25")
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    Format::of_extension(&extension) == Some(Format::TM25) || source.begins_with(b"TM25")
 }
 
 /// Looks at a ray file.
 pub(super) fn inspection(path: &Utf8Path, source: Source) -> Inspection {
     let mut inspection = Inspection {
         file: path.to_string(),
-        format: Some(Format::Tm25),
+        format: Some(Format::TM25),
         kind: Some(Kind::Rays),
         readable: false,
         findings: Vec::new(),

@@ -19,7 +19,7 @@ Exit 1 when the source has an error but could be written, 2 when nothing was wri
 pub struct Convert {
     /// The file to read.
     source: Utf8PathBuf,
-    /// The file to write: .ldt .ies .xml .json, or .spdx .spd .sp .spectrum .csv .json for a spectrum.
+    #[arg(help = format!("The file to write: {}", convert::targets()))]
     target: Utf8PathBuf,
     /// Print the findings as `inspect --json` does.
     #[arg(long)]

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::distribution::{Distribution, Luminaire};
-use crate::eulumdat;
+use crate::eulumdat::document::Header;
 use crate::finding::Finding;
 use crate::number;
 
@@ -95,10 +95,10 @@ const KEYWORDS: [(&str, &str); 7] = [
 /// The text of that name in the description, and in the header of EULUMDAT where it has a line for it.
 fn texts<'d>(
     luminaire: &'d mut Luminaire,
-    header: Option<&'d mut eulumdat::Header>,
+    header: Option<&'d mut Header>,
     name: &str,
 ) -> Option<(&'d mut String, Option<&'d mut String>)> {
-    let set = |header: &'d mut eulumdat::Header| header.lamp_sets.first_mut();
+    let set = |header: &'d mut Header| header.lamp_sets.first_mut();
     Some(match name {
         "manufacturer" => (&mut luminaire.manufacturer, header.map(|header| &mut header.company)),
         "name" => (&mut luminaire.name, header.map(|header| &mut header.name)),
@@ -117,11 +117,7 @@ fn texts<'d>(
 }
 
 /// The numbers of that name in the description and in the header of EULUMDAT.
-fn numbers<'d>(
-    luminaire: &'d mut Luminaire,
-    header: Option<&'d mut eulumdat::Header>,
-    name: &str,
-) -> Vec<&'d mut Option<f64>> {
+fn numbers<'d>(luminaire: &'d mut Luminaire, header: Option<&'d mut Header>, name: &str) -> Vec<&'d mut Option<f64>> {
     let (own, of_header) = match name {
         "watts" => (
             &mut luminaire.watts,

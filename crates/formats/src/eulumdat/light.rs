@@ -8,7 +8,7 @@ use super::{expand, header};
 use crate::distribution::{Distribution, Luminaire};
 use crate::finding::{Finding, Findings};
 use crate::number;
-use crate::parsed::ReadOptions;
+use crate::options::ReadOptions;
 use crate::plausible::{self, Stored};
 use crate::text::Text;
 

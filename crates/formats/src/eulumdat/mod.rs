@@ -6,6 +6,7 @@
 
 pub(crate) mod document;
 mod expand;
+mod from_distribution;
 mod header;
 mod layout;
 mod light;
@@ -13,6 +14,21 @@ mod read;
 mod write;
 
 pub use document::{Document, Header, LampSet, ROOM_INDICES};
-pub(crate) use read::read_text;
 pub use read::{looks_like, read, read_document};
 pub use write::{rewrite, write, write_document};
+
+use crate::file_format::{self, FileFormat};
+use crate::parsed::Format;
+
+pub(crate) const FORMAT: FileFormat = FileFormat {
+    format: Format::EULUMDAT,
+    title: "EULUMDAT",
+    extensions: &["ldt", "eul"],
+    detect: |source| source.named(&["ldt", "eul"]) || looks_like(source.head()),
+    read: |source| {
+        let (text, findings) = source.decoded();
+        file_format::distribution(read::read_text(text, findings, source.options))
+    },
+    write_distribution: Some(from_distribution::encode),
+    write_spectrum: None,
+};

@@ -6,7 +6,8 @@ use super::light::{Places, distribution};
 use crate::distribution::Distribution;
 use crate::finding::{Finding, Findings};
 use crate::number::{self, NotANumber};
-use crate::parsed::{Format, Kind, Parsed, ReadOptions};
+use crate::options::ReadOptions;
+use crate::parsed::{Format, Kind, Parsed};
 use crate::text::Text;
 use crate::unfinished::unfinished_line;
 
@@ -34,7 +35,7 @@ pub(crate) fn read_text(text: &Text<'_>, mut findings: Findings, options: ReadOp
     unfinished_line(text, &mut findings);
     let distribution = document(text, &mut findings)
         .and_then(|(document, places)| distribution(document, &places, text, options, &mut findings));
-    Parsed::new(Format::Eulumdat, Kind::Distribution, distribution, findings)
+    Parsed::new(Format::EULUMDAT, Kind::Distribution, distribution, findings)
 }
 
 /// Reads bytes to the document that mirrors the file.
@@ -42,7 +43,7 @@ pub fn read_document(bytes: &[u8]) -> Parsed<Document> {
     let mut findings = Findings::new();
     let text = Text::decode(bytes, &mut findings);
     let document = document(&text, &mut findings).map(|(document, _)| document);
-    Parsed::new(Format::Eulumdat, Kind::Distribution, document, findings)
+    Parsed::new(Format::EULUMDAT, Kind::Distribution, document, findings)
 }
 
 fn document(text: &Text<'_>, findings: &mut Findings) -> Option<(Document, Places)> {

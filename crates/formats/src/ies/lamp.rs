@@ -4,7 +4,7 @@ use super::edition::Edition;
 use super::layout::Layout;
 use super::numbers::Reader;
 use crate::finding::Finding;
-use crate::parsed::ReadOptions;
+use crate::options::ReadOptions;
 
 /// More lamps than this are another number.
 const MOST_LAMPS: f64 = 1000.0;

@@ -7,14 +7,15 @@
 
 mod angles;
 mod detect;
-mod edition;
+pub(crate) mod edition;
+mod facts;
 mod grid;
 mod lamp;
 mod layout;
 mod native;
 mod numbers;
 mod own;
-mod photometry;
+pub(crate) mod photometry;
 mod preamble;
 mod read;
 mod scene;
@@ -24,9 +25,27 @@ mod write;
 
 pub use detect::looks_like;
 pub use edition::{Edition, GENERATION_TYPES};
+pub use facts::Facts;
 pub use own::OwnLight;
 pub use photometry::Photometry;
 pub use read::{read, read_beside};
 pub use shape::Shape;
 pub use tilt::TiltFactors;
-pub use write::{Facts, write, write_as};
+pub use write::{write, write_as};
+
+use crate::eulumdat;
+use crate::file_format::{self, FileFormat};
+use crate::parsed::Format;
+
+pub(crate) const FORMAT: FileFormat = FileFormat {
+    format: Format::IES,
+    title: "IES LM-63",
+    extensions: &["ies"],
+    detect: |source| {
+        let named = || source.extension == "ies" && !eulumdat::looks_like(source.head());
+        looks_like(source.head()) || named()
+    },
+    read: |source| file_format::distribution(read_beside(source.bytes, source.options, source.beside)),
+    write_distribution: Some(write::encode),
+    write_spectrum: None,
+};

@@ -7,7 +7,8 @@ use super::scene::Scene;
 use super::tilt::tilt_file;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, Findings};
-use crate::parsed::{Beside, Format, Kind, Parsed, ReadOptions};
+use crate::options::{Beside, ReadOptions};
+use crate::parsed::{Format, Kind, Parsed};
 use crate::plausible::{self, Stored};
 use crate::text::Text;
 use crate::unfinished::unfinished_line;
@@ -23,7 +24,7 @@ pub fn read_beside(bytes: &[u8], options: ReadOptions, beside: Beside<'_>) -> Pa
     let text = Text::decode(bytes, &mut findings);
     unfinished_line(&text, &mut findings);
     let distribution = distribution(&text, options, beside, &mut findings);
-    Parsed::new(Format::Ies, Kind::Distribution, distribution, findings)
+    Parsed::new(Format::IES, Kind::Distribution, distribution, findings)
 }
 
 fn distribution(

@@ -3,7 +3,7 @@
 use super::layout;
 use super::numbers::Reader;
 use crate::finding::{Finding, Findings, Severity};
-use crate::parsed::Beside;
+use crate::options::Beside;
 use crate::text::Text;
 
 /// A tilt table: kept, never applied.

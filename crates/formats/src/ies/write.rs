@@ -3,36 +3,53 @@
 use isolux_photometry::IntensityDistribution;
 
 use super::edition::{Edition, GENERATION_TYPES};
+use super::facts::Facts;
 use super::grid::Grid;
 use super::photometry::Photometry;
 use super::shape;
-use super::tilt::TiltFactors;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, Findings};
+use crate::lost::with_losses;
 use crate::number;
-use crate::parsed::Written;
-
-/// What an LM-63 file says beside the light.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Facts {
-    /// Keyword lines in order, without brackets: (`MANUFAC`, text). Text with line breaks continues with `[MORE]`.
-    pub keywords: Vec<(String, String)>,
-    /// Flux of all lamps in lm; none for absolute photometry (written as −1).
-    pub lamp_flux_lm: Option<f64>,
-    /// Number of lamps.
-    pub lamp_count: f64,
-    /// Luminous opening in m: width, length, height as type C has them, with the codes of 2002 for shapes.
-    pub opening_m: [f64; 3],
-    /// Input power in W.
-    pub watts: f64,
-    /// 2019: the file generation type, one of [`GENERATION_TYPES`]; undefined where none is given.
-    pub generation: Option<String>,
-    /// Written as `TILT=INCLUDE`.
-    pub tilt: Option<TiltFactors>,
-}
+use crate::options::WriteOptions;
+use crate::parsed::{Format, Written};
 
 /// Longest line of LM-63-2002, CR LF included.
 const LINE: usize = 256;
+
+pub(crate) fn encode(distribution: &Distribution, options: &WriteOptions) -> Result<Written, Finding> {
+    let edition = match options.edition.as_deref() {
+        None | Some("2002") => Edition::E2002,
+        Some("2019") => Edition::E2019,
+        Some(other) => {
+            let message = format!("LM-63 is written in editions 2002 and 2019, not {other}");
+            return Err(Finding::error("convert-edition", message));
+        }
+    };
+    let mut facts = distribution.ies_facts();
+    if let Some(asked) = &options.generation {
+        facts.generation = Some(generation(asked, edition)?);
+    }
+    let written = write_as(distribution, &facts, edition, options.photometry);
+    Ok(with_losses(written, distribution, Format::IES, edition))
+}
+
+/// A file generation type of LM-63-2019, as a person asks for it.
+fn generation(asked: &str, edition: Edition) -> Result<String, Finding> {
+    if edition < Edition::E2019 {
+        let message = "file generation types belong to LM-63-2019";
+        return Err(Finding::error("convert-generation", message).fix("add --edition 2019"));
+    }
+    let known = GENERATION_TYPES.iter().find(|(code, _)| *code == asked);
+    known.map(|&(code, _)| code.to_owned()).ok_or_else(|| {
+        let all: Vec<String> = GENERATION_TYPES
+            .iter()
+            .map(|(code, meaning)| format!("{code} ({meaning})"))
+            .collect();
+        Finding::error("convert-generation", format!("{asked} is no file generation type"))
+            .fix(format!("one of {}", all.join(", ")))
+    })
+}
 
 /// Writes a distribution in candela as type C, multiplier and factors 1. The symmetry that the intensities really have
 /// is kept where LM-63 has a class for it.

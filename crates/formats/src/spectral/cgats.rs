@@ -5,10 +5,28 @@ use serde_json::{Map, Value};
 use super::file::SpectrumFile;
 use super::point::Point;
 use super::points::Draft;
+use super::{columns, write_cgats};
+use crate::file_format::FileFormat;
 use crate::finding::{Finding, Findings};
 use crate::number;
 use crate::parsed::{Format, Kind, Parsed};
 use crate::text::Text;
+
+pub(crate) const FORMAT: FileFormat = FileFormat {
+    format: Format::SP,
+    title: "CGATS",
+    extensions: &["sp"],
+    detect: |source| !source.is_xml() && (looks_like(source.text()) || source.extension == "sp"),
+    read: |source| {
+        if looks_like(source.text()) {
+            source.spectrum(read)
+        } else {
+            columns::read(source, Format::SP)
+        }
+    },
+    write_distribution: None,
+    write_spectrum: Some(write_cgats::cgats),
+};
 
 /// Whether a CGATS data block stands in the file.
 pub(crate) fn looks_like(text: &Text<'_>) -> bool {
@@ -109,7 +127,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 .fix("the file is cut: fetch it again"),
             &mut findings,
         );
-        return Parsed::refused(Some(Format::Sp), Some(Kind::Spectrum), findings);
+        return Parsed::refused(Some(Format::SP), Some(Kind::Spectrum), findings);
     }
     if !seen_end {
         fail(
@@ -173,7 +191,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         let mut draft = pairs.draft(&data, text.encoding, whole, &mut findings);
         draft.header.extend(keywords);
         let file = draft.finish(&mut findings);
-        return Parsed::new(Format::Sp, Kind::Spectrum, file, findings);
+        return Parsed::new(Format::SP, Kind::Spectrum, file, findings);
     }
     if spectral.is_empty() || width == 0 {
         findings.push(
@@ -181,7 +199,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 .at(fields.first().map_or(1, |f| f.line), 1)
                 .fix("fields are named SPEC_380 or nm380"),
         );
-        return Parsed::refused(Some(Format::Sp), Some(Kind::Spectrum), findings);
+        return Parsed::refused(Some(Format::SP), Some(Kind::Spectrum), findings);
     }
     if !data.len().is_multiple_of(width) || data.is_empty() {
         whole = false;
@@ -306,7 +324,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
     draft.axis = Some(super::axis::AxisUnit::Nanometre);
     draft.whole = whole;
     let file = draft.finish(&mut findings);
-    Parsed::new(Format::Sp, Kind::Spectrum, file, findings)
+    Parsed::new(Format::SP, Kind::Spectrum, file, findings)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -44,5 +44,5 @@ pub(crate) fn read(spectrum: &Element) -> Option<Parsed<SpectrumFile>> {
         }
     }
     let document = draft.finish(&mut findings);
-    Some(Parsed::new(Format::Gldf, Kind::Spectrum, document, findings))
+    Some(Parsed::new(Format::GLDF, Kind::Spectrum, document, findings))
 }

@@ -6,6 +6,7 @@ use super::axis::AxisUnit;
 use super::file::SpectrumFile;
 use super::point::Point;
 use super::points::Draft;
+use crate::file_format::FileFormat;
 use crate::finding::{Finding, Findings};
 use crate::number;
 use crate::parsed::{Format, Kind, Parsed};
@@ -13,6 +14,16 @@ use crate::text::Text;
 
 /// Points beyond this are no spectrum but a forged repeat count.
 const MOST_POINTS: usize = 300_000;
+
+pub(crate) const FORMAT: FileFormat = FileFormat {
+    format: Format::JCAMP,
+    title: "JCAMP-DX",
+    extensions: &["jdx", "dx", "jcamp"],
+    detect: |source| looks_like(source.text()) || source.named(&["jdx", "dx", "jcamp"]),
+    read: |source| source.spectrum(read),
+    write_distribution: None,
+    write_spectrum: None,
+};
 
 /// Whether a labelled data record opens the file and one names JCAMP.
 pub(crate) fn looks_like(text: &Text<'_>) -> bool {
@@ -73,7 +84,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
     let spectra: Vec<&Block<'_>> = blocks.iter().filter(|block| block.form.is_some()).collect();
     let refuse = |finding: Finding, mut findings: Findings| {
         findings.push(finding.fix("export the spectrum as CSV with wavelengths in nm"));
-        Parsed::refused(Some(Format::Jcamp), Some(Kind::Spectrum), findings)
+        Parsed::refused(Some(Format::JCAMP), Some(Kind::Spectrum), findings)
     };
     let axis = spectra
         .first()
@@ -150,7 +161,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
     } else {
         draft.finish(&mut findings)
     };
-    Parsed::new(Format::Jcamp, Kind::Spectrum, file, findings)
+    Parsed::new(Format::JCAMP, Kind::Spectrum, file, findings)
 }
 
 fn blocks<'t>(text: &'t Text<'_>) -> Vec<Block<'t>> {

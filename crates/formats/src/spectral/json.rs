@@ -44,7 +44,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         Err(error) => {
             findings
                 .push(Finding::error("json-syntax", error.to_string()).at(error.line().max(1), error.column().max(1)));
-            return Parsed::refused(Some(Format::Json), Some(Kind::Spectrum), findings);
+            return Parsed::refused(Some(Format::JSON), Some(Kind::Spectrum), findings);
         }
     };
     let n = document.wavelength_nm.len();
@@ -57,7 +57,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 document.value.len()
             ),
         ));
-        return Parsed::refused(Some(Format::Json), Some(Kind::Spectrum), findings);
+        return Parsed::refused(Some(Format::JSON), Some(Kind::Spectrum), findings);
     }
     let mut draft = Draft::new(text.encoding);
     draft.points = (0..n)
@@ -83,5 +83,5 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         header: document.header,
         ..file
     });
-    Parsed::new(Format::Json, Kind::Spectrum, file, findings)
+    Parsed::new(Format::JSON, Kind::Spectrum, file, findings)
 }

@@ -4,10 +4,21 @@ use super::axis::AxisUnit;
 use super::file::SpectrumFile;
 use super::point::Point;
 use super::points::Draft;
+use crate::file_format::FileFormat;
 use crate::finding::{Finding, Findings};
 use crate::number;
 use crate::parsed::{Format, Kind, Parsed};
 use crate::text::Text;
+
+pub(crate) const FORMAT: FileFormat = FileFormat {
+    format: Format::MACAM,
+    title: "Macam",
+    extensions: &[],
+    detect: |source| !source.is_xml() && looks_like(source.text()),
+    read: |source| source.spectrum(read),
+    write_distribution: None,
+    write_spectrum: None,
+};
 
 /// Whether the text begins with lines behind `@` and goes on with one number a line.
 pub(crate) fn looks_like(text: &Text<'_>) -> bool {
@@ -75,5 +86,5 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         })
         .collect();
     let file = draft.finish(&mut findings);
-    Parsed::new(Format::Macam, Kind::Spectrum, file, findings)
+    Parsed::new(Format::MACAM, Kind::Spectrum, file, findings)
 }

@@ -2,14 +2,15 @@
 
 mod axis;
 pub(crate) mod cgats;
+mod characters;
 mod checks;
+pub(crate) mod columns;
 mod density;
 pub(crate) mod embedded;
 pub(crate) mod file;
 pub(crate) mod jcamp;
 pub(crate) mod json;
 pub(crate) mod macam;
-mod places;
 mod point;
 mod points;
 mod quantity;
@@ -19,6 +20,8 @@ pub(crate) mod speos;
 pub(crate) mod table;
 mod table_wide;
 pub(crate) mod write;
+mod write_cgats;
+mod write_tm27;
 
 pub use file::{Series, SpectrumFile};
 pub use resample::Interpolation;

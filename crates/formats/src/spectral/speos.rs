@@ -3,6 +3,7 @@
 use super::file::SpectrumFile;
 use super::point::Point;
 use super::points::Draft;
+use crate::file_format::FileFormat;
 use crate::finding::{Finding, Findings};
 use crate::number;
 use crate::parsed::{Format, Kind, Parsed};
@@ -10,6 +11,16 @@ use crate::text::{Text, column_of};
 
 /// Real files also write "fie"; the version is `v1` or `v1.0`.
 const MARK: &str = "OPTIS - Spectrum";
+
+pub(crate) const FORMAT: FileFormat = FileFormat {
+    format: Format::SPECTRUM,
+    title: "Speos",
+    extensions: &["spectrum"],
+    detect: |source| !source.is_xml() && (looks_like(source.text()) || source.extension == "spectrum"),
+    read: |source| source.spectrum(read),
+    write_distribution: None,
+    write_spectrum: Some(super::write::spectrum),
+};
 
 /// Whether the mark opens the file.
 pub(crate) fn looks_like(text: &Text<'_>) -> bool {
@@ -90,7 +101,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
     crate::unfinished::unfinished_line(text, &mut findings);
     draft.axis = Some(super::axis::AxisUnit::Nanometre);
     let file = draft.finish(&mut findings);
-    Parsed::new(Format::Spectrum, Kind::Spectrum, file, findings)
+    Parsed::new(Format::SPECTRUM, Kind::Spectrum, file, findings)
 }
 
 fn pair(line: &str) -> Result<(f64, f64, usize), Finding> {

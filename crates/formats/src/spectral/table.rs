@@ -208,7 +208,7 @@ fn tall(
     let names: Vec<&str> = heading.map_or(Vec::new(), |row| row.cells.clone());
     let names: Vec<&str> = names.iter().map(|n| bare(n)).collect();
     if asked.is_none()
-        && format == Format::Spd
+        && format == Format::SPD
         && names.is_empty()
         && width > 2
         && width.is_multiple_of(2)
@@ -239,9 +239,9 @@ fn tall(
                 .map(|_| AxisUnit::Nanometre)
         })
         // Pairs of pbrt and Mitsuba are in nm by definition.
-        .or((format != Format::Csv && !small(body, columns.wavelength)).then_some(AxisUnit::Nanometre));
+        .or((format != Format::CSV && !small(body, columns.wavelength)).then_some(AxisUnit::Nanometre));
     let claimed = asked.is_some()
-        || format != Format::Csv
+        || format != Format::CSV
         || begin.is_some()
         || draft.axis.is_some()
         || names

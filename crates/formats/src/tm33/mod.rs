@@ -8,5 +8,17 @@ mod table;
 mod write;
 
 pub use read::{looks_like, read};
-pub(crate) use write::decimal;
 pub use write::{Edition, write};
+
+use crate::file_format::{self, FileFormat};
+use crate::parsed::Format;
+
+pub(crate) const FORMAT: FileFormat = FileFormat {
+    format: Format::TM33,
+    title: "TM-33",
+    extensions: &["xml", "tm33", "atla"],
+    detect: |source| looks_like(source.head()),
+    read: |source| file_format::distribution(read(source.bytes)),
+    write_distribution: Some(write::encode),
+    write_spectrum: None,
+};

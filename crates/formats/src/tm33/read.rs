@@ -44,7 +44,7 @@ pub fn read(bytes: &[u8]) -> Parsed<Distribution> {
             None
         }
     };
-    Parsed::new(Format::Tm33, Kind::Distribution, distribution, findings)
+    Parsed::new(Format::TM33, Kind::Distribution, distribution, findings)
 }
 
 fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Option<Distribution> {

@@ -90,7 +90,7 @@ pub(super) fn table(emitter: &Element, findings: &mut Findings) -> Result<Option
             let read = raw.map_or(Err(number::NotANumber::Blank), number::read);
             if let Err(error) = &read {
                 whole = false;
-                let finding = Finding::error("tm33-number", format!("{what}: {error}")).at(point.line, 1);
+                let finding = Finding::error("tm33-number", format!("{what}: {error}")).at(point.line, point.column);
                 findings.push(finding.raw(raw.unwrap_or("")).fix("correct the number"));
             }
             read.ok().map(|number| number.value)

@@ -6,8 +6,11 @@ use serde_json::Value;
 use crate::distribution::Distribution;
 use crate::distribution::Luminaire;
 use crate::finding::{Finding, Findings};
+use crate::ies;
+use crate::lost::with_losses;
 use crate::number;
-use crate::parsed::Written;
+use crate::options::WriteOptions;
+use crate::parsed::{Format, Written};
 use crate::xml::escaped;
 
 /// An edition that can be written.
@@ -17,6 +20,25 @@ pub enum Edition {
     E2018,
     /// TM-33-23, root `IESTM33-22`; experimental.
     E2023,
+}
+
+pub(crate) fn encode(distribution: &Distribution, options: &WriteOptions) -> Result<Written, Finding> {
+    options.only_for(Format::TM33)?;
+    let edition = match options.edition.as_deref() {
+        None | Some("2018") => Edition::E2018,
+        Some("2023") => Edition::E2023,
+        Some(other) => {
+            let message = format!("TM-33 is written in editions 2018 and 2023, not {other}");
+            return Err(Finding::error("convert-edition", message));
+        }
+    };
+    let written = write(distribution, edition);
+    Ok(with_losses(
+        written,
+        distribution,
+        Format::TM33,
+        ies::edition::Edition::E2002,
+    ))
 }
 
 /// Writes a distribution. The symmetry that the intensities really have is kept where the range of horizontal angles
@@ -73,8 +95,12 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
             &value.map_or(String::new(), |value| number::significant(value, 10)),
         );
     }
-    element(&mut lines, "CCT", &decimal(&luminaire.colour).unwrap_or_default());
-    if let Some(ra) = decimal(&luminaire.rendering) {
+    element(
+        &mut lines,
+        "CCT",
+        &number::decimal(&luminaire.colour).unwrap_or_default(),
+    );
+    if let Some(ra) = number::decimal(&luminaire.rendering) {
         lines.push(format!("    <ColorRendering><Ra>{ra}</Ra></ColorRendering>"));
     }
     let (holder, kind) = match edition {
@@ -125,16 +151,6 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
         bytes: out.into_bytes(),
         findings: findings.into_vec(),
     }
-}
-
-/// The number at the beginning of a text such as "4000 K" or "80-89", if it stands there alone.
-pub(crate) fn decimal(text: &str) -> Option<String> {
-    let text = text.trim();
-    let digits = text.trim_end_matches(|c: char| c.is_alphabetic() || c == ' ');
-    number::read(digits)
-        .ok()
-        .filter(|number| number.value > 0.0)
-        .map(|number| number::plain(number.value))
 }
 
 /// Housing and luminous opening in mm, where they are known. As in LM-63 length lies along C0–C180 and width along

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use crate::number;
 use crate::parsed::Format;
 use crate::spectral::axis::is_wavelength_heading;
-use crate::spectral::places::Characters;
+use crate::spectral::characters::Characters;
 use crate::text::Text;
 
 /// A line of at most so many bytes is counted anew for each column.
@@ -217,7 +217,7 @@ impl Lines {
                 let comment = ["#", "%", "!", "//", "*"].iter().any(|mark| trimmed.starts_with(mark));
                 // pbrt and Mitsuba allow a comment behind the pair.
                 let data = match (self.format, line.find('#')) {
-                    (Format::Spd, Some(at)) if !comment => &line[..at],
+                    (Format::SPD, Some(at)) if !comment => &line[..at],
                     _ => line,
                 };
                 let cells = separator.cells(data);
