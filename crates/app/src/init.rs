@@ -307,7 +307,7 @@ const OF_THE_TWIN: [&str; 16] = [
 const BENCH_HEAD: &str = "\
 # A bench that is taken into use one cable at a time. Links that begin with `memory:` are twins of the virtual darkroom, which see its
 # axes and its lamp alone; with one real instrument time is real. Lines marked CHECK still have the twin's value: the bench's own belongs
-# there. How to find it is in the book, \"From the cable to the first reading\".
+# there. How to find it is in the book, \"Your own bench\".
 # Angle = zero_deg + sense × counts ÷ counts_per_deg; counts_per_deg = full steps a turn × microsteps × gear ÷ 360, as a ratio \"n/d\".
 ";
 
