@@ -1,5 +1,5 @@
-//! Regenerates `docs/src/published-case.md` and its figures: the published simulation of a ring illuminator, its four rows
-//! by three samplings over many seeds, and what explains them. Every number of the page is computed here.
+//! Writes `published-case.md` with all tables and figures behind the page of that name in the book, which is its summary: the
+//! published simulation of a ring illuminator, its four rows by three samplings over many seeds, and what explains them.
 //!
 //!     cargo run --release -p isolux-sim --example published_case [FOLDER] [SEEDS]
 
@@ -40,8 +40,9 @@ impl Book {
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
-    let folder = arguments.next().unwrap_or_else(|| "docs/src".to_owned());
+    let folder = arguments.next().unwrap_or_else(|| "target/published-case".to_owned());
     let seeds: u64 = arguments.next().and_then(|seeds| seeds.parse().ok()).unwrap_or(50);
+    std::fs::create_dir_all(&folder).expect("the folder is there");
     let mut book = Book {
         page: INTRODUCTION.to_owned(),
         folder,
@@ -76,7 +77,7 @@ fn main() {
 const INTRODUCTION: &str = "# The published case, run again and explained
 
 A commercial direct simulation of a ring illuminator (337 lm, about 1000 cd/klm on the axis, a disc of 1 mm as light centre; sensor
-24.576 mm at 500 mm) gave four means and four maxima that its authors could not explain. This page with its figures is written by
+24.576 mm at 500 mm) gave four means and four maxima that its authors could not explain. All numbers and figures are computed by
 
     cargo run --release -p isolux-sim --example published_case
 
