@@ -1,1 +1,1 @@
-//! The house rules of `docs/architecture.md`, proved over `cargo metadata`: see `tests/house.rs`.
+//! The rules of `docs/architecture.md`, proved over `cargo metadata`: see `tests/rules.rs`.

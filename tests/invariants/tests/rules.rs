@@ -61,11 +61,11 @@ const LICENCES: &[&str] = &[
     "CC0-1.0",
 ];
 
-struct House {
+struct Workspace {
     metadata: Metadata,
 }
 
-impl House {
+impl Workspace {
     fn new() -> Self {
         let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.toml");
         Self {
@@ -121,18 +121,18 @@ impl House {
 /// Invariant 1. Broken by: `tokio.workspace = true` in any of the pure crates.
 #[test]
 fn the_domain_reaches_no_instrument_clock_or_screen() {
-    let house = House::new();
-    let protocols = house.metadata.workspace_packages().into_iter().filter(|package| {
+    let workspace = Workspace::new();
+    let protocols = workspace.metadata.workspace_packages().into_iter().filter(|package| {
         package
             .manifest_path
             .as_str()
             .replace('\\', "/")
             .contains("/protocols/")
     });
-    let pure = PURE.iter().filter_map(|name| house.member(name)).chain(protocols);
+    let pure = PURE.iter().filter_map(|name| workspace.member(name)).chain(protocols);
     let mut checked = 0;
     for package in pure {
-        let reach = house.reach(&package.id);
+        let reach = workspace.reach(&package.id);
         let bad: Vec<_> = IMPURE.iter().filter(|name| reach.contains(**name)).collect();
         assert!(bad.is_empty(), "{} reaches {bad:?}", package.name);
         checked += 1;
@@ -145,16 +145,16 @@ fn the_domain_reaches_no_instrument_clock_or_screen() {
 
 /// Codecs speak wire words alone; they share the trait that says what a codec is, and what all text lines have in common.
 #[test]
-fn protocols_depend_on_no_crate_of_the_house_but_the_conversation() {
-    let house = House::new();
-    for package in house.metadata.workspace_packages() {
+fn protocols_depend_on_no_crate_of_the_workspace_but_the_conversation() {
+    let workspace = Workspace::new();
+    for package in workspace.metadata.workspace_packages() {
         if package
             .manifest_path
             .as_str()
             .replace('\\', "/")
             .contains("/protocols/")
         {
-            let own: Vec<_> = house
+            let own: Vec<_> = workspace
                 .reach(&package.id)
                 .into_iter()
                 .filter(|name| name.starts_with("isolux") && *name != package.name.as_str())
@@ -168,7 +168,7 @@ fn protocols_depend_on_no_crate_of_the_house_but_the_conversation() {
 /// Invariant 2: the twins' truth shares no physics with what is tested on it.
 #[test]
 fn no_driver_reaches_the_model_and_the_darkroom_shares_no_physics() {
-    let house = House::new();
+    let workspace = Workspace::new();
     let physics = [
         "isolux-model",
         "isolux-sim",
@@ -177,23 +177,27 @@ fn no_driver_reaches_the_model_and_the_darkroom_shares_no_physics() {
         "isolux-photometry",
         "isolux-formats",
     ];
-    for package in house.metadata.workspace_packages() {
+    for package in workspace.metadata.workspace_packages() {
         if package.manifest_path.as_str().replace('\\', "/").contains("/drivers/") {
-            let reach = house.reach(&package.id);
+            let reach = workspace.reach(&package.id);
             let bad: Vec<_> = physics.iter().filter(|name| reach.contains(**name)).collect();
             assert!(bad.is_empty(), "{} reaches {bad:?}", package.name);
         }
     }
     for name in ["isolux-darkroom", "isolux-virtual"] {
-        let room = house.member(name).expect("the virtual darkroom is part of the house");
+        let room = workspace
+            .member(name)
+            .expect("the virtual darkroom is a member of the workspace");
         assert!(
-            !house.reach(&room.id).contains("isolux-app"),
+            !workspace.reach(&room.id).contains("isolux-app"),
             "{name} reaches the composition root"
         );
     }
     // The other way round: the diagnosis and its physics may not look at the truth, not even in their tests.
     for name in ["isolux-model", "isolux-sim", "isolux-diagnose", "isolux-reduce"] {
-        let Some(package) = house.member(name) else { continue };
+        let Some(package) = workspace.member(name) else {
+            continue;
+        };
         let bad = package
             .dependencies
             .iter()
@@ -204,10 +208,10 @@ fn no_driver_reaches_the_model_and_the_darkroom_shares_no_physics() {
 
 /// Invariant 3.
 #[test]
-fn front_ends_reach_the_house_through_app_alone() {
-    let house = House::new();
+fn front_ends_reach_the_rest_through_app_alone() {
+    let workspace = Workspace::new();
     for name in ["isolux", "isolux-web"] {
-        let Some(front) = house.member(name) else { continue };
+        let Some(front) = workspace.member(name) else { continue };
         let own: Vec<_> = front
             .dependencies
             .iter()
@@ -221,7 +225,7 @@ fn front_ends_reach_the_house_through_app_alone() {
 /// The arrows: units ← photometry, spectrum ← formats, model ← sim, reduce, diagnose ← app.
 #[test]
 fn arrows_point_one_way() {
-    let house = House::new();
+    let workspace = Workspace::new();
     let forbidden: &[(&str, &[&str])] = &[
         (
             "isolux-units",
@@ -255,8 +259,10 @@ fn arrows_point_one_way() {
         ),
     ];
     for (name, banned) in forbidden {
-        let Some(package) = house.member(name) else { continue };
-        let reach = house.reach(&package.id);
+        let Some(package) = workspace.member(name) else {
+            continue;
+        };
+        let reach = workspace.reach(&package.id);
         let bad: Vec<_> = banned.iter().filter(|other| reach.contains(**other)).collect();
         assert!(bad.is_empty(), "{name} reaches {bad:?}");
     }
@@ -265,11 +271,15 @@ fn arrows_point_one_way() {
 /// Invariant 4. Broken by: any AGPL or GPL crate anywhere below a member.
 #[test]
 fn every_linked_licence_is_permissive() {
-    let house = House::new();
-    let resolve = house.metadata.resolve.as_ref().expect("metadata resolves dependencies");
+    let workspace = Workspace::new();
+    let resolve = workspace
+        .metadata
+        .resolve
+        .as_ref()
+        .expect("metadata resolves dependencies");
     let mut refused = Vec::new();
     for node in &resolve.nodes {
-        let package = house.package(&node.id);
+        let package = workspace.package(&node.id);
         let licence = package.license.as_deref().unwrap_or("");
         if !permitted(licence) {
             refused.push(format!("{} {}: {licence:?}", package.name, package.version));
@@ -301,9 +311,9 @@ fn licence_expressions_are_read_as_meant() {
 /// One version of each direct dependency, written once in the workspace.
 #[test]
 fn each_direct_dependency_has_one_version() {
-    let house = House::new();
+    let workspace = Workspace::new();
     let mut versions: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
-    for package in house.metadata.workspace_packages() {
+    for package in workspace.metadata.workspace_packages() {
         for dependency in &package.dependencies {
             versions
                 .entry(dependency.name.as_str())
@@ -321,8 +331,8 @@ fn each_direct_dependency_has_one_version() {
 /// `cargo run`, as the README has it, finds one program.
 #[test]
 fn one_program_is_run() {
-    let house = House::new();
-    let programs: Vec<String> = house
+    let workspace = Workspace::new();
+    let programs: Vec<String> = workspace
         .metadata
         .workspace_default_packages()
         .iter()
@@ -336,8 +346,8 @@ fn one_program_is_run() {
 /// Every member inherits the shared lints, edition and licence.
 #[test]
 fn members_share_lints_edition_and_licence() {
-    let house = House::new();
-    for package in house.metadata.workspace_packages() {
+    let workspace = Workspace::new();
+    for package in workspace.metadata.workspace_packages() {
         let manifest = std::fs::read_to_string(&package.manifest_path).expect("a member has its manifest");
         assert!(
             manifest.contains("[lints]\nworkspace = true"),
