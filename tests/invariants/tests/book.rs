@@ -70,6 +70,21 @@ fn every_relative_link_leads_somewhere() {
 }
 
 #[test]
+fn every_file_that_a_page_includes_is_there() {
+    let folder = root().join("docs/src");
+    let mut included = 0;
+    for page in pages(&folder) {
+        let text = std::fs::read_to_string(&page).unwrap();
+        for part in text.split("{{#include ").skip(1) {
+            let path = part.split("}}").next().unwrap_or_default();
+            assert!(folder.join(path).is_file(), "{}: {path}", page.display());
+            included += 1;
+        }
+    }
+    assert!(included > 0, "no page includes a file: is the form of the directive another one?");
+}
+
+#[test]
 fn every_page_of_the_book_is_in_its_summary() {
     let folder = root().join("docs/src");
     let summary = std::fs::read_to_string(folder.join("SUMMARY.md")).unwrap();
