@@ -81,7 +81,10 @@ fn every_file_that_a_page_includes_is_there() {
             included += 1;
         }
     }
-    assert!(included > 0, "no page includes a file: is the form of the directive another one?");
+    assert!(
+        included > 0,
+        "no page includes a file: is the form of the directive another one?"
+    );
 }
 
 #[test]
