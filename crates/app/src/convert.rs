@@ -89,7 +89,7 @@ pub fn run(
                 _ => Err(Failure {
                     kind: FailureKind::No,
                     message: format!("{target} was written, but {errors} findings of {source} are errors"),
-                    help: Some("mend the source before you trust the result".into()),
+                    help: Some("correct the source before you trust the result".into()),
                 }),
             }
         });

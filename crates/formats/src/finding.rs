@@ -27,7 +27,7 @@ impl Severity {
     }
 }
 
-/// One thing that a reader found, with where it stands and how to mend it.
+/// One thing that a reader found, with where it stands and how to correct it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     /// Stable name, `format-what`; programs match on it.
@@ -47,7 +47,7 @@ pub struct Finding {
     pub assumed: Option<Box<str>>,
     /// What was found: one sentence in lower case, no full stop.
     pub message: Box<str>,
-    /// How to mend it.
+    /// How to correct it.
     pub fix: Option<Box<str>>,
     /// Where else the same was found: one cause is one finding, however many lines it has.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -142,7 +142,7 @@ impl Finding {
         self
     }
 
-    /// The same finding with how to mend it.
+    /// The same finding with how to correct it.
     #[must_use]
     pub fn fix(mut self, how: impl Into<String>) -> Self {
         self.fix = Some(how.into().into_boxed_str());

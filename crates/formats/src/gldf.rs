@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_spectrum_in_the_product_is_read_and_addresses_are_told() {
+    fn a_spectrum_in_the_product_is_read_and_addresses_are_counted() {
         let rows: String = (0..9)
             .map(|k| {
                 [

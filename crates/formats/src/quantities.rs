@@ -1,6 +1,7 @@
 //! The quantities that a photometrist reads off a distribution.
 
 mod glare;
+mod luminous_body;
 pub(crate) mod utilisation;
 
 use isolux_photometry::IntensityDistribution;

@@ -247,13 +247,13 @@ fn damage_is_reported() {
                     continue;
                 }
                 tally.0 += 1;
-                let heard = after.loud.iter().any(|finding| !before.loud.contains(finding));
+                let reported = after.loud.iter().any(|finding| !before.loud.contains(finding));
                 assert!(
-                    heard || after.meaning.is_some(),
+                    reported || after.meaning.is_some(),
                     "{name}: {kind}: unreadable without an error"
                 );
-                tally.1 += usize::from(heard);
-                if list && !heard {
+                tally.1 += usize::from(reported);
+                if list && !reported {
                     let (a, b) = (numbers_text(&original, ldt), numbers_text(&bytes, ldt));
                     let odd: Vec<usize> = (0..a.len().min(b.len())).filter(|&i| a[i] != b[i]).take(3).collect();
                     let around = odd
@@ -265,18 +265,18 @@ fn damage_is_reported() {
         }
     }
     println!("{good} good files, {loud} with an outlier finding");
-    for (kind, (damaged, heard)) in DAMAGES.iter().zip(&tally) {
+    for (kind, (damaged, reported)) in DAMAGES.iter().zip(&tally) {
         println!(
-            "{kind:20} {heard:5} of {damaged:5} heard ({:.1} %)",
-            100.0 * *heard as f64 / (*damaged).max(1) as f64
+            "{kind:20} {reported:5} of {damaged:5} reported ({:.1} %)",
+            100.0 * *reported as f64 / (*damaged).max(1) as f64
         );
     }
     let rate = |kind: &str| {
-        let (damaged, heard) = tally[DAMAGES.iter().position(|other| *other == kind).unwrap()];
+        let (damaged, reported) = tally[DAMAGES.iter().position(|other| *other == kind).unwrap()];
         if damaged == 0 {
             1.0
         } else {
-            heard as f64 / damaged as f64
+            reported as f64 / damaged as f64
         }
     };
     for kind in [

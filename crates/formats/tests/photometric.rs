@@ -239,7 +239,7 @@ proptest! {
     }
 }
 
-/// Keywords that name a radiometric unit are heard, and no document calls such numbers luminous in silence; words that
+/// Keywords that name a radiometric unit are reported, and no document calls such numbers luminous in silence; words that
 /// merely look like it are not.
 #[test]
 fn radiant_intensity_is_not_taken_for_light_in_silence() {

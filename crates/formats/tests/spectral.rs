@@ -247,7 +247,7 @@ fn several_series() {
 }
 
 #[test]
-fn damage_is_told_at_its_line() {
+fn damage_is_reported_at_its_line() {
     refused("nm,v\n380,1\n38S,2\n390,3\n", "x.csv", "csv-number", 3);
     refused("nm,v\n38O,1\n385,2\n390,3\n", "x.csv", "csv-number", 2);
     refused("38O,1\n385,2\n390,3\n395,4\n400,5\n", "x.csv", "csv-number", 1);

@@ -294,7 +294,7 @@ impl Lines {
     }
 
     /// Six characters where they keep a value to 1e-7 of itself, as many as that takes where they do not; readers go by
-    /// lines, and a rounded tail cannot be told from a measured one.
+    /// lines, and a rounded tail cannot be distinguished from a measured one.
     fn intensities(&mut self, values: &[f64]) {
         let first = self.number + 1;
         let mut wide = 0;

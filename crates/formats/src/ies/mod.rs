@@ -12,6 +12,7 @@ mod facts;
 mod grid;
 mod lamp;
 mod layout;
+mod light;
 mod native;
 mod numbers;
 mod own;

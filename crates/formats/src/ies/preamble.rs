@@ -1,7 +1,5 @@
 //! The lines before the numbers: version, keywords, labels, tilt.
 
-use std::collections::HashMap;
-
 use super::edition::Edition;
 use crate::finding::{Finding, Findings};
 use crate::text::Text;
@@ -81,19 +79,8 @@ pub(super) fn read(text: &Text<'_>, findings: &mut Findings) -> Option<Preamble>
         None => first_numbers(text, from)?,
     };
     let (mut keywords, mut labels) = (Vec::<Keyword>::new(), Vec::new());
-    // Line of every keyword that is complete with its [MORE].
-    let mut complete: HashMap<(String, String), usize> = HashMap::new();
     for index in from..until {
         let line = text.line(index).trim_end();
-        if index > first && line.trim().len() > 5 && line == text.line(index - 1).trim_end() {
-            findings.push(
-                Finding::warning("ies-line-repeated", "this line repeats the one before it")
-                    .at(index + 1, 1)
-                    .raw(line)
-                    .assumed("both kept")
-                    .fix("remove the line if it was doubled by mistake"),
-            );
-        }
         match keyword(line) {
             Some((name, words)) if name.eq_ignore_ascii_case("MORE") => match keywords.last_mut() {
                 Some(last) => {
@@ -111,19 +98,6 @@ pub(super) fn read(text: &Text<'_>, findings: &mut Findings) -> Option<Preamble>
             },
             Some((name, words)) => {
                 let name = name.trim().to_owned();
-                if let Some(last) = keywords.last() {
-                    let key = (last.name.clone(), last.text.clone());
-                    complete.entry(key).or_insert(last.line);
-                }
-                if let Some(before) = complete.get(&(name.clone(), words.trim().to_owned())) {
-                    let message = format!("[{name}] repeats line {}", before + 1);
-                    findings.push(
-                        Finding::warning("ies-keyword-doubled", message)
-                            .at(index + 1, 1)
-                            .raw(line)
-                            .assumed("both kept"),
-                    );
-                }
                 keywords.push(Keyword {
                     name,
                     text: words.trim().to_owned(),

@@ -1,7 +1,12 @@
 //! CGATS `.sp` (ArgyllCMS, BabelColor): keywords, a data format, rows of data.
 
+mod pairs;
+mod tokens;
+
 use serde_json::{Map, Value};
 
+use self::pairs::Pairs;
+use self::tokens::{Token, cells, tokens};
 use super::file::SpectrumFile;
 use super::point::Point;
 use super::points::Draft;
@@ -37,13 +42,6 @@ pub(crate) fn looks_like(text: &Text<'_>) -> bool {
             .lines()
             .any(|l| matches!(l.trim(), "BEGIN_DATA" | "BEGIN_DATA_FORMAT") || l.trim().starts_with("SPECTRAL_"))
         || text.lines().any(|l| l.trim() == "BEGIN_DATA_FORMAT")
-}
-
-#[derive(Clone, Copy)]
-struct Token<'t> {
-    line: usize,
-    column: usize,
-    text: &'t str,
 }
 
 /// Reads the first table of the file.
@@ -170,7 +168,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             )
             .at(place("NUMBER_OF_FIELDS"), 1)
             .assumed("the fields that are named")
-            .fix("mend the number, or check for a lost field"),
+            .fix("correct the number, or check for a lost field"),
         );
     }
     if let Some(bands) = bands
@@ -183,7 +181,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             )
             .at(place("SPECTRAL_BANDS"), 1)
             .assumed("the wavelengths that are named")
-            .fix("mend the number, or check for a lost field"),
+            .fix("correct the number, or check for a lost field"),
         );
     }
     let width = fields.len();
@@ -230,7 +228,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             Finding::error("sp-sets", format!("NUMBER_OF_SETS is {stated}, {sets} sets follow"))
                 .at(line, 1)
                 .assumed("the sets that stand there")
-                .fix("mend the number, or check for a lost line"),
+                .fix("correct the number, or check for a lost line"),
         );
     }
     // ArgyllCMS names fields by whole nm and gives the exact grid by start, end and number.
@@ -287,7 +285,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             )
             .at(field.line, field.column)
             .raw(field.text)
-            .fix("mend the name or the three numbers"),
+            .fix("correct the name or the three numbers"),
         );
     }
     if comma {
@@ -352,127 +350,4 @@ fn wavelength_of(field: &str) -> Option<f64> {
     let digits = digits.strip_suffix("NM").unwrap_or(digits);
     let nm = number::read(digits).ok()?.value;
     (1.0..1e5).contains(&nm).then_some(nm)
-}
-
-/// Fields `SPECTRAL_NM` and, behind each, `SPECTRAL_VAL`, `SPECTRAL_DEC` or `SPECTRAL_PCT`: the wavelengths stand in
-/// the data.
-struct Pairs {
-    width: usize,
-    /// Columns of wavelength and value.
-    columns: Vec<(usize, usize)>,
-}
-
-impl Pairs {
-    fn of(fields: &[Token<'_>]) -> Option<Self> {
-        let is = |at: usize, names: &[&str]| {
-            let name = fields
-                .get(at)
-                .map(|field| field.text.trim_matches('"').to_ascii_uppercase());
-            name.is_some_and(|name| names.contains(&name.as_str()))
-        };
-        let value = ["SPECTRAL_VAL", "SPECTRAL_DEC", "SPECTRAL_PCT"];
-        let columns: Vec<(usize, usize)> = (0..fields.len())
-            .filter(|&at| is(at, &["SPECTRAL_NM"]) && is(at + 1, &value))
-            .map(|at| (at, at + 1))
-            .collect();
-        let width = fields.len();
-        (!columns.is_empty()).then_some(Self { width, columns })
-    }
-
-    /// One pair of fields: every row is a point. Several: every row is a spectrum over the same wavelengths.
-    fn draft(&self, data: &[Token<'_>], encoding: &str, whole: bool, findings: &mut Findings) -> Draft {
-        let mut draft = Draft::new(encoding);
-        draft.axis = Some(super::axis::AxisUnit::Nanometre);
-        draft.whole = whole && data.len().is_multiple_of(self.width);
-        if !data.len().is_multiple_of(self.width) {
-            let message = format!("{} values are no multiple of {} fields", data.len(), self.width);
-            let line = data.last().map_or(1, |token| token.line);
-            findings.push(
-                Finding::error("sp-data", message)
-                    .at(line, 1)
-                    .fix("check for a lost or doubled number"),
-            );
-        }
-        let mut read =
-            |token: &Token<'_>, whole: &mut bool| match number::read_up_to(token.text, number::LARGEST_SPECTRAL) {
-                Ok(number) => Some(number.value),
-                Err(error) => {
-                    *whole = false;
-                    let finding = Finding::error("sp-number", error.to_string());
-                    findings.push(finding.at(token.line, token.column).raw(token.text));
-                    None
-                }
-            };
-        let mut differs = None;
-        for (index, row) in data.chunks_exact(self.width).enumerate() {
-            for (k, &(nm, value)) in self.columns.iter().enumerate() {
-                let x = read(&row[nm], &mut draft.whole).unwrap_or(0.0);
-                let y = read(&row[value], &mut draft.whole);
-                if self.columns.len() == 1 || index == 0 {
-                    draft.points.push(Point {
-                        line: row[nm].line,
-                        column: row[nm].column,
-                        x,
-                        value: vec![y],
-                    });
-                } else if draft.points[k].x == x {
-                    draft.points[k].value.push(y);
-                } else {
-                    differs.get_or_insert(row[nm]);
-                }
-            }
-        }
-        if let Some(token) = differs {
-            draft.whole = false;
-            let finding = Finding::error("sp-grid", "this set has other wavelengths than the first");
-            findings.push(
-                finding
-                    .at(token.line, token.column)
-                    .raw(token.text)
-                    .fix("put it into a file of its own"),
-            );
-        }
-        draft
-    }
-}
-
-/// Cells of a row of data: between tabs, where these make as many as there are fields, else words.
-fn cells(line: &str, number: usize, fields: usize) -> Vec<Token<'_>> {
-    if fields < 2 || line.split('\t').count() != fields {
-        return tokens(line, number);
-    }
-    line.split('\t')
-        .map(|cell| Token {
-            line: number,
-            column: crate::text::column_of(line, cell),
-            text: cell.trim(),
-        })
-        .collect()
-}
-
-/// Words of a line; a quoted text is one word.
-fn tokens(line: &str, number: usize) -> Vec<Token<'_>> {
-    let mut out = Vec::new();
-    let (mut rest, mut column) = (line, 1);
-    loop {
-        let blanks = rest.len() - rest.trim_start().len();
-        // Counted on from the word before: a line may hold all the words of the file.
-        column += rest[..blanks].chars().count();
-        rest = &rest[blanks..];
-        if rest.is_empty() {
-            return out;
-        }
-        let length = if let Some(quoted) = rest.strip_prefix('"') {
-            quoted.find('"').map_or(rest.len(), |end| end + 2)
-        } else {
-            rest.find(char::is_whitespace).unwrap_or(rest.len())
-        };
-        out.push(Token {
-            line: number,
-            column,
-            text: &rest[..length],
-        });
-        column += rest[..length].chars().count();
-        rest = &rest[length..];
-    }
 }

@@ -243,7 +243,7 @@ impl Draft {
             let (quantity, unit) = (of_file(&self.quantity), of_file(&self.unit));
             match density::stated(&name, quantity.as_deref(), unit.as_deref(), axis) {
                 Stated::Nothing => {}
-                // Said once, of the series that is used where one is needed.
+                // Reported once, for the series that is used where one is needed.
                 Stated::Unsaid if k > 0 => {}
                 Stated::Unsaid => findings.push(
                     Finding::warning(
@@ -328,7 +328,7 @@ impl Draft {
                         )
                         .at(pair[1].line, pair[1].column)
                         .raw(&format!("{}", pair[1].x))
-                        .fix("put the lines back into their order, or mend the wavelength"),
+                        .fix("put the lines back into their order, or correct the wavelength"),
                     );
                 }
             }

@@ -94,7 +94,7 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
                 .at(if found < stated { last_line } else { 3 }, 1)
                 .raw(text.line(2))
                 .assumed("all pairs that stand there")
-                .fix("check for a lost line, or mend the number"),
+                .fix("check for a lost line, or correct the number"),
             );
         }
     }

@@ -73,7 +73,7 @@ pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) 
                 )
                 .at(row.line, 1)
                 .raw(row.text)
-                .fix("mend the line"),
+                .fix("correct the line"),
             );
             continue;
         }

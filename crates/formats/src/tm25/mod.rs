@@ -4,14 +4,16 @@
 //! [`Reader`] takes any stream and keeps one block of rays, whatever the file's size; [`Survey`] says what a file
 //! holds; [`write()`] makes one.
 
+mod doubts;
 mod error;
 mod header;
 mod reader;
 mod survey;
 mod write;
 
+pub use doubts::Doubt;
 pub use error::Tm25Error;
-pub use header::{Columns, Doubt, Header, Spectral, Table};
+pub use header::{Columns, Header, Spectral, Table};
 pub use reader::{Ray, Reader};
 pub use survey::{Damage, Survey};
 pub use write::{RaySet, write};

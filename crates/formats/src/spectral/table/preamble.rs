@@ -124,7 +124,7 @@ pub(super) fn believable_unit(
         .at(body[0].line, 1)
         .raw(unit.name())
         .assumed("nm")
-        .fix("mend the comment, or write the unit into the heading"),
+        .fix("correct the comment, or write the unit into the heading"),
     );
     Some(AxisUnit::Nanometre)
 }

@@ -14,6 +14,11 @@ const SHORT: usize = 1024;
 /// Lines that decide the separator.
 const LOOKED_AT: usize = 2000;
 
+/// Whether this is Ocean Optics' line before the data, or one like it.
+pub(super) fn is_begin(line: &str) -> bool {
+    line.contains(">>>>>Begin")
+}
+
 /// How a line falls into cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::spectral) enum Separator {
