@@ -6,11 +6,14 @@
 //! is compared with the strongest of all tests on the simulated records, so that the number of tests raises no false alarms.
 
 pub mod limits;
+mod means;
+mod moments;
 mod nulls;
 mod patches;
 mod repeats;
 mod scatter;
 mod series;
+mod single;
 mod spectrum;
 
 use nalgebra::DVector;
@@ -19,11 +22,13 @@ use crate::basis::Basis;
 use crate::table::{Coordinate, Row, Source};
 use crate::whitening::Sequence;
 
-use limits::{FEWEST, PERMUTED_SHARE, RHO, SCALE, SIGNIFICANCE};
+use limits::{FEWEST, PERMUTED_SHARE, RHO, SCALE, SCATTER_SHARE, SCATTER_TESTS, SIGNIFICANCE, STRETCHES};
+use means::{Means, Visits};
+use moments::Moments;
 use nulls::Nulls;
 use patches::Patches;
 use repeats::Repeats;
-use scatter::{Blocks, Means, Neighbours, Trends};
+use scatter::{Blocks, Neighbours, Trends};
 use series::Series;
 use spectrum::Spectrum;
 
@@ -74,6 +79,10 @@ pub enum Kind {
     Means,
     /// Neighbouring directions or bins.
     Patch,
+    /// One reading is further off than outliers are.
+    Outlier,
+    /// Readings repeat the value before.
+    Repeated,
     /// One block scatters more than the others.
     Blocks,
     /// The scatter grows along a coordinate.
@@ -194,6 +203,8 @@ pub struct Left<'a> {
     pub sequence: &'a Sequence,
     /// Correlation that counts as noise.
     pub rho: f64,
+    /// Correlation that the residuals show.
+    pub rho_found: f64,
     /// Its standard uncertainty; 0 where there is none.
     pub u_rho: f64,
     /// Fitted scatter in units of the stated uncertainties, and its degrees of freedom.
@@ -267,7 +278,7 @@ pub fn strongest_place(left: &Left<'_>) -> Option<Finding> {
 /// The tests for a place, with one amplitude or a phase each.
 fn places(series: &Series<'_>) -> (Vec<Patches>, Vec<Spectrum>) {
     let patches: &[fn(&Series<'_>) -> Option<Patches>] = match series.source {
-        Source::Reading => &[Patches::every, Patches::runs, Patches::directions],
+        Source::Reading => &[Patches::every, Patches::every_visit, Patches::runs, Patches::directions],
         _ => &[Patches::lines, Patches::bins],
     };
     let spectra = match series.source {
@@ -288,6 +299,9 @@ fn one_source(left: &Left<'_>, series: &Series<'_>, most: usize, seed: u64) -> N
     let mut tests: Vec<Box<dyn Test>> = Vec::new();
     if series.source == Source::Reading {
         tests.push(Box::new(Means::new(series)));
+        tests.extend(Visits::new(series).map(|test| Box::new(test) as Box<dyn Test>));
+        let stretches = STRETCHES.into_iter().filter_map(|length| Moments::new(series, length));
+        tests.extend(stretches.map(|test| Box::new(test) as Box<dyn Test>));
         tests.extend(Neighbours::new(series, left.rho).map(|test| Box::new(test) as Box<dyn Test>));
     }
     let peaks = spectra
@@ -307,28 +321,43 @@ fn one_source(left: &Left<'_>, series: &Series<'_>, most: usize, seed: u64) -> N
 
     let observed: Vec<Strongest> = tests.iter().map(|test| test.observed(&series.held)).collect();
     let nulls = Nulls::new(left, series, &tests, most, seed);
-    let permuted = nulls.combined(&observed) / PERMUTED_SHARE;
+    let permuted = nulls.combined(&observed);
     let mut findings: Vec<Finding> = tests
         .iter()
         .zip(&observed)
         .enumerate()
         .map(|(number, (test, &strongest))| {
             let mut finding = test.finding(strongest, series);
-            finding.p_value = nulls.alone(number, strongest.half_square);
+            finding.p_value = nulls.alone(number, strongest.half_square) / PERMUTED_SHARE;
             finding
         })
-        .filter(|finding| finding.p_value / PERMUTED_SHARE <= SIGNIFICANCE)
         .collect();
     let repeats = Repeats::of(left, series);
-    let (scattered, limit) = repeats.compare(left, series);
-    let p_scatter = scattered.iter().map(|finding| finding.p_value).fold(1.0, f64::min) * 2.0 / (1.0 - PERMUTED_SHARE);
-    findings.extend(scattered.into_iter().filter(|finding| finding.p_value <= SIGNIFICANCE));
+    let (mut scattered, limit) = repeats.compare(left, series);
+    scattered.extend(single::widest(series));
+    scattered.extend(single::repeated(left, series));
+    let scatter = scattered.iter().map(|finding| finding.p_value).fold(1.0, f64::min) * SCATTER_TESTS;
+    let p_scatter = scatter.min(1.0);
+    // Two independent probabilities of one hypothesis (Fisher 1925).
+    let product = (permuted * p_scatter).max(f64::MIN_POSITIVE);
+    let both = product * (1.0 - product.ln());
+    let p_value = (permuted / PERMUTED_SHARE)
+        .min(p_scatter / SCATTER_SHARE)
+        .min(both / (1.0 - PERMUTED_SHARE - SCATTER_SHARE))
+        .min(1.0);
+    findings.extend(scattered);
     findings.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.sigma.total_cmp(&a.sigma)));
+    // The strongest stands for what only several find together.
+    let clear = findings
+        .iter()
+        .filter(|finding| finding.p_value <= SIGNIFICANCE)
+        .count();
+    findings.truncate(clear.max(1));
     let all = series::hold(&series.place.iter().map(|&i| left.plain[i]).collect::<Vec<_>>());
     let parameters = left.refitted.rank() as f64;
     let freedom = (all.len() as f64 - parameters).max(1.0);
     NoiseTest {
-        p_value: permuted.min(p_scatter).min(1.0),
+        p_value,
         scatter: (all.iter().map(|value| value * value).sum::<f64>() / freedom).sqrt(),
         limit,
         repeats: repeats.visits(),

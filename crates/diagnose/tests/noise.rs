@@ -47,6 +47,12 @@ fn white(n: usize, seed: u64) -> Vec<f64> {
 
 /// The test of residuals in stated uncertainties. The scatter is that of all residuals, as a fit finds it.
 fn tested(rows: &[Row], residual: &[f64], rho: f64) -> NoiseTest {
+    let level = rows.iter().map(|row| row.gamma_deg.to_radians().cos()).collect();
+    tested_at(rows, level, residual, rho)
+}
+
+/// The same of readings whose light is `level`.
+fn tested_at(rows: &[Row], level: Vec<f64>, residual: &[f64], rho: f64) -> NoiseTest {
     let runs = vec![0; rows.len()];
     let times: Vec<f64> = rows.iter().map(|row| row.time_s).collect();
     let sequence = Sequence::by_time(&runs, &times);
@@ -55,12 +61,13 @@ fn tested(rows: &[Row], residual: &[f64], rho: f64) -> NoiseTest {
     let n = rows.len() as f64;
     let left = Left {
         rows,
-        level: rows.iter().map(|row| row.gamma_deg.to_radians().cos()).collect(),
+        level,
         plain: DVector::from_column_slice(residual),
         whitened: whitened.column(0).into_owned(),
         refitted: Basis::empty(rows.len()),
         sequence: &sequence,
         rho,
+        rho_found: rho,
         u_rho: if rho > 0.0 { ((1.0 - rho * rho) / n).sqrt() } else { 0.0 },
         scale: (whitened.norm_squared() / n).sqrt(),
         freedom: n,
@@ -205,6 +212,85 @@ fn repeats_of_a_pose_decide() {
         .map(|(z, row)| if row.group == 1 { 0.5 * z } else { *z })
         .collect();
     found(&tested(&repeated, &poses, 0.0), Kind::Repeats);
+}
+
+/// A lamp whose light changes between the visits of a pose makes its repeats scatter, too, but not those that follow each
+/// other: they say what is noise.
+#[test]
+fn what_changes_between_visits_widens_no_noise() {
+    let rows = plan(true);
+    let level = white(12, 30);
+    let residual: Vec<f64> = white(rows.len(), 31)
+        .iter()
+        .zip(&rows)
+        .map(|(z, row)| z + 1.8 * level[(row.index / 33.0) as usize])
+        .collect();
+    let test = tested(&rows, &residual, 0.5);
+    let repeats = test.repeats.expect("repeats").0;
+    assert!(repeats > 1.5, "{repeats}");
+    assert!(test.disagrees(), "{test:#?}");
+    assert!((1.0..1.5).contains(&test.limit), "{}", test.limit);
+}
+
+#[test]
+fn a_period_that_changes_is_found() {
+    let rows = plan(true);
+    let end = rows[rows.len() - 1].time_s;
+    let chirp = |_: usize, row: &Row| 1.3 * (std::f64::consts::PI * row.time_s.powi(2) / end / 30.0).sin();
+    let test = tested(&rows, &with(chirp, &rows, 32), 0.5);
+    assert!(test.disagrees(), "{test:#?}");
+    let changing = test
+        .findings
+        .iter()
+        .find(|finding| finding.note.contains("a period that changes"));
+    assert!(changing.is_some(), "{:#?}", test.findings);
+}
+
+/// Outliers are noise, five times as wide as the others; one that is 25 times as wide is a disturbance.
+#[test]
+fn one_reading_that_is_far_off_is_no_outlier() {
+    let rows = plan(false);
+    for (off, disagrees) in [(12.0, false), (30.0, true)] {
+        let one = |i: usize, _: &Row| if i == 170 { off } else { 0.0 };
+        let test = tested(&rows, &with(one, &rows, 33), 0.0);
+        assert_eq!(test.disagrees(), disagrees, "{off}: {:#?}", test.findings);
+        if disagrees {
+            assert_eq!(found(&test, Kind::Outlier).range, [170.0, 170.0]);
+        }
+    }
+}
+
+/// A display with a digit of a tenth of the noise shows the same value twice by chance once in 35 readings of one pose, hardly ever of different
+/// poses.
+#[test]
+fn a_meter_that_repeats_its_last_value_is_found() {
+    let mut rows = plan(true);
+    let noise = white(rows.len(), 34);
+    for (row, z) in rows.iter_mut().zip(&noise) {
+        row.digit = 0.001;
+        row.measured = ((1.0 + row.gamma_deg.to_radians().cos() + 0.01 * z) / 0.001).round() * 0.001;
+    }
+    let level: Vec<f64> = rows.iter().map(|row| 1.0 + row.gamma_deg.to_radians().cos()).collect();
+    let residual = |rows: &[Row]| -> Vec<f64> {
+        let of = |(row, level): (&Row, &f64)| (row.measured - level) / row.u;
+        rows.iter().zip(&level).map(of).collect()
+    };
+    let test = tested_at(&rows, level.clone(), &residual(&rows), 0.0);
+    assert!(!test.disagrees(), "{:#?}", test.findings);
+    let mut same_pose: Vec<usize> = (1..rows.len())
+        .filter(|&i| rows[i].group == 1 && rows[i - 1].group == 1)
+        .collect();
+    same_pose.truncate(16);
+    for i in same_pose {
+        rows[i].measured = rows[i - 1].measured;
+    }
+    let test = tested_at(&rows, level.clone(), &residual(&rows), 0.0);
+    let finding = found(&test, Kind::Repeated);
+    assert!(
+        finding.note.contains("repeat the value before them"),
+        "{}",
+        finding.note
+    );
 }
 
 /// Rounding follows the light: readings that are mostly rounded are no test of the noise.

@@ -168,7 +168,7 @@ fn tell(class: Class, order: &Order, answer: &Answer, case: &Case) {
         "·"
     };
     say(&format!(
-        "{mark} {class:?} seed {} ρ {} {:?} → {} {:?} {:?} {:?} {:.1} s strength {:.2?} next {:?} noise {:.4?} ranked {:.3?}",
+        "{mark} {class:?} seed {} ρ {} {:?} → {} {:?} {:?} {:?} {:.1} s strength {:.2?} next {:?} p of scan and noise, scale, ρ {:.4?} ranked {:.3?}",
         order.seed,
         order.rho,
         order.hidden,
@@ -234,7 +234,12 @@ fn answer(case: &Case) -> Answer {
         deviation: gap.map(|gap| gap.2),
         next: next(case, &path, &found),
         seconds,
-        noise: document.noise.test.as_ref().map(|test| test.p_value),
+        noise: [
+            document.noise.p_global.unwrap_or(f64::NAN),
+            document.noise.test.as_ref().map_or(f64::NAN, |test| test.p_value),
+            document.noise.scale,
+            document.noise.autocorrelation,
+        ],
         ranked: document
             .ranked
             .iter()

@@ -53,8 +53,9 @@ pub struct Answer {
     pub deviation: Option<(f64, f64)>,
     /// What came of the measurement that was suggested, where the answer was ambiguous and one effect hidden.
     pub next: Option<Next>,
-    /// Probability of what is left under noise alone.
-    pub noise: Option<f64>,
+    /// Probabilities of the scan and of what is left under noise alone; scale and correlation of the noise. Not a number
+    /// where there is none.
+    pub noise: [f64; 4],
     /// Seconds.
     pub seconds: f64,
     /// The first rows of each effect's ranked table: name, posterior, σ, ln evidence.

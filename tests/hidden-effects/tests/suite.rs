@@ -7,6 +7,7 @@ use isolux_diagnose::diagnosis::diagnose;
 use isolux_diagnose::document::{Document, Verdict};
 use isolux_diagnose::search::Settings;
 use isolux_hidden_effects::case::{self, Order};
+use isolux_hidden_effects::plan::Plan;
 use isolux_hidden_effects::suite::{self, Class};
 use isolux_model::Model;
 use isolux_record::observation::{Need, open};
@@ -100,6 +101,32 @@ fn what_only_looks_like_noise_is_unexplained() {
         let name = order.hidden[0].0;
         assert_eq!(document.verdict, Verdict::Unexplained, "{name}: {}", document.sentence);
         assert!(!surely_wrong(&order, &document), "{name}: {}", document.sentence);
+    }
+}
+
+/// Six records that were called consistent, or a modulated light: a chirp and a telegraph as a correlated noise of 1.5
+/// times the stated scatter, readings that keep a part of the one before as outliers, spokes.
+#[test]
+fn a_chirp_spokes_and_a_sticky_meter_are_no_noise() {
+    let silent = [
+        ("sticky_readings", 396_829_014),
+        ("sticky_readings", 396_829_038),
+        ("chirp", 396_829_015),
+        ("chirp", 396_829_031),
+        ("spokes", 396_829_024),
+        ("telegraph", 396_829_015),
+    ];
+    for (name, seed) in silent {
+        let order = Order {
+            sensor: false,
+            plan: Plan::Designed,
+            hidden: vec![(name, 30.0)],
+            rho: 0.0,
+            outliers: 0.0,
+            seed,
+        };
+        let document = answer(&order).expect("a case");
+        assert_eq!(document.verdict, Verdict::Unexplained, "{name}: {}", document.sentence);
     }
 }
 

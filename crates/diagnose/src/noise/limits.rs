@@ -6,10 +6,24 @@ pub const SCALE: f64 = 1.25;
 /// Serial correlation up to this stays noise where no pose was repeated.
 pub const RHO: f64 = 0.5;
 /// The combined probability below which what is left is no noise. With the scan's own 0.01 the whole verdict has to stay
-/// below 1.5 % of false alarms on white noise and 2 % on AR(1) noise.
-pub const SIGNIFICANCE: f64 = 0.003;
-/// The permutations get this share of [`SIGNIFICANCE`], the comparison of the scatter with what is stated or repeated the rest.
-pub const PERMUTED_SHARE: f64 = 0.8;
+/// below 1.5 % of false alarms on white noise and 2 % on AR(1) noise. The shares below are added as if they excluded
+/// each other, and most records scatter less than they may: 1 of 334 clean records came below 0.01.
+pub const SIGNIFICANCE: f64 = 0.005;
+/// The permutations get this share of [`SIGNIFICANCE`], the comparison of the scatter with what is stated or repeated
+/// another, and both together the rest.
+pub const PERMUTED_SHARE: f64 = 0.7;
+/// The share of the scatter.
+pub const SCATTER_SHARE: f64 = 0.15;
+/// Numbers of the strongest tests that are judged together: a change at random times is a little of a period, of a run
+/// and of a level of each visit.
+pub const TOGETHER: [usize; 2] = [1, 3];
+/// Comparisons of the scatter: with what is stated, with repeats of a pose, and from reading to reading; the widest of
+/// all readings; and values that come again.
+pub const SCATTER_TESTS: f64 = 5.0;
+/// Fewer readings that repeat the value before them are chance.
+pub const TIES: usize = 4;
+/// Outliers that count as noise: this share of the readings, so many times as wide as the others.
+pub const OUTLIERS: (f64, f64) = (0.02, 5.0);
 /// Residuals count for no more than this many times their robust standard deviation: one wild reading is an outlier, several in one place are
 /// still several. With 3.5 a bright patch of three readings, 10 σ together, stayed unseen.
 pub const CLIP: f64 = 6.0;
@@ -29,6 +43,8 @@ pub const NULL_VALUES: usize = 1_200_000;
 pub const ROUNDED: f64 = 0.3;
 /// Every second to every such reading is looked at.
 pub const EVERY: usize = 24;
+/// The same for visits of half-planes.
+pub const EVERY_VISIT: usize = 6;
 /// Lengths of runs of successive readings.
 pub const RUNS: [usize; 5] = [3, 6, 12, 24, 48];
 /// Lengths of parts of the record whose scatter is compared with the others, half overlapping.
@@ -38,6 +54,12 @@ pub const PARTS: [usize; 3] = [12, 24, 48];
 pub const PLACES: f64 = 10.0;
 /// Lengths of successive readings whose means are compared.
 pub const MEANS: [usize; 4] = [4, 8, 16, 32];
+/// Numbers of pieces of each visit of a half-plane whose means are compared.
+pub const PIECES: [usize; 3] = [1, 2, 3];
+/// Readings in the stretches whose own periods are looked for.
+pub const STRETCHES: [usize; 2] = [32, 64];
+/// One in so many readings, those before which the light changed most, is compared with the others.
+pub const STEPS: [usize; 3] = [16, 8, 4];
 /// Widths (standard deviations) of patches, in degrees on the sphere.
 pub const PATCH_DEG: [f64; 3] = [3.0, 6.0, 12.0];
 /// Widths of patches on a sensor, as a share of its side.

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
 
-use super::limits::{FEWEST_NULLS, NULL_VALUES, NULLS};
+use super::limits::{FEWEST_NULLS, NULL_VALUES, NULLS, TOGETHER};
 use super::series::Series;
 use super::{Left, Strongest, Test};
 use crate::whitening::MOST_CORRELATED;
@@ -23,7 +23,9 @@ const BATCH_VALUES: usize = 200_000;
 pub(super) struct Nulls {
     /// Of each test alone.
     tails: Vec<Tail>,
-    /// Of the strongest of all.
+    /// Of the strongest of all, and of the strongest few together.
+    together: Vec<(usize, Tail)>,
+    /// Of the stronger of these.
     strongest: Tail,
 }
 
@@ -46,12 +48,20 @@ impl Nulls {
         let tails: Vec<Tail> = (0..tests.len())
             .map(|test| Tail::new(all.iter().map(|record| record[test]).collect()))
             .collect();
-        let strongest = |record: &Vec<f64>| {
-            let scores = record.iter().zip(&tails).map(|(value, tail)| tail.score(*value));
-            scores.fold(0.0, f64::max)
-        };
-        let strongest = Tail::new(all.iter().map(strongest).collect());
-        Self { tails, strongest }
+        let scores: Vec<Vec<f64>> = all
+            .iter()
+            .map(|record| scores(record.iter().copied(), &tails))
+            .collect();
+        let together: Vec<(usize, Tail)> = TOGETHER
+            .into_iter()
+            .map(|few| (few, Tail::new(scores.iter().map(|scores| sum(scores, few)).collect())))
+            .collect();
+        let strongest = Tail::new(scores.iter().map(|scores| strongest_of(scores, &together)).collect());
+        Self {
+            tails,
+            together,
+            strongest,
+        }
     }
 
     /// The probability of one test alone.
@@ -59,14 +69,32 @@ impl Nulls {
         (-self.tails[test].score(half_square)).exp()
     }
 
-    /// The probability of the strongest of all tests.
+    /// The probability of the strongest of all tests, or of the strongest few together where that is less: what one
+    /// test finds clearly and what several find in part.
     pub(super) fn combined(&self, observed: &[Strongest]) -> f64 {
-        let scores = observed
-            .iter()
-            .zip(&self.tails)
-            .map(|(strongest, tail)| tail.score(strongest.half_square));
-        (-self.strongest.score(scores.fold(0.0, f64::max))).exp()
+        let scores = scores(observed.iter().map(|strongest| strongest.half_square), &self.tails);
+        (-self.strongest.score(strongest_of(&scores, &self.together))).exp()
     }
+}
+
+/// −ln of the probability of each test alone, highest first.
+fn scores(half_squares: impl Iterator<Item = f64>, tails: &[Tail]) -> Vec<f64> {
+    let mut scores: Vec<f64> = half_squares
+        .zip(tails)
+        .map(|(half_square, tail)| tail.score(half_square))
+        .collect();
+    scores.sort_by(|a, b| b.total_cmp(a));
+    scores
+}
+
+fn sum(scores: &[f64], few: usize) -> f64 {
+    scores.iter().take(few).sum()
+}
+
+/// −ln of the least probability of so many tests together.
+fn strongest_of(scores: &[f64], together: &[(usize, Tail)]) -> f64 {
+    let of = |(few, tail): &(usize, Tail)| tail.score(sum(scores, *few));
+    together.iter().map(of).fold(0.0, f64::max)
 }
 
 /// The upper tail of simulated statistics: what was simulated, and an exponential law beyond the highest twentieth.

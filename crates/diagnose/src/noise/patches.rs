@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::limits::{CENTRES, EVERY, PATCH_DEG, PATCH_SHARE, RUNS};
+use super::limits::{CENTRES, EVERY, EVERY_VISIT, PATCH_DEG, PATCH_SHARE, RUNS};
 use super::series::Series;
 use super::{Finding, Kind, Strongest, Test, digits};
 use crate::table::{Coordinate, Light};
@@ -20,6 +20,8 @@ struct Together {
 enum What {
     /// Every so-manieth reading, from which.
     Every(usize, usize),
+    /// Every so-manieth visit of a half-plane, from which.
+    Visits(usize, usize),
     /// Columns or rows of bins.
     Lines(Coordinate, usize),
     /// From and to which of the series.
@@ -123,6 +125,29 @@ impl Patches {
             let (first, cells) = all.level(series.len(), |i| Some(number(i).rem_euclid(n as i64) as usize));
             for phase in 0..cells {
                 all.place(std::iter::once((first + phase, 1.0)), What::Every(n, phase));
+            }
+        }
+        all.some()
+    }
+
+    /// Every second to every [`EVERY_VISIT`]-th visit of a half-plane.
+    pub(super) fn every_visit(series: &Series<'_>) -> Option<Self> {
+        let visits: Vec<Vec<usize>> = series
+            .visits()
+            .into_iter()
+            .filter(|visit| visit.len() > 2 && series.rows[visit[0]].light == Light::Lit)
+            .collect();
+        let mut number = vec![None; series.len()];
+        for (visit, members) in visits.iter().enumerate() {
+            for &i in members {
+                number[i] = Some(visit);
+            }
+        }
+        let mut all = Self::default();
+        for n in (2..=EVERY_VISIT).filter(|n| 2 * n <= visits.len()) {
+            let (first, cells) = all.level(series.len(), |i| number[i].map(|visit: usize| visit % n));
+            for phase in 0..cells {
+                all.place(std::iter::once((first + phase, 1.0)), What::Visits(n, phase));
             }
         }
         all.some()
@@ -264,6 +289,14 @@ impl Test for Patches {
                     .find(|&i| (series.index[i].round() as i64).rem_euclid(n as i64) == phase as i64)
                     .map_or(0.0, |i| series.index[i]);
                 let note = format!("every {n}th reading from number {from} on is {sign} the model");
+                (Kind::Every, Coordinate::Index, [first, last], note)
+            }
+            What::Visits(n, phase) => {
+                let (first, last) = (series.index[0], series.index[series.len() - 1]);
+                let note = format!(
+                    "every {n}th visit of a half-plane from the {}th on is {sign} the model",
+                    phase + 1
+                );
                 (Kind::Every, Coordinate::Index, [first, last], note)
             }
             What::Lines(coordinate, n) => {

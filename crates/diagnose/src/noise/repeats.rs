@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::limits::{REPEATS, SCALE};
 use super::series::{Series, hold};
 use super::{Finding, Kind, Left, Strongest, digits};
-use crate::table::{Coordinate, Light, Source};
+use crate::table::{Coordinate, Light, Row, Source};
 use crate::whitening::Sequence;
 
 /// Variance of readings that should be alike, and its degrees of freedom.
@@ -20,6 +20,8 @@ struct Pure {
 pub(super) struct Repeats {
     /// Readings of a pose about their mean, whenever they were taken.
     visits: Option<Pure>,
+    /// Successive readings of a pose about their own mean.
+    at_once: Option<Pure>,
     /// Differences of successive readings of one pose, and of successive readings of different poses.
     successive: Option<(Pure, Pure)>,
 }
@@ -29,11 +31,13 @@ impl Repeats {
         if series.source != Source::Reading {
             return Self {
                 visits: None,
+                at_once: None,
                 successive: None,
             };
         }
         Self {
             visits: visits(left, series).filter(|pure| pure.freedom >= REPEATS),
+            at_once: at_once(left, series).filter(|pure| pure.freedom >= REPEATS),
             successive: successive(left, series)
                 .filter(|(same, other)| same.freedom >= REPEATS && other.freedom >= REPEATS),
         }
@@ -47,25 +51,30 @@ impl Repeats {
     /// What is more than noise by stated uncertainties and repeats, and the largest scatter that counts as noise.
     pub(super) fn compare(&self, left: &Left<'_>, series: &Series<'_>) -> (Vec<Finding>, f64) {
         let range = [series.index[0], series.index[series.len() - 1]];
-        // What is correlated knows its variance less well.
-        let correlated = (1.0 + left.rho * left.rho) / (1.0 - left.rho * left.rho);
+        // Correlation beyond what counts as noise explains no scatter: the scatter is that of the correlation that does. Correlated readings know their
+        // variance less well, unless their correlation is at that bound.
+        let beyond = (1.0 + left.rho * left.rho - 2.0 * left.rho * left.rho_found) / (1.0 - left.rho * left.rho);
+        let (scale, correlated) = if left.rho_found > left.rho {
+            (left.scale * beyond.max(0.1).sqrt(), 1.0)
+        } else {
+            (left.scale, (1.0 + left.rho * left.rho) / (1.0 - left.rho * left.rho))
+        };
         let u_square = 2.0 * correlated / left.freedom.max(1.0);
         let finding = |kind: Kind, ratio: f64, u_square: f64, note: String| {
             let z = ratio.ln() / u_square.sqrt();
             let mut found = Finding::new(kind, Coordinate::Noise, range, Strongest::default(), note);
             if z > 0.0 {
                 found.sigma = z;
-                // Chernoff's bound of a normal law's tail.
-                found.p_value = 0.5 * (-0.5 * z * z).exp();
+                found.p_value = 0.5 * libm::erfc(z / std::f64::consts::SQRT_2);
                 found.explained = (ratio - 1.0) * left.freedom;
             }
             found
         };
-        let scale = left.scale;
         let mut found = Vec::new();
-        let limit = if let Some(pure) = self.visits {
+        let mut limit = f64::INFINITY;
+        if let Some(pure) = self.visits {
             // Readings that scatter no more than stated are no disagreement.
-            let limit = (SCALE * pure.variance.sqrt()).max(1.0);
+            limit = (SCALE * pure.variance.sqrt()).max(1.0);
             let note = format!(
                 "the readings scatter {} times as much as stated and repeats of a pose {} times",
                 digits(scale),
@@ -73,12 +82,24 @@ impl Repeats {
             );
             let u_square = u_square + 2.0 * correlated / pure.freedom;
             found.push(finding(Kind::Repeats, (scale / limit).powi(2), u_square, note));
-            limit
-        } else {
-            let note = format!("the readings scatter {} times as much as stated", digits(scale));
-            found.push(finding(Kind::Scatter, (scale / SCALE).powi(2), u_square, note));
-            SCALE
+        }
+        // More than stated is noise only where readings of one pose that follow each other show it: what changes
+        // between visits of a pose is a change in time, however large it makes their scatter.
+        let shown = match (self.at_once, self.visits) {
+            (Some(at_once), _) => at_once.variance,
+            (None, Some(visits)) => visits.variance,
+            (None, None) => 1.0,
         };
+        let stated = SCALE * shown.sqrt().max(1.0);
+        let mut note = format!("the readings scatter {} times as much as stated", digits(scale));
+        if let Some(at_once) = self.at_once {
+            note += &format!(
+                ", those of one pose that follow each other {} times",
+                digits(at_once.variance.sqrt())
+            );
+        }
+        found.push(finding(Kind::Scatter, (scale / stated).powi(2), u_square, note));
+        limit = limit.min(stated);
         if let Some((same, other)) = self.successive {
             let ratio = other.variance / (SCALE * SCALE * same.variance.max(0.01));
             let note = format!(
@@ -193,6 +214,37 @@ fn about_means(mut left: Vec<f64>, pose_of: &[usize], poses: usize, sequence: &S
     square(&left)
 }
 
+/// Whether two readings that follow each other are of one lit pose.
+fn alike(a: &Row, b: &Row) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() < 0.05;
+    a.light == Light::Lit
+        && b.light == Light::Lit
+        && near(a.c_deg, b.c_deg)
+        && near(a.gamma_deg, b.gamma_deg)
+        && near(a.distance_mm, b.distance_mm)
+}
+
+/// Variance of successive readings of a pose about the mean of that visit, whatever their serial correlation.
+fn at_once(left: &Left<'_>, series: &Series<'_>) -> Option<Pure> {
+    let held = hold(&series.place.iter().map(|&i| left.plain[i]).collect::<Vec<_>>());
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    let mut start = 0;
+    for k in 1..=series.len() {
+        if k < series.len() && series.follows[k] && alike(series.rows[k - 1], series.rows[k]) {
+            continue;
+        }
+        let visit = &held[start..k];
+        let mean = visit.iter().sum::<f64>() / visit.len() as f64;
+        squares += visit.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+        freedom += visit.len() as f64 - 1.0;
+        start = k;
+    }
+    (freedom > 0.0).then(|| Pure {
+        variance: squares / freedom,
+        freedom,
+    })
+}
+
 /// Mean squared differences of successive readings of one pose, and of different poses.
 fn successive(left: &Left<'_>, series: &Series<'_>) -> Option<(Pure, Pure)> {
     let whole: Vec<f64> = series.place.iter().map(|&i| left.plain[i]).collect();
@@ -203,10 +255,7 @@ fn successive(left: &Left<'_>, series: &Series<'_>) -> Option<(Pure, Pure)> {
         if !series.follows[k] || a.light != Light::Lit || b.light != Light::Lit {
             continue;
         }
-        let alike = (a.c_deg - b.c_deg).abs() < 0.05
-            && (a.gamma_deg - b.gamma_deg).abs() < 0.05
-            && (a.distance_mm - b.distance_mm).abs() < 0.05;
-        let sums = if alike { &mut same } else { &mut other };
+        let sums = if alike(a, b) { &mut same } else { &mut other };
         sums.0 += (held[k] - held[k - 1]).powi(2);
         sums.1 += 1.0;
     }

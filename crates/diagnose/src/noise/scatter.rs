@@ -1,6 +1,6 @@
 //! Whether all readings scatter alike: from block to block, along a coordinate, and from one to the next.
 
-use super::limits::{MEANS, PARTS, SCALE, SQUARE_CLIP};
+use super::limits::{PARTS, SCALE, SQUARE_CLIP, STEPS};
 use super::series::Series;
 use super::{Finding, Kind, Strongest, Test, digits};
 use crate::table::{Coordinate, Light, Source};
@@ -30,6 +30,8 @@ pub(super) struct Blocks {
     groups: Vec<Group>,
 }
 
+/// Readings before which the light changed most.
+const AFTER_A_STEP: &str = "the largest changes of the light";
 /// Groups of fewer rows say little.
 const FEWEST: usize = 6;
 
@@ -82,16 +84,21 @@ impl Blocks {
             for members in by(&|i| Some((row(i).file as u64) << 32 | row(i).group as u64)) {
                 add(Coordinate::Index, "one block", members);
             }
-            let mut visits: Vec<Vec<usize>> = Vec::new();
-            for i in 0..n {
-                let same = i > 0
-                    && (row(i).file, row(i).group) == (row(i - 1).file, row(i - 1).group)
-                    && row(i).c_deg == row(i - 1).c_deg
-                    && row(i).light == row(i - 1).light;
-                match visits.last_mut() {
-                    Some(visit) if same => visit.push(i),
-                    _ => visits.push(vec![i]),
-                }
+            let visits = series.visits();
+            let first = |visit: &Vec<usize>| visit.first().copied();
+            add(
+                Coordinate::Index,
+                "the first of each visit of a half-plane",
+                visits
+                    .iter()
+                    .filter(|visit| visit.len() > 2)
+                    .filter_map(first)
+                    .collect(),
+            );
+            let changes = series.changes();
+            for share in STEPS.into_iter().filter(|_| 2 * changes.len() > n) {
+                let from = changes.len() - changes.len() / share;
+                add(Coordinate::Level, AFTER_A_STEP, changes[from..].to_vec());
             }
             for members in visits {
                 add(Coordinate::Index, "one visit of a half-plane", members);
@@ -321,40 +328,6 @@ impl Test for Trends {
         );
         let numbers = [series.index[0], series.index[series.len() - 1]];
         Finding::new(Kind::Trend, Coordinate::Noise, numbers, strongest, note)
-    }
-}
-
-/// Means of successive readings that wander more than independent readings let them.
-pub(super) struct Means {
-    rows: usize,
-}
-
-impl Means {
-    pub(super) fn new(series: &Series<'_>) -> Self {
-        Self { rows: series.len() }
-    }
-}
-
-impl Test for Means {
-    fn strongest(&self, values: &[f64]) -> Strongest {
-        let mut best = Strongest::default();
-        for (place, &length) in MEANS.iter().enumerate().filter(|(_, length)| 8 * **length <= self.rows) {
-            let blocks = values.chunks_exact(length);
-            let count = blocks.len() as f64;
-            let sum: f64 = blocks
-                .map(|block| block.iter().sum::<f64>().powi(2) / length as f64)
-                .sum();
-            let z = (sum - count) / (2.0 * count).sqrt();
-            best.raise(0.5 * z.max(0.0).powi(2), place);
-        }
-        best
-    }
-
-    fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
-        let length = MEANS[strongest.place];
-        let range = [series.index[0], series.index[series.len() - 1]];
-        let note = format!("the means of {length} successive readings wander");
-        Finding::new(Kind::Means, Coordinate::Index, range, strongest, note)
     }
 }
 

@@ -86,6 +86,32 @@ impl<'a> Series<'a> {
         all
     }
 
+    /// Rows that were taken one after the other in one block, half-plane and light.
+    pub(super) fn visits(&self) -> Vec<Vec<usize>> {
+        let mut visits: Vec<Vec<usize>> = Vec::new();
+        for i in 0..self.len() {
+            let row = self.rows[i];
+            let same = i > 0 && {
+                let before = self.rows[i - 1];
+                (row.file, row.group, row.light) == (before.file, before.group, before.light)
+                    && row.c_deg == before.c_deg
+            };
+            match visits.last_mut() {
+                Some(visit) if same => visit.push(i),
+                _ => visits.push(vec![i]),
+            }
+        }
+        visits
+    }
+
+    /// Rows that follow another at once, by how much the light changed between the two, in stated uncertainties; least first.
+    pub(super) fn changes(&self) -> Vec<usize> {
+        let change = |i: usize| ((self.level[i] - self.level[i - 1]) / self.rows[i].u).abs();
+        let mut rows: Vec<usize> = (1..self.len()).filter(|&i| self.follows[i]).collect();
+        rows.sort_by(|&a, &b| change(a).total_cmp(&change(b)));
+        rows
+    }
+
     /// Standard deviation of the residuals of some rows, in units of the fitted noise.
     pub(super) fn scatter(&self, members: impl Iterator<Item = usize>) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
@@ -97,14 +123,19 @@ impl<'a> Series<'a> {
     }
 }
 
-/// Values held within [`CLIP`] robust standard deviations.
-pub(super) fn hold(values: &[f64]) -> Vec<f64> {
+/// Standard deviation of values whatever a few of them are.
+pub(super) fn robust(values: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let rms = (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt();
     // Half of the sizes of a normal law lie below 0.6745; more than half may be equal to rounding.
     let middle = sizes.get(sizes.len() / 2).map_or(0.0, |size| size / 0.6745);
-    let limit = CLIP * middle.max(rms / 3.0);
+    middle.max(rms / 3.0)
+}
+
+/// Values held within [`CLIP`] robust standard deviations.
+pub(super) fn hold(values: &[f64]) -> Vec<f64> {
+    let limit = CLIP * robust(values);
     values.iter().map(|value| value.clamp(-limit, limit)).collect()
 }
 

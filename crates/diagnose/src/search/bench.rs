@@ -267,6 +267,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             refitted,
             sequence: self.sequence,
             rho,
+            rho_found: self.noise.rho,
             u_rho: self.noise.u_rho,
             scale: self.noise.observed,
             freedom: self.freedom,
