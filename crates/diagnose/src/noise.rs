@@ -22,7 +22,7 @@ use crate::basis::Basis;
 use crate::table::{Coordinate, Row, Source};
 use crate::whitening::Sequence;
 
-use limits::{FEWEST, PERMUTED_SHARE, RHO, SCALE, SCATTER_SHARE, SCATTER_TESTS, SIGNIFICANCE, STRETCHES};
+use limits::{FEWEST, PERMUTED_SHARE, RHO, SCALE, SCATTER_SHARE, SCATTER_TESTS, SIGNIFICANCE};
 use means::{Means, Visits};
 use moments::Moments;
 use nulls::Nulls;
@@ -300,8 +300,7 @@ fn one_source(left: &Left<'_>, series: &Series<'_>, most: usize, seed: u64) -> N
     if series.source == Source::Reading {
         tests.push(Box::new(Means::new(series)));
         tests.extend(Visits::new(series).map(|test| Box::new(test) as Box<dyn Test>));
-        let stretches = STRETCHES.into_iter().filter_map(|length| Moments::new(series, length));
-        tests.extend(stretches.map(|test| Box::new(test) as Box<dyn Test>));
+        tests.extend(Moments::new(series).map(|test| Box::new(test) as Box<dyn Test>));
         tests.extend(Neighbours::new(series, left.rho).map(|test| Box::new(test) as Box<dyn Test>));
     }
     let peaks = spectra

@@ -6,9 +6,8 @@ pub const SCALE: f64 = 1.25;
 /// Serial correlation up to this stays noise where no pose was repeated.
 pub const RHO: f64 = 0.5;
 /// The combined probability below which what is left is no noise. With the scan's own 0.01 the whole verdict has to stay
-/// below 1.5 % of false alarms on white noise and 2 % on AR(1) noise. The shares below are added as if they excluded
-/// each other, and most records scatter less than they may: 1 of 334 clean records came below 0.01.
-pub const SIGNIFICANCE: f64 = 0.005;
+/// below 1.5 % of false alarms on white noise and 2 % on AR(1) noise.
+pub const SIGNIFICANCE: f64 = 0.003;
 /// The permutations get this share of [`SIGNIFICANCE`], the comparison of the scatter with what is stated or repeated
 /// another, and both together the rest.
 pub const PERMUTED_SHARE: f64 = 0.7;

@@ -1,5 +1,6 @@
 //! Periods that come, go or change: a periodogram of each stretch of the record, its peak wherever it lies.
 
+use super::limits::{SQUARE_CLIP, STRETCHES};
 use super::series::Series;
 use super::{Finding, Kind, Strongest, Test, digits};
 use crate::table::Coordinate;
@@ -12,71 +13,91 @@ const PARTS: f64 = 2.0;
 /// Stretches at most: of longer records they are a sample.
 const MOST: usize = 300;
 
-/// The peaks of all stretches of one length together.
+/// The peaks of all stretches of one length together, for each length.
 pub(super) struct Moments {
-    length: usize,
-    /// First row and first cell of each stretch.
-    starts: Vec<usize>,
+    lengths: Vec<Stretches>,
     cells: Vec<usize>,
     cell_s: f64,
     /// Of an error that multiplies the light, and of one that is added.
     envelopes: [Vec<f64>; 2],
-    /// In turns of the table a cell.
-    frequencies: Vec<usize>,
     sine: Vec<f64>,
 }
 
+/// Stretches of one length.
+struct Stretches {
+    length: usize,
+    /// The first row of each.
+    starts: Vec<usize>,
+    /// In turns of the table a cell.
+    frequencies: Vec<usize>,
+}
+
+impl Stretches {
+    fn new(length: usize, rows: usize) -> Option<Self> {
+        // From one period in a stretch without pauses to two and a half readings a period.
+        let span = length as f64 * PARTS;
+        let count = (length as f64 / 2.5) as usize;
+        (rows >= 3 * length).then(|| Self {
+            length,
+            starts: (0..=rows - length).step_by((length / 2).max(rows / MOST)).collect(),
+            frequencies: (1..=count)
+                .map(|k| (TURN as f64 * k as f64 / span).round() as usize)
+                .collect(),
+        })
+    }
+}
+
 impl Moments {
-    /// None where the rows have no time or are too few for three stretches of `length` readings.
-    pub(super) fn new(series: &Series<'_>, length: usize) -> Option<Self> {
-        let n = series.len();
+    /// None where the rows have no time or are too few.
+    pub(super) fn new(series: &Series<'_>) -> Option<Self> {
         let first = *series.time.first()?;
         let mut steps: Vec<f64> = series.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        if n < 3 * length || steps.iter().any(|step| !step.is_finite()) {
+        if steps.iter().any(|step| !step.is_finite()) {
             return None;
         }
         steps.retain(|step| *step > 0.0);
         steps.sort_by(f64::total_cmp);
         let cell_s = *steps.get(steps.len() / 2)? / PARTS;
-        let cell = |time: &f64| ((time - first) / cell_s).round() as usize;
-        // From one period in a stretch without pauses to two and a half readings a period.
-        let span = length as f64 * PARTS;
-        let count = (length as f64 / 2.5) as usize;
-        let frequencies = (1..=count)
-            .map(|k| (TURN as f64 * k as f64 / span).round() as usize)
+        let lengths: Vec<Stretches> = STRETCHES
+            .into_iter()
+            .filter_map(|length| Stretches::new(length, series.len()))
             .collect();
-        Some(Self {
-            length,
-            starts: (0..=n - length).step_by((length / 2).max(n / MOST)).collect(),
-            cells: series.time.iter().map(cell).collect(),
+        let angle = |k: usize| std::f64::consts::TAU * k as f64 / TURN as f64;
+        let relative = series.rows.iter().zip(&series.level);
+        (!lengths.is_empty()).then(|| Self {
+            lengths,
+            cells: series
+                .time
+                .iter()
+                .map(|time| ((time - first) / cell_s).round() as usize)
+                .collect(),
             cell_s,
             envelopes: [
-                series
-                    .rows
-                    .iter()
-                    .zip(&series.level)
-                    .map(|(row, level)| level / row.u)
-                    .collect(),
+                relative.map(|(row, level)| level / row.u).collect(),
                 series.rows.iter().map(|row| 1.0 / row.u).collect(),
             ],
-            frequencies,
-            sine: (0..TURN)
-                .map(|k| (std::f64::consts::TAU * k as f64 / TURN as f64).sin())
-                .collect(),
+            sine: (0..TURN).map(|k| angle(k).sin()).collect(),
         })
     }
 
-    /// The peak of the stretch from row `from` on: half of what it explains in σ², and its period in seconds.
-    fn peak(&self, values: &[f64], from: usize) -> (f64, f64) {
+    /// The peaks of all stretches of one length: half of what each explains in σ², and its period in seconds.
+    fn peaks(&self, of: &Stretches, values: &[f64]) -> Vec<(f64, f64)> {
+        of.starts.iter().map(|&from| self.peak(of, values, from)).collect()
+    }
+
+    /// The peak of the stretch from row `from` on. Values are held as squares are: one outlier alone is a little of
+    /// every period.
+    fn peak(&self, of: &Stretches, values: &[f64], from: usize) -> (f64, f64) {
         let mut best = (0.0, f64::INFINITY);
+        let rows = from..from + of.length;
         for envelope in &self.envelopes {
-            let rows = from..from + self.length;
             let square: f64 = envelope[rows.clone()].iter().map(|weight| weight * weight).sum();
             if square.is_nan() || square <= 0.0 {
                 continue;
             }
-            let products: Vec<f64> = rows.clone().map(|i| values[i] * envelope[i]).collect();
-            for &frequency in &self.frequencies {
+            let product = |i: usize| values[i].clamp(-SQUARE_CLIP, SQUARE_CLIP) * envelope[i];
+            let products: Vec<f64> = rows.clone().map(product).collect();
+            for &frequency in &of.frequencies {
                 let (mut sine, mut cosine) = (0.0, 0.0);
                 for (product, cell) in products.iter().zip(&self.cells[rows.clone()]) {
                     let turn = cell * frequency % TURN;
@@ -95,19 +116,21 @@ impl Moments {
 
 impl Test for Moments {
     fn strongest(&self, values: &[f64]) -> Strongest {
-        let count = self.starts.len() as f64;
-        let sum: f64 = self.starts.iter().map(|&from| self.peak(values, from).0).sum();
-        // The largest of k exponential laws has the mean ln k + 0.58 and the variance π²/6 (Gumbel 1935).
-        let expected = (self.frequencies.len() as f64).ln() + 0.577;
-        let z = (sum - count * expected) / (count * std::f64::consts::PI.powi(2) / 6.0).sqrt();
         let mut best = Strongest::default();
-        best.raise(0.5 * z.max(0.0).powi(2), 0);
+        for (place, of) in self.lengths.iter().enumerate() {
+            let count = of.starts.len() as f64;
+            let sum: f64 = self.peaks(of, values).iter().map(|peak| peak.0).sum();
+            // The largest of k exponential laws has the mean ln k + 0.577 and the variance π²/6 (Gumbel 1935).
+            let expected = (of.frequencies.len() as f64).ln() + 0.577;
+            let z = (sum - count * expected) / (count * std::f64::consts::PI.powi(2) / 6.0).sqrt();
+            best.raise(0.5 * z.max(0.0).powi(2), place);
+        }
         best
     }
 
     fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
-        let mut peaks: Vec<(f64, f64)> = self.starts.iter().map(|&from| self.peak(&series.plain, from)).collect();
-        // Neighbouring stretches share half of their readings.
+        let mut peaks = self.peaks(&self.lengths[strongest.place], &series.plain);
+        // Twice half of σ², of stretches that share half of their readings.
         let explained = peaks.iter().map(|peak| peak.0).sum::<f64>();
         peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
         peaks.truncate(peaks.len().div_ceil(3));
