@@ -163,7 +163,7 @@ pub struct NoiseTestEntry {
     pub p_value: f64,
     /// Standard deviation of what is left, outliers held, in stated uncertainties.
     pub scatter: f64,
-    /// The largest scatter that counts as noise: 1.25, or what repeats of a pose show.
+    /// The largest scatter that counts as noise: 1.25, or 1.25 times what repeats of a pose show.
     pub scatter_limit: f64,
     /// The same of repeats of one pose, where there are enough.
     pub repeats_scatter: Option<f64>,

@@ -21,6 +21,8 @@ pub const TOGETHER: [usize; 2] = [1, 3];
 pub const SCATTER_TESTS: f64 = 5.0;
 /// Fewer readings that repeat the value before them are chance.
 pub const TIES: usize = 4;
+/// Up to so many of the widest readings together are compared with outliers.
+pub const WIDEST: usize = 4;
 /// Outliers that count as noise: this share of the readings, so many times as wide as the others.
 pub const OUTLIERS: (f64, f64) = (0.02, 5.0);
 /// Residuals count for no more than this many times their robust standard deviation: one wild reading is an outlier, several in one place are
@@ -67,5 +69,8 @@ pub const PATCH_SHARE: [f64; 3] = [0.05, 0.1, 0.2];
 pub const CENTRES: usize = 400;
 /// Degrees of freedom that repeats of a pose need to decide.
 pub const REPEATS: f64 = 10.0;
+/// Degrees of freedom that readings of one pose which follow each other need to allow more scatter than stated: they know
+/// it to 13 %. With 14 pairs a lucky few let spokes of 1.7 times the stated scatter pass.
+pub const REPEATS_AT_ONCE: f64 = 30.0;
 /// Cells of a periodogram at most.
 pub const CELLS: usize = 1 << 16;

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::limits::{REPEATS, SCALE};
+use super::limits::{REPEATS, REPEATS_AT_ONCE, SCALE};
 use super::series::{Series, hold};
 use super::{Finding, Kind, Left, Strongest, digits};
 use crate::table::{Coordinate, Light, Row, Source};
@@ -37,7 +37,7 @@ impl Repeats {
         }
         Self {
             visits: visits(left, series).filter(|pure| pure.freedom >= REPEATS),
-            at_once: at_once(left, series).filter(|pure| pure.freedom >= REPEATS),
+            at_once: at_once(left, series).filter(|pure| pure.freedom >= REPEATS_AT_ONCE),
             successive: successive(left, series)
                 .filter(|(same, other)| same.freedom >= REPEATS && other.freedom >= REPEATS),
         }
@@ -85,11 +85,7 @@ impl Repeats {
         }
         // More than stated is noise only where readings of one pose that follow each other show it: what changes
         // between visits of a pose is a change in time, however large it makes their scatter.
-        let shown = match (self.at_once, self.visits) {
-            (Some(at_once), _) => at_once.variance,
-            (None, Some(visits)) => visits.variance,
-            (None, None) => 1.0,
-        };
+        let shown = self.at_once.map_or(1.0, |at_once| at_once.variance);
         let stated = SCALE * shown.sqrt().max(1.0);
         let mut note = format!("the readings scatter {} times as much as stated", digits(scale));
         if let Some(at_once) = self.at_once {

@@ -1,6 +1,6 @@
 //! Single readings: one that is further off than outliers are, and values that come again where noise would change them.
 
-use super::limits::{OUTLIERS, TIES};
+use super::limits::{OUTLIERS, TIES, WIDEST};
 use super::series::{Series, robust};
 use super::{Finding, Kind, Left, Strongest, digits};
 use crate::table::{Coordinate, Light};
@@ -16,21 +16,49 @@ fn finding(kind: Kind, range: [f64; 2], sigma: f64, p_value: f64, note: String) 
     }
 }
 
-/// The widest residual, against outliers that count as noise: however rare they are, none is as wide as it likes.
+/// The widest residuals, against outliers that count as noise: however rare they are, none is as wide as it likes.
 pub(super) fn widest(series: &Series<'_>) -> Option<Finding> {
     let (share, width) = OUTLIERS;
     let one = robust(&series.plain);
-    let (place, off) = (0..series.len())
+    let mut off: Vec<(usize, f64)> = (0..series.len())
         .map(|i| (i, (series.plain[i] / one).abs()))
         .filter(|(_, off)| off.is_finite())
-        .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let p_value = series.len() as f64 * share * libm::erfc(off / width / std::f64::consts::SQRT_2);
-    let at = series.index[place];
-    let note = format!(
-        "the reading of index {at} is off by {} times the scatter of the others",
-        digits(off)
-    );
-    Some(finding(Kind::Outlier, [at, at], off, p_value.min(1.0), note))
+        .collect();
+    off.sort_by(|a, b| b.1.total_cmp(&a.1));
+    off.truncate(WIDEST);
+    let chance = |(k, (_, off)): (usize, &(usize, f64))| {
+        let expected = series.len() as f64 * share * libm::erfc(off / width / std::f64::consts::SQRT_2);
+        as_many(k + 1, expected.max(f64::MIN_POSITIVE))
+    };
+    let (count, p_value) = off
+        .iter()
+        .enumerate()
+        .map(|one| (one.0 + 1, chance(one)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    off.truncate(count);
+    let numbers: Vec<f64> = off.iter().map(|(i, _)| series.index[*i]).collect();
+    let range = numbers
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+            [low.min(*at), high.max(*at)]
+        });
+    let least = off.last()?.1;
+    let note = match numbers.as_slice() {
+        [at] => format!(
+            "the reading of index {at} is off by {} times the scatter of the others",
+            digits(least)
+        ),
+        several => format!(
+            "{} readings (index {} … {}) are off by {} times the scatter of the others or more",
+            several.len(),
+            range[0],
+            range[1],
+            digits(least)
+        ),
+    };
+    let sigma = off.iter().map(|(_, off)| off * off).sum::<f64>().sqrt();
+    let p_value = (WIDEST as f64 * p_value).min(1.0);
+    Some(finding(Kind::Outlier, range, sigma, p_value, note))
 }
 
 /// Lit readings that show the value of the one before, against how often noise and light let them: a meter that holds
