@@ -10,9 +10,9 @@ pub const RHO: f64 = 0.5;
 pub const SIGNIFICANCE: f64 = 0.003;
 /// The permutations get this share of [`SIGNIFICANCE`], the comparison of the scatter with what is stated or repeated
 /// another, and both together the rest.
-pub const PERMUTED_SHARE: f64 = 0.7;
+pub const PERMUTED_SHARE: f64 = 0.8;
 /// The share of the scatter.
-pub const SCATTER_SHARE: f64 = 0.15;
+pub const SCATTER_SHARE: f64 = 0.1;
 /// Numbers of the strongest tests that are judged together: a change at random times is a little of a period, of a run
 /// and of a level of each visit.
 pub const TOGETHER: [usize; 2] = [1, 3];
