@@ -211,6 +211,9 @@ pub struct Left<'a> {
     pub scale: f64,
     /// Its degrees of freedom.
     pub freedom: f64,
+    /// The noise in which the search counts its σ: the fitted scatter, or 1 where the stated uncertainties hold. What a
+    /// place explains is compared with what a name explains, and counts in the same unit.
+    pub unit: f64,
 }
 
 /// The strongest place of one test.

@@ -1,7 +1,7 @@
 //! What is noise and what only looks like it: residuals of a known law on a plan of half-planes, references and repeats.
 
 use isolux_diagnose::basis::Basis;
-use isolux_diagnose::noise::{Finding, Kind, Left, NoiseTest, test};
+use isolux_diagnose::noise::{Finding, Kind, Left, NoiseTest, strongest_place, test};
 use isolux_diagnose::table::{Coordinate, Row, Source};
 use isolux_diagnose::whitening::Sequence;
 use nalgebra::{DMatrix, DVector};
@@ -53,12 +53,26 @@ fn tested(rows: &[Row], residual: &[f64], rho: f64) -> NoiseTest {
 
 /// The same of readings whose light is `level`.
 fn tested_at(rows: &[Row], level: Vec<f64>, residual: &[f64], rho: f64) -> NoiseTest {
+    of_left(rows, level, residual, rho, None, |left| test(left, 600, 1)).expect("enough readings")
+}
+
+/// What `ask` says of these residuals; `scale` and `unit` are the scatter of all of them where they are not given.
+fn of_left<T>(
+    rows: &[Row],
+    level: Vec<f64>,
+    residual: &[f64],
+    rho: f64,
+    scale_and_unit: Option<(f64, f64)>,
+    ask: impl FnOnce(&Left<'_>) -> T,
+) -> T {
     let runs = vec![0; rows.len()];
     let times: Vec<f64> = rows.iter().map(|row| row.time_s).collect();
     let sequence = Sequence::by_time(&runs, &times);
     let mut whitened = DMatrix::from_column_slice(rows.len(), 1, residual);
     sequence.whiten(rho, &mut whitened);
     let n = rows.len() as f64;
+    let all = (whitened.norm_squared() / n).sqrt();
+    let (scale, unit) = scale_and_unit.unwrap_or((all, all));
     let left = Left {
         rows,
         level,
@@ -69,10 +83,11 @@ fn tested_at(rows: &[Row], level: Vec<f64>, residual: &[f64], rho: f64) -> Noise
         rho,
         rho_found: rho,
         u_rho: if rho > 0.0 { ((1.0 - rho * rho) / n).sqrt() } else { 0.0 },
-        scale: (whitened.norm_squared() / n).sqrt(),
+        scale,
         freedom: n,
+        unit,
     };
-    test(&left, 600, 1).expect("enough readings")
+    ask(&left)
 }
 
 fn with(change: impl Fn(usize, &Row) -> f64, rows: &[Row], seed: u64) -> Vec<f64> {
@@ -115,6 +130,28 @@ fn a_period_in_time_is_found_with_its_length() {
         .find(|finding| finding.coordinate == Coordinate::TimeS);
     let period = of_time.and_then(|finding| finding.period).expect("a period in seconds");
     assert!((period - 37.0).abs() < 0.5, "{period}: {finding:?}");
+}
+
+/// Readings that scatter half as much as stated, where the stated uncertainty holds: the period explains what its own
+/// squares are, 1.5²/2 a reading, and not four times as much, or it would take the part of any name.
+#[test]
+fn what_a_place_explains_counts_in_the_unit_of_the_search() {
+    let rows = plan(false);
+    let level: Vec<f64> = rows.iter().map(|row| row.gamma_deg.to_radians().cos()).collect();
+    let beat = |row: &Row| 1.5 * (std::f64::consts::TAU * row.time_s / 37.0).sin();
+    let residual: Vec<f64> = rows
+        .iter()
+        .zip(white(rows.len(), 35))
+        .map(|(row, z)| 0.5 * z + beat(row))
+        .collect();
+    let place = of_left(&rows, level, &residual, 0.0, Some((0.5, 1.0)), strongest_place).expect("a place");
+    assert_eq!(place.kind, Kind::Periodic);
+    let expected = 0.5 * 1.5 * 1.5 * rows.len() as f64;
+    assert!(
+        (place.explained / expected - 1.0).abs() < 0.1,
+        "{} of {expected}",
+        place.explained
+    );
 }
 
 #[test]

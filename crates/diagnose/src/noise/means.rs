@@ -87,7 +87,7 @@ impl Test for Visits {
         };
         let numbers = [series.index[0], series.index[series.len() - 1]];
         let of = |&(from, to): &(usize, usize)| {
-            series.plain[from..to].iter().sum::<f64>().powi(2) / (to - from) as f64 - 1.0
+            series.plain[from..to].iter().sum::<f64>().powi(2) / (to - from) as f64 - series.expected
         };
         let explained = pieces.iter().map(of).sum::<f64>().max(0.0);
         Finding::new(Kind::Means, Coordinate::Index, numbers, strongest, note).explaining(explained)

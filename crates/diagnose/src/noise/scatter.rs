@@ -205,7 +205,7 @@ impl Test for Blocks {
         let more: f64 = group
             .members
             .iter()
-            .map(|&i| series.plain[i as usize].powi(2) - 1.0)
+            .map(|&i| series.plain[i as usize].powi(2) - series.expected)
             .sum();
         Finding::new(Kind::Blocks, Coordinate::Noise, range, strongest, note).explaining(more.max(0.0))
     }

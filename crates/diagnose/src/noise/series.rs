@@ -22,10 +22,12 @@ pub(super) struct Series<'a> {
     pub(super) follows: Vec<bool>,
     /// √(1 − leverage).
     pub(super) share: Vec<f64>,
-    /// Residual in units of the fitted noise.
+    /// Residual in the unit of the search.
     pub(super) plain: Vec<f64>,
     /// The same with outliers held, of unit variance.
     pub(super) held: Vec<f64>,
+    /// Mean square of `plain` where all is noise.
+    pub(super) expected: f64,
 }
 
 impl<'a> Series<'a> {
@@ -65,8 +67,9 @@ impl<'a> Series<'a> {
             time,
             index,
             follows,
-            plain: whole.iter().map(|value| value / left.scale).collect(),
+            plain: whole.iter().map(|value| value / left.unit).collect(),
             held,
+            expected: (left.scale / left.unit).powi(2),
             share,
             rows,
             place,
@@ -112,7 +115,7 @@ impl<'a> Series<'a> {
         rows
     }
 
-    /// Standard deviation of the residuals of some rows, in units of the fitted noise.
+    /// Standard deviation of the residuals of some rows, in the unit of the search.
     pub(super) fn scatter(&self, members: impl Iterator<Item = usize>) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for i in members {

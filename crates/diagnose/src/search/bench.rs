@@ -271,6 +271,7 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
             u_rho: self.noise.u_rho,
             scale: self.noise.observed,
             freedom: self.freedom,
+            unit: self.noise.scale,
         })
     }
 
