@@ -4,7 +4,7 @@
 mod folder;
 
 use std::ops::Deref;
-use std::process::Stdio;
+use std::process::{Output, Stdio};
 
 use folder::{Folder, said};
 use serde_json::Value;
@@ -220,7 +220,7 @@ fn a_plan_that_the_bench_cannot_carry_out_is_not_tried() {
 /// The command at a terminal whose person answers `answer`; what it said, and whether it went on to measure.
 #[cfg(unix)]
 fn at_a_terminal(bench: &Bench, out: &str, answer: &str) -> (String, bool) {
-    use std::io::Write;
+    use std::io::{Read, Write};
 
     use serialport::{SerialPort, TTYPort};
 
@@ -230,15 +230,24 @@ fn at_a_terminal(bench: &Bench, out: &str, answer: &str) -> (String, bool) {
     drop(terminal);
     let terminal = std::fs::File::open(name).unwrap();
     let asked = ["investigate", "flawed/station.toml", MODEL, "run", "--out", out];
-    let child = bench
+    let mut child = bench
         .command(&asked)
         .stdin(terminal)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
+    // What is typed before the question is no answer to it.
+    let mut words = child.stderr.take().unwrap();
+    let mut stderr = Vec::new();
+    let mut byte = [0];
+    while !stderr.ends_with(b"[y/N] ") && words.read(&mut byte).unwrap() > 0 {
+        stderr.push(byte[0]);
+    }
     person.write_all(answer.as_bytes()).unwrap();
-    let said = said(child.wait_with_output().unwrap(), Some(0));
+    words.read_to_end(&mut stderr).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = said(Output { stderr, ..output }, Some(0));
     assert!(said.contains("May the axes move? [y/N]"), "{said}");
     (said, bench.path(out).join("run-2").exists())
 }
