@@ -17,6 +17,7 @@ pub mod diagnose;
 mod diagnosis_report;
 pub mod failure;
 pub mod files;
+pub mod folder;
 pub mod hand;
 pub mod hand_spectrum;
 pub mod identify;

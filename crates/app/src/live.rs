@@ -1,15 +1,18 @@
 //! The events of a scan, typed: the command line prints them, the page draws them, and a record gives the same ones again.
 
 mod replay;
+mod sensor;
 
 use isolux_record::plan::Instrument;
 use isolux_record::run::RunHeader;
-use isolux_record::{Quality, Reading, ReadingKind, Role};
+use isolux_record::{Quality, Reading, ReadingKind};
 use isolux_scan::itinerary::{Visit, visits};
 use isolux_scan::warmup::Criterion;
 use serde::Serialize;
 
+pub use isolux_record::Role;
 pub use replay::{Replay, Writer, ask_writer_to_end, writer};
+pub use sensor::{SensorSoFar, sensor_so_far};
 
 use crate::stage;
 
@@ -267,5 +270,23 @@ impl Outline {
             distance_mm: station.bench().distance_mm,
             in_memory: stage::is_virtual(station),
         }
+    }
+}
+
+impl Live {
+    /// What the bench does from this moment on, by the clock of this machine.
+    pub fn state_now(state: State, sentence: &str) -> Self {
+        let (sentence, at_utc) = (sentence.to_owned(), jiff::Timestamp::now().to_string());
+        Self::State {
+            state,
+            sentence,
+            at_utc,
+        }
+    }
+
+    /// A line of the journal, at this moment.
+    pub fn journal_now(sentence: &str) -> Self {
+        let (sentence, at_utc) = (sentence.to_owned(), jiff::Timestamp::now().to_string());
+        Self::Journal { sentence, at_utc }
     }
 }

@@ -81,6 +81,17 @@ pub(crate) fn lit_by(input: &Utf8Path, model: &Model) -> Result<Scene, Failure> 
     Scene::parse_with(&at, &text, model).map_err(Failure::bad_input)
 }
 
+/// The sensor of the published case lit by `model`.
+///
+/// # Errors
+/// Exit 2 for a model that cannot light it.
+pub(crate) fn of_the_published_case(model: &Model) -> Result<Scene, Failure> {
+    let mut table = with_sensor("model", "");
+    table.remove("model");
+    let text = toml::to_string(&table).map_err(Failure::bad_input)?;
+    Scene::parse_with(Utf8Path::new("scene.toml"), &text, model).map_err(Failure::bad_input)
+}
+
 /// Sets a dotted key; a number in brackets picks an entry of a list.
 ///
 /// # Errors

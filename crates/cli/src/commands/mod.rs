@@ -16,6 +16,7 @@ mod reduce;
 mod report;
 mod run;
 mod scan;
+mod serve;
 mod simulate;
 mod sweep;
 mod takeover;
@@ -49,6 +50,7 @@ pub enum Command {
     Predict(predict::Predict),
     Diagnose(diagnose::Diagnose),
     Report(report::Report),
+    Serve(serve::Serve),
     Virtual(twins::Virtual),
 }
 
@@ -80,6 +82,7 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
+        Command::Serve(arguments) => serve::run(&arguments),
         Command::Virtual(arguments) => twins::run(&arguments),
     }
 }

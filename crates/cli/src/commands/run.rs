@@ -3,8 +3,10 @@
 use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
 use isolux_app::init::DayPlan;
+use isolux_app::progress::Progress;
 use isolux_app::{Failure, day};
 
+use super::serve::{self, Address};
 use super::takeover::TakeOver;
 use crate::screen;
 use crate::terminal::Terminal;
@@ -34,9 +36,11 @@ pub struct Run {
     /// Accept a drift, an unstable reference or a closing half-plane beyond the plan's limits; every result says so.
     #[arg(long, value_name = "REASON", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     accept_drift: Option<String>,
-    /// Show the report in the browser at the end.
+    /// Show the day on the local page, in the browser: the scan while it runs, the report at the end.
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    address: Address,
 }
 
 /// Runs the command.
@@ -51,31 +55,29 @@ pub fn run(arguments: &Run) -> Result<(), Failure> {
         accept_drift: arguments.accept_drift.clone(),
     };
     let terminal = Terminal::of_stdin();
-    let control = terminal.control();
+    let mut control = terminal.control();
     let operator = terminal.operator();
     let operator = operator
         .as_ref()
         .map(|operator| operator as &dyn isolux_app::scan::Operator);
-    let day = day::run(&wishes, operator, &control, &screen::Bars::default())?;
+    if !arguments.open {
+        return say(&day::run(&wishes, operator, &control, &screen::Bars::default())?);
+    }
+    control.pace = arguments.address.pace();
+    let folder = wishes.out.as_deref().and_then(Utf8Path::parent);
+    let folder = folder
+        .filter(|folder| !folder.as_str().is_empty())
+        .unwrap_or(Utf8Path::new("."));
+    let work = |progress: &dyn Progress| day::run(&wishes, operator, &control, progress);
+    let (day, page) = serve::beside(&arguments.address, folder, &control, work)?;
+    say(&day)?;
+    page.until_nobody_looks()
+}
+
+fn say(day: &day::Day) -> Result<(), Failure> {
     for sentence in &day.sentences {
         screen::say(sentence)?;
     }
     screen::say(format_args!("results               {}", day.folder.join("results")))?;
-    screen::say(format_args!("report                {}", day.report))?;
-    if arguments.open && !show(&day.report) {
-        screen::say("(no browser could be started; open the report by hand)")?;
-    }
-    Ok(())
-}
-
-/// Hands the report to the desktop's own opener.
-fn show(report: &Utf8Path) -> bool {
-    let opener = if cfg!(target_os = "macos") {
-        "open"
-    } else if cfg!(windows) {
-        "explorer"
-    } else {
-        "xdg-open"
-    };
-    std::process::Command::new(opener).arg(report).spawn().is_ok()
+    screen::say(format_args!("report                {}", day.report))
 }

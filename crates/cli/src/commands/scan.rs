@@ -1,10 +1,12 @@
 //! `isolux scan`.
 
-use camino::Utf8PathBuf;
+use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::scan::{self, Operator, Target, duration};
+use isolux_app::progress::Progress;
+use isolux_app::scan::{self, Operator, ScanSummary, Target, duration};
 
+use super::serve::{self, Address};
 use super::takeover::TakeOver;
 use crate::screen::{self, Bars};
 use crate::terminal::Terminal;
@@ -30,6 +32,11 @@ pub struct Scan {
     reread: bool,
     #[command(flatten)]
     takeover: TakeOver,
+    /// Show the scan on the local page, in the browser.
+    #[arg(long)]
+    open: bool,
+    #[command(flatten)]
+    address: Address,
     /// Print the facts as JSON.
     #[arg(long)]
     json: bool,
@@ -44,21 +51,35 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         (None, None) => return Err(Failure::bad_input("give --out RUN or --resume RUN")),
     };
     let terminal = Terminal::of_stdin();
-    let control = terminal.control();
+    let mut control = terminal.control();
     let operator = terminal.operator();
-    let bars = Bars::default();
     let operator = operator.as_ref().map(|operator| operator as &dyn Operator);
-    let summary = scan::run(
-        &arguments.station,
-        &arguments.plan,
-        target,
-        arguments.takeover.reason(),
-        operator,
-        &control,
-        &bars,
-    )?;
+    if arguments.open {
+        control.pace = arguments.address.pace();
+    }
+    let work = |progress: &dyn Progress| {
+        scan::run(
+            &arguments.station,
+            &arguments.plan,
+            target,
+            arguments.takeover.reason(),
+            operator,
+            &control,
+            progress,
+        )
+    };
+    if arguments.open {
+        let folder = path.parent().unwrap_or(Utf8Path::new("."));
+        let (summary, page) = serve::beside(&arguments.address, folder, &control, work)?;
+        say(arguments, &summary, path)?;
+        return page.until_nobody_looks();
+    }
+    say(arguments, &work(&Bars::default())?, path)
+}
+
+fn say(arguments: &Scan, summary: &ScanSummary, path: &Utf8Path) -> Result<(), Failure> {
     if arguments.json {
-        screen::say(serde_json::to_string(&summary).map_err(Failure::instrument)?)?;
+        screen::say(serde_json::to_string(summary).map_err(Failure::instrument)?)?;
         return Ok(());
     }
     screen::say(format_args!(

@@ -1,0 +1,234 @@
+// The page: takes the events, draws at most ten times a second, sends commands.
+
+import { Curve, Reference, Spectrum, WarmUp } from "./charts.js";
+import { command } from "./commands.js";
+import { Grid } from "./grid.js";
+import { Polar } from "./polar.js";
+import { Sensor } from "./sensor.js";
+import { STATES, add, empty } from "./state.js";
+import { subscribe } from "./stream.js";
+import { clock, clockSeconds, degrees, duration, percent, significant, withU } from "./words.js";
+
+const $ = (id) => document.getElementById(id);
+const model = empty();
+let status = null;
+let connected = false;
+let answered = null;
+
+// Themes.
+const THEMES = ["light", "dark", "red"];
+function theme(name) {
+  const chosen = THEMES.includes(name) ? name : "light";
+  document.documentElement.dataset.theme = chosen;
+  $("theme").value = chosen;
+  localStorage.setItem("isolux-theme", chosen);
+  for (const figure of [grid, curve, warmUp, reference, spectrum, sensor]) figure.refresh();
+  changed();
+}
+
+const polar = new Polar($("polar"), $("polar-text"));
+const grid = new Grid($("grid"), $("grid-text"));
+const curve = new Curve($("curve"), $("curve-text"), 272);
+const warmUp = new WarmUp($("warm-up"), $("warm-up-text"), 136);
+const reference = new Reference($("reference"), $("reference-text"), 136);
+const spectrum = new Spectrum($("spectrum"), $("spectrum-text"), 272);
+
+const sensor = new Sensor($("sensor"), $("sensor-text"));
+
+// Drawing, ten times a second at most.
+let due = false;
+function changed() {
+  if (due) return;
+  due = true;
+  setTimeout(() => requestAnimationFrame(() => { due = false; draw(); }), 90);
+}
+
+function text(id, words) {
+  const element = $(id);
+  if (element.textContent !== words) element.textContent = words;
+}
+
+function draw() {
+  header();
+  $("scan").hidden = !model.outline;
+  $("none").hidden = Boolean(model.outline);
+  if (!model.outline) return;
+  readings();
+  gates();
+  polar.draw(model);
+  curve.draw(model);
+  grid.draw(model);
+  warmUp.draw(model);
+  reference.draw(model);
+  spectrum.draw(model);
+  journal();
+  if ($("table-details").open) table();
+}
+
+function header() {
+  let [word, shape] = STATES[model.state] ?? ["No scan", "none"];
+  if (status?.pause_asked && status.running && model.state !== "paused") [word, shape] = ["Pausing", "wait"];
+  const before = $("state-word").textContent;
+  text("state-word", word);
+  $("state").dataset.shape = shape;
+  if (before !== word) text("announce", `State: ${word}`);
+  text("state-sentence", status?.pause_asked && model.state !== "paused" ? "after the point that is being read" : model.sentence);
+  text("bench", model.outline?.bench ?? "");
+  text("run", status?.run ?? "");
+  document.title = model.outline ? `${word} – isolux` : "isolux";
+  const left = model.left;
+  const over = ["completed", "interrupted", "failed", "evaluating"].includes(model.state);
+  text("points", left ? `${left.done} of ${left.total}` : "–");
+  text("time-left", left && !over ? duration(left.left_s) : "–");
+  text("ends-at", left && !over && left.ends_utc && model.state !== "paused" ? ends(left) : "–");
+  $("progress").value = left && left.total ? left.done / left.total : 0;
+  commands();
+}
+
+/** A bench in virtual time ends by its own clock; what that is here depends on its speed. */
+function ends(left) {
+  if (!model.outline?.in_memory || !status?.times) return clock(left.ends_utc);
+  return clock(new Date(Date.now() + (left.left_s * 1000) / status.times).toISOString());
+}
+
+function commands() {
+  const running = connected && Boolean(status?.running) && !["evaluating", "completed", "interrupted", "failed"].includes(model.state);
+  const paused = Boolean(status?.pause_asked);
+  text("pause", paused ? "Go on" : "Pause");
+  $("pause").disabled = !running;
+  $("abort").disabled = !running;
+  $("stop").disabled = !(running || (connected && status?.elsewhere));
+  $("desk").hidden = !status || status.running || (!status.jobs.length && !status.runs.length && !status.report);
+  $("start-group").hidden = !status?.jobs.length;
+  $("show-group").hidden = !status?.runs.length || !status.jobs.length;
+  $("report").hidden = !status?.report;
+  options($("job"), status?.jobs ?? []);
+  options($("shown"), status?.runs ?? []);
+  const notice = status?.elsewhere ? `This scan is made by ${status.elsewhere}. From here it can only be stopped.` : (answered ?? status?.notice);
+  $("notice").hidden = !notice;
+  if (notice) text("notice", notice);
+  $("question").hidden = !status?.question;
+  if (status?.question) text("question-words", status.question.words);
+}
+
+function options(select, names) {
+  const shown = [...select.options].map((option) => option.value).join("\n");
+  if (shown === names.join("\n")) return;
+  const before = select.value;
+  select.replaceChildren(...names.map((name) => new Option(name === "." ? "this folder" : name, name)));
+  if (names.includes(before)) select.value = before;
+}
+
+function readings() {
+  const row = model.last;
+  const at = row ?? {};
+  text("axis-c", degrees(at.axis_c_deg, 3));
+  text("axis-gamma", degrees(at.axis_gamma_deg, 3));
+  const look = model.warmUps.at(-1);
+  const warming = model.state === "warming_up" && look;
+  text("lux", warming ? `${significant(look.illuminance_lx)} lx` : row ? withU(row.illuminance_lx, row.u_lx, "lx").replace(" (k = 1)", "") : "–");
+  text("quality", row ? { ok: "✓ ok", over_range: "✕ over range", under_range: "✕ under range", failed: "✕ failed" }[row.quality] : "–");
+  text("drift", percent(model.references.at(-1)?.drift_rel));
+  text("ambient", at.ambient_c === null || at.ambient_c === undefined ? "–" : `${at.ambient_c.toFixed(1)} °C`);
+  const watts = warming ? look.power_w : at.power_w;
+  text("power", watts === null || watts === undefined ? "not measured" : `${significant(watts)} W`);
+  text("lamp-on", duration(warming ? look.elapsed_s : at.time_s));
+}
+
+function gates() {
+  const look = model.warmUps.at(-1);
+  const { spread_rel: allowed, reference_rel: band } = model.outline;
+  const drift = model.references.at(-1)?.drift_rel ?? null;
+  const unstable = look && look.spread_rel !== null ? `${(look.spread_rel * 100).toFixed(2)} % of ${(allowed * 100).toFixed(2)} %` : "window not full";
+  const list = [
+    model.stable ? ["open", `Lamp stable (${unstable})`] : ["wait", `Lamp not stable yet (${unstable})`],
+    drift === null ? ["wait", "Reference not visited yet"]
+      : Math.abs(drift) <= band ? ["open", `Reference in its band (${percent(drift)} of ± ${(band * 100).toFixed(2)} %)`]
+        : ["shut", `Reference outside its band (${percent(drift)} of ± ${(band * 100).toFixed(2)} %)`],
+    model.flagged ? ["shut", `${model.flagged} reading${model.flagged > 1 ? "s" : ""} flagged`] : ["open", "No reading flagged"],
+  ];
+  const shown = JSON.stringify(list);
+  if (shown === gates.shown) return;
+  gates.shown = shown;
+  $("gates").replaceChildren(...list.map(([gate, words]) => {
+    const item = document.createElement("li");
+    item.dataset.gate = gate;
+    item.textContent = words;
+    return item;
+  }));
+}
+
+function journal() {
+  const key = `${model.journal.length} ${model.journal[0]?.at_utc} ${model.journal[0]?.sentence}`;
+  if (key === journal.key) return;
+  journal.key = key;
+  $("journal").replaceChildren(...model.journal.map((entry) => {
+    const item = document.createElement("li");
+    const time = document.createElement("time");
+    time.dateTime = entry.at_utc;
+    time.textContent = clockSeconds(entry.at_utc);
+    const words = document.createElement("span");
+    words.textContent = entry.sentence;
+    item.append(time, words);
+    return item;
+  }));
+}
+
+function table() {
+  $("rows").replaceChildren(...model.rows.map((row) => {
+    const line = document.createElement("tr");
+    const cells = [row.index, row.block, row.c_deg, row.gamma_deg, significant(row.illuminance_lx), significant(row.u_lx, 2), row.quality];
+    line.append(...cells.map((cell) => Object.assign(document.createElement("td"), { textContent: cell })));
+    return line;
+  }));
+}
+
+// Commands.
+async function ask(body) {
+  const answer = await command(body).catch(() => ({ ok: false, words: "the program did not answer" }));
+  answered = answer.ok ? null : answer.words;
+  text("announce", answer.words);
+  changed();
+}
+
+const pause = () => ask({ command: status?.pause_asked ? "resume" : "pause" });
+const stop = () => ask({ command: "stop" });
+$("pause").addEventListener("click", pause);
+$("stop").addEventListener("click", stop);
+$("abort").addEventListener("click", () => $("sure").showModal());
+$("sure-yes").addEventListener("click", () => { $("sure").close(); ask({ command: "abort" }); });
+$("sure-no").addEventListener("click", () => $("sure").close());
+$("start").addEventListener("click", () => ask({ command: "start", job: $("job").value }));
+$("show").addEventListener("click", () => ask({ command: "show", run: $("shown").value }));
+$("done").addEventListener("click", () => ask({ command: "answer", number: status.question.number, who: $("who").value }));
+$("not-done").addEventListener("click", () => ask({ command: "answer", number: status.question.number, who: "" }));
+$("theme").addEventListener("change", () => theme($("theme").value));
+$("table-details").addEventListener("toggle", changed);
+addEventListener("resize", changed);
+addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
+  if (["INPUT", "SELECT", "TEXTAREA"].includes(event.target.tagName) || $("sure").open) return;
+  if (event.key === "p" && !$("pause").disabled) pause();
+  else if (event.key === "A" && !$("abort").disabled) $("sure").showModal();
+  else if (event.key === "S" && !$("stop").disabled) stop();
+  else if (event.key === "t") theme(THEMES[(THEMES.indexOf(document.documentElement.dataset.theme) + 1) % THEMES.length]);
+  else return;
+  event.preventDefault();
+});
+
+// The stream.
+subscribe(({ fresh, events, status: now }) => {
+  if (fresh) Object.assign(model, empty());
+  for (const event of events) add(model, event);
+  if (now) status = now;
+  sensor.follow(status?.sensor ?? 0).catch(() => {});
+  changed();
+}, (open) => {
+  connected = open;
+  $("lost").hidden = open;
+  document.body.classList.toggle("stale", !open);
+  text("lost", open ? "" : "Connection lost. What is shown is what was last known; the bench goes on by itself. Trying again. After a new start of the program, open the address that its terminal shows.");
+  changed();
+});
+
+theme(localStorage.getItem("isolux-theme") ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light"));

@@ -1,0 +1,135 @@
+// The charts that uPlot draws. Colours come from the theme; nothing here knows where the data come from.
+
+import { curve } from "./state.js";
+import { degrees, duration, percent, significant } from "./words.js";
+
+function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+function axis(label, extra = {}) {
+  return {
+    label, labelSize: 18, labelFont: "11px system-ui, sans-serif", font: "11px system-ui, sans-serif", size: 46,
+    stroke: () => colour("--text"), grid: { stroke: () => colour("--grid"), width: 1 }, ticks: { stroke: () => colour("--line"), width: 1 }, ...extra,
+  };
+}
+
+/** A chart that is made when it first has data, and made again after a change of theme. */
+class Chart {
+  constructor(element, text, height) {
+    Object.assign(this, { element, text, height, plot: null });
+  }
+
+  refresh() {
+    this.plot?.destroy();
+    this.plot = null;
+  }
+
+  show(options, data, words) {
+    this.text.textContent = words;
+    this.element.setAttribute("role", "img");
+    this.element.setAttribute("aria-label", words);
+    const width = this.element.clientWidth;
+    if (!data || data[0].length === 0) {
+      this.refresh();
+      return;
+    }
+    if (this.plot && this.plot.width !== width) this.plot.setSize({ width, height: this.height });
+    if (this.plot) this.plot.setData(data);
+    else this.plot = new uPlot({ width, height: this.height, legend: { show: false }, cursor: { show: false }, ...options }, data, this.element);
+  }
+}
+
+const line = (label, name, extra = {}) => ({ label, stroke: () => colour(name), width: 1.6, points: { show: false }, spanGaps: true, ...extra });
+
+export class Curve extends Chart {
+  draw(model) {
+    const row = model.last && model.last.kind === "lit" ? model.last : null;
+    const now = row ? row.c_deg % 180 : null;
+    const pairs = [["C0–C180", "--one", 0, {}], ["C90–C270", "--two", 90, { dash: [6, 4] }]];
+    const names = pairs.map(([, , c]) => c);
+    const shown = names.includes(now) || now === null ? pairs : [...pairs, [`C${now}`, "--now", now, { dash: [1, 3] }]];
+    const series = shown.map(([, , c]) => new Map([
+      ...curve(model, c + 180).filter(([gamma]) => gamma > 0).map(([gamma, cd]) => [-gamma, cd]), ...curve(model, c),
+    ]));
+    const x = [...new Set(series.flatMap((one) => [...one.keys()]))].sort((a, b) => a - b);
+    const key = shown.map(([label]) => label).join();
+    if (key !== this.key) this.refresh();
+    this.key = key;
+    const options = {
+      scales: { x: { time: false }, y: { range: (_, low, high) => [Math.min(0, low ?? 0), (high || 1) * 1.05] } },
+      axes: [axis("γ / °, left: the opposite half-plane"), axis("I / cd", { size: 60 })],
+      series: [{}, ...shown.map(([label, name, , extra]) => line(label, name, extra))],
+    };
+    const legend = shown.map(([label], at) => `${label} ${["solid", "dashed", "dotted"][at]}`).join(", ");
+    const ray = row ? ` Current ray: C ${degrees(row.c_deg, 1)}, γ ${degrees(row.gamma_deg, 1)}.` : "";
+    this.show(options, [x, ...series.map((one) => x.map((gamma) => one.get(gamma) ?? null))], x.length ? `${legend}.${ray}` : "No lit reading yet.");
+  }
+}
+
+export class WarmUp extends Chart {
+  draw(model) {
+    const looks = model.warmUps;
+    const last = looks.at(-1);
+    const options = {
+      scales: { x: { time: false } },
+      axes: [axis("lamp on / min"), axis("E / lx", { size: 62, space: 24 })],
+      series: [{}, line("E", "--one")],
+    };
+    const allowed = model.outline?.spread_rel ?? 0;
+    const window = model.outline?.window_s ?? 0;
+    const spread = last?.spread_rel ?? null;
+    const power = last?.power_spread_rel ?? null;
+    let words = "The lamp was not watched yet.";
+    if (last) {
+      words = spread === null
+        ? `Warm-up: ${significant(last.illuminance_lx)} lx after ${duration(last.elapsed_s)}; the window of ${duration(window)} is not full.`
+        : `Warm-up: ${(spread * 100).toFixed(2)} % of ${(allowed * 100).toFixed(2)} % over ${duration(window)}${power === null ? "" : `; power ${(power * 100).toFixed(2)} %`}.`;
+    }
+    this.show(options, looks.length ? [looks.map((look) => look.elapsed_s / 60), looks.map((look) => look.illuminance_lx)] : null, words);
+  }
+}
+
+export class Reference extends Chart {
+  draw(model) {
+    const visits = model.references.filter((row) => row.time_s !== null && row.drift_rel !== null);
+    const band = model.outline?.reference_rel ?? 0.01;
+    const reach = Math.max(band, ...visits.map((row) => Math.abs(row.drift_rel))) * 125;
+    const options = {
+      scales: { x: { time: false }, y: { range: () => [-this.reach, this.reach] } },
+      axes: [axis("lamp on / min"), axis("drift / %", { size: 62, space: 24 })],
+      series: [{}, line("drift", "--one", { points: { show: true, size: 5 } }), line("+", "--line", { dash: [4, 4] }), line("−", "--line", { dash: [4, 4] })],
+    };
+    this.reach = reach;
+    const last = visits.at(-1);
+    const words = last
+      ? `Reference point: ${percent(last.drift_rel)} since the first of ${visits.length} visits; band ± ${(band * 100).toFixed(2)} % (dashed).`
+      : "The reference point was not visited yet.";
+    const x = visits.map((row) => row.time_s / 60);
+    this.show(options, x.length ? [x, visits.map((row) => row.drift_rel * 100), x.map(() => band * 100), x.map(() => -band * 100)] : null, words);
+  }
+}
+
+const PREFIXES = [[1, "W"], [1e-3, "mW"], [1e-6, "µW"], [1e-9, "nW"]];
+
+export class Spectrum extends Chart {
+  draw(model) {
+    const one = model.spectrum;
+    const values = one?.irradiance_w_m2_nm ?? [];
+    const top = values.reduce((best, value, at) => (value !== null && value > (values[best] ?? -Infinity) ? at : best), 0);
+    const [unit, name] = PREFIXES.find(([size]) => (values[top] ?? 0) >= size) ?? PREFIXES.at(-1);
+    if (name !== this.unit) this.refresh();
+    this.unit = name;
+    const options = {
+      scales: { x: { time: false } },
+      axes: [axis("λ / nm"), axis(`Eλ / ${name}·m⁻²·nm⁻¹`, { size: 60 })],
+      series: [{}, line("Eλ", "--one")],
+    };
+    if (!one) {
+      this.show(options, null, "No spectrum yet.");
+      return;
+    }
+    const shown = values.map((value) => (value === null ? null : value / unit));
+    this.show(options, [one.wavelength_nm, shown], `Spectrum ${one.index}: peak ${significant(shown[top], 3)} ${name}/(m²·nm) at ${one.wavelength_nm[top].toFixed(1)} nm.`);
+  }
+}

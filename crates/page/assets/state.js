@@ -1,0 +1,89 @@
+// What the tab knows of the scan: the events, added up. No drawing, no network.
+
+export function empty() {
+  return {
+    outline: null, state: null, sentence: "", warmUps: [], stable: false, references: [], planes: new Map(),
+    points: new Map(), last: null, spectrum: null, left: null, journal: [], rows: [], maxCd: 0, reach: 0, flagged: 0, version: 0,
+  };
+}
+
+const ROWS_SHOWN = 200;
+const JOURNAL_SHOWN = 500;
+
+export function add(model, event) {
+  model.version += 1;
+  switch (event.event) {
+    case "began":
+      Object.assign(model, empty(), { outline: event });
+      event.points.forEach((point, index) => model.points.set(index, { ...point, status: "open" }));
+      model.reach = event.points.reduce((most, point) => (point.kind === "lit" ? Math.max(most, Math.abs(point.gamma_deg)) : most), 0);
+      break;
+    case "state":
+      [model.state, model.sentence] = [event.state, event.sentence];
+      if (event.state === "warming_up") [model.stable, model.warmUps] = [false, []];
+      if (event.state === "scanning") model.stable = true;
+      break;
+    case "warm_up": model.warmUps.push(event); break;
+    case "reading": reading(model, event); break;
+    case "spectrum": spectrum(model, event); break;
+    case "left": model.left = event; break;
+    case "journal":
+      model.journal.unshift(event);
+      model.journal.length = Math.min(model.journal.length, JOURNAL_SHOWN);
+      break;
+  }
+}
+
+function reading(model, row) {
+  model.last = row;
+  model.rows.unshift(row);
+  model.rows.length = Math.min(model.rows.length, ROWS_SHOWN);
+  if (row.role === "reference") {
+    if (row.kind === "lit") model.references.push(row);
+    return;
+  }
+  const point = model.points.get(row.point);
+  if (point) {
+    const flagged = row.quality !== "ok";
+    if (flagged && point.status !== "flagged") model.flagged += 1;
+    Object.assign(point, { status: flagged ? "flagged" : "done", lux: row.illuminance_lx });
+  }
+  if (row.kind !== "lit" || row.illuminance_lx === null) return;
+  // I = E·d², by the inverse square law; nothing is corrected yet.
+  const cd = row.illuminance_lx * (row.distance_mm / 1000) ** 2;
+  if (point) point.cd = cd;
+  const plane = model.planes.get(row.c_deg) ?? new Map();
+  plane.set(row.gamma_deg, cd);
+  model.planes.set(row.c_deg, plane);
+  model.maxCd = Math.max(model.maxCd, cd);
+}
+
+function spectrum(model, event) {
+  model.spectrum = event;
+  const open = [...model.points.values()].find((point) => point.spectrum && point.status === "open");
+  if (open) open.status = "done";
+}
+
+/** The first point of the plan that was not read yet. */
+export function nextPoint(model) {
+  for (const point of model.points.values()) if (point.status === "open") return point;
+  return null;
+}
+
+/** The curve of a half-plane as [γ, cd], by γ. */
+export function curve(model, c) {
+  const plane = model.planes.get(c) ?? (c === 0 ? model.planes.get(360) : undefined);
+  return plane ? [...plane].sort((a, b) => a[0] - b[0]) : [];
+}
+
+export const STATES = {
+  homing: ["Homing", "wait"],
+  warming_up: ["Warming up", "wait"],
+  scanning: ["Scanning", "run"],
+  paused: ["Paused", "pause"],
+  resuming: ["Resuming", "wait"],
+  evaluating: ["Evaluating", "wait"],
+  completed: ["Completed", "done"],
+  interrupted: ["Interrupted", "end"],
+  failed: ["Failed", "fault"],
+};

@@ -1,0 +1,96 @@
+//! The files of the page, inside the binary: it needs no network.
+
+/// One file: its path below `/`, its type, its bytes.
+pub struct Asset {
+    /// Path without the leading slash.
+    pub path: &'static str,
+    /// Content type.
+    pub kind: &'static str,
+    /// The file.
+    pub bytes: &'static [u8],
+}
+
+const HTML: &str = "text/html; charset=utf-8";
+const CSS: &str = "text/css; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+const SVG: &str = "image/svg+xml";
+
+macro_rules! assets {
+    ($($path:literal $kind:ident;)*) => {
+        /// Every file.
+        pub const ASSETS: &[Asset] = &[$(Asset {
+            path: $path,
+            kind: $kind,
+            bytes: include_bytes!(concat!("../assets/", $path)),
+        }),*];
+    };
+}
+
+assets! {
+    "index.html" HTML;
+    "launch.html" HTML;
+    "icon.svg" SVG;
+    "page.css" CSS;
+    "app.js" SCRIPT;
+    "stream.js" SCRIPT;
+    "stream-worker.js" SCRIPT;
+    "state.js" SCRIPT;
+    "polar.js" SCRIPT;
+    "grid.js" SCRIPT;
+    "charts.js" SCRIPT;
+    "sensor.js" SCRIPT;
+    "commands.js" SCRIPT;
+    "words.js" SCRIPT;
+    "vendor/uPlot.iife.min.js" SCRIPT;
+    "vendor/uPlot.min.css" CSS;
+}
+
+/// The file at this path.
+pub fn asset(path: &str) -> Option<&'static Asset> {
+    ASSETS.iter().find(|asset| asset.path == path)
+}
+
+#[cfg(test)]
+mod tests {
+    use sha2::{Digest as _, Sha256};
+
+    use super::*;
+
+    #[test]
+    fn the_page_is_small_and_calls_nobody() {
+        let all: usize = ASSETS.iter().map(|asset| asset.bytes.len()).sum();
+        assert!(all < 2_000_000, "{all} bytes");
+        for asset in ASSETS.iter().filter(|asset| !asset.path.starts_with("vendor/")) {
+            let text = std::str::from_utf8(asset.bytes).unwrap();
+            for foreign in [
+                "https://",
+                "//cdn",
+                "eval(",
+                "innerHTML",
+                "onclick=",
+                " style=\"",
+                "<script>",
+            ] {
+                assert!(!text.contains(foreign), "{}: {foreign}", asset.path);
+            }
+        }
+    }
+
+    #[test]
+    fn vendored_files_are_as_they_were_taken() {
+        let sums = include_str!("../assets/vendor/SHA256SUMS");
+        let vendored: Vec<_> = ASSETS
+            .iter()
+            .filter(|asset| asset.path.starts_with("vendor/"))
+            .collect();
+        assert_eq!(vendored.len(), 2);
+        for asset in vendored {
+            let sum = Sha256::digest(asset.bytes);
+            let sum = sum
+                .iter()
+                .fold(String::new(), |text, byte| text + &format!("{byte:02x}"));
+            let name = asset.path.trim_start_matches("vendor/");
+            assert!(sums.contains(&format!("{sum}  {name}\n")), "{name}: {sum}");
+        }
+    }
+}

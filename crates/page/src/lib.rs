@@ -1,0 +1,247 @@
+//! The local page: what the bench does, live, and the operator's commands, on the loopback interface.
+//!
+//! One process serves one desk. Everything that moves an axis goes through [`isolux_app`]; this crate holds no physics and
+//! opens no instrument. The order of the checks before a route is in [`guard`].
+
+mod assets;
+mod desk;
+mod guard;
+mod hub;
+mod sensor;
+mod server;
+mod stream;
+
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use camino::Utf8Path;
+pub use desk::BUILT_IN;
+use desk::{Desk, Order};
+use guard::Guard;
+use hub::Told;
+use isolux_app::control::{Control, Pace};
+use isolux_app::day::{self, Wishes};
+use isolux_app::live::{Live, State};
+use isolux_app::progress::{Event, Progress};
+use isolux_app::signals::OnSignals;
+use isolux_app::{Failure, FailureKind};
+use server::Shared;
+
+/// Where and for whom the page is served.
+#[derive(Debug, Clone, Copy)]
+pub struct Place<'a> {
+    /// Address and port; port 0 for a free one.
+    pub listen: SocketAddr,
+    /// Whether everybody who reaches the address and has its code may drive the axes.
+    pub others_may_drive: bool,
+    /// The folder of jobs and runs.
+    pub folder: &'a Utf8Path,
+    /// How a virtual bench runs.
+    pub pace: Pace,
+}
+
+/// How often what lies on the disk is looked at.
+const BETWEEN_LOOKS: Duration = Duration::from_secs(1);
+/// How often the state of the control is looked at.
+const BETWEEN_TICKS: Duration = Duration::from_millis(100);
+/// A browser may take so long to open the page, or to come back to it.
+const NOBODY_LOOKS: Duration = Duration::from_secs(10);
+
+/// A page that is served, until the program ends.
+pub struct Page {
+    desk: Arc<Desk>,
+    url: String,
+}
+
+impl Page {
+    /// Serves a page beside a scan of the command line.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) for an address beyond loopback without the flag; exit 3 when the system refuses the port.
+    pub fn beside_a_scan(place: &Place<'_>, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, Failure> {
+        let desk = Arc::new(Desk::new(place.folder, place.pace, None));
+        Self::serve(place, desk, say)
+    }
+
+    fn serve(place: &Place<'_>, desk: Arc<Desk>, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, Failure> {
+        let ip = place.listen.ip();
+        if !ip.is_loopback() && !place.others_may_drive {
+            let message =
+                format!("{ip} can be reached by other machines, and whoever has the page's code may drive the axes");
+            return Err(Failure::bad_input(message).help(
+                "leave --listen out for this machine alone, or give --others-may-drive-the-axes; what is sent is not encrypted",
+            ));
+        }
+        let refused = |error: std::io::Error| Failure::instrument(format!("{}: cannot listen: {error}", place.listen));
+        let listener = TcpListener::bind(place.listen).map_err(refused)?;
+        listener.set_nonblocking(true).map_err(refused)?;
+        let guard = Guard::new(listener.local_addr().map_err(refused)?)?;
+        let url = guard.launch_url();
+        let shared = Arc::new(Shared {
+            guard,
+            desk: desk.clone(),
+            say: Box::new(move |url| say(&format!("for another browser: {url}"))),
+        });
+        // A thread and a runtime of its own: the runtime of a scan may be in virtual time.
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(Failure::instrument)?;
+        let looking = desk.clone();
+        desk.look();
+        std::thread::spawn(move || {
+            runtime.block_on(async {
+                let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
+                    return;
+                };
+                tokio::spawn(look(looking));
+                let _ = axum::serve(listener, server::router(shared)).await;
+            });
+        });
+        Ok(Self { desk, url })
+    }
+
+    /// The address that opens the page once.
+    pub fn url(&self) -> &str {
+        &self.url
+    }
+
+    /// Opens the page in the browser of the desktop; whether one was started.
+    pub fn open(&self) -> bool {
+        opener::open_browser(&self.url).is_ok()
+    }
+
+    /// Carries out a scan that this page shows and commands, under `control`.
+    ///
+    /// # Errors
+    /// Those of `work`.
+    pub fn show<T>(
+        &self,
+        control: &Control,
+        beside: &dyn Progress,
+        work: impl FnOnce(&dyn Progress) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        self.desk.began(control);
+        let outcome = work(&Steps {
+            told: Told {
+                hub: self.desk.hub(),
+                beside,
+            },
+        });
+        self.desk.ended(outcome.as_ref().err());
+        outcome
+    }
+
+    /// Returns when no browser has shown the page for a while, or when a signal comes.
+    ///
+    /// # Errors
+    /// Exit 3 when the system refuses the signal handlers.
+    pub fn until_nobody_looks(&self) -> Result<(), Failure> {
+        let signals = OnSignals::listen()?;
+        let mut seen = Instant::now();
+        while signals.reason().is_none() && seen.elapsed() < NOBODY_LOOKS {
+            if self.desk.hub().readers() > 0 {
+                seen = Instant::now();
+            }
+            sleep(BETWEEN_TICKS);
+        }
+        Ok(())
+    }
+}
+
+async fn look(desk: Arc<Desk>) {
+    let mut looked = Instant::now();
+    loop {
+        tokio::time::sleep(BETWEEN_TICKS).await;
+        desk.tick();
+        if looked.elapsed() > BETWEEN_LOOKS {
+            let desk = desk.clone();
+            let _ = tokio::task::spawn_blocking(move || {
+                desk.look();
+                desk.follow_sensor();
+            })
+            .await;
+            looked = Instant::now();
+        }
+    }
+}
+
+/// Serves the page until a signal comes: `isolux serve`. `say` prints a line; `opened` is told the page once it can be opened.
+///
+/// # Errors
+/// As [`Page::beside_a_scan`].
+pub fn serve(
+    place: &Place<'_>,
+    beside: &dyn Progress,
+    say: impl Fn(&str) + Send + Sync + 'static,
+    opened: impl FnOnce(&Page) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let signals = OnSignals::listen()?;
+    let (sender, orders) = channel();
+    let desk = Arc::new(Desk::new(place.folder, place.pace, Some(sender)));
+    let page = Page::serve(place, desk, say)?;
+    opened(&page)?;
+    while signals.reason().is_none() {
+        if let Some(order) = next(&orders)? {
+            carry_out(&page, &order, beside);
+        }
+    }
+    Ok(())
+}
+
+/// The next order, if one comes soon.
+fn next(orders: &Receiver<Order>) -> Result<Option<Order>, Failure> {
+    match orders.recv_timeout(BETWEEN_TICKS) {
+        Ok(order) => Ok(Some(order)),
+        Err(RecvTimeoutError::Timeout) => Ok(None),
+        Err(RecvTimeoutError::Disconnected) => Err(Failure::instrument("the page ended")),
+    }
+}
+
+fn carry_out(page: &Page, order: &Order, beside: &dyn Progress) {
+    let wishes = Wishes {
+        job: order.job.clone(),
+        out: Some(order.out.clone()),
+        ..Wishes::default()
+    };
+    let (operator, control) = (page.desk.operator(), page.desk.accepted());
+    let outcome = page.show(&control, beside, |progress| {
+        day::run(&wishes, Some(&operator), &control, progress)
+    });
+    match outcome {
+        Ok(day) => {
+            for sentence in &day.sentences {
+                page.desk.say(&Live::journal_now(sentence));
+            }
+            let sentence = format!("results in {}", day.folder.join("results"));
+            page.desk.say(&Live::state_now(State::Completed, &sentence));
+        }
+        Err(failure) => {
+            let state = match failure.kind {
+                FailureKind::Interrupted => State::Interrupted,
+                _ => State::Failed,
+            };
+            page.desk.say(&Live::state_now(state, &failure.message));
+            beside.event(Event::Note(&failure.message));
+        }
+    }
+}
+
+/// What follows a scan, told as its state.
+struct Steps<'a> {
+    told: Told<'a>,
+}
+
+impl Progress for Steps<'_> {
+    fn event(&self, event: Event<'_>) {
+        if let Event::Began { step, .. } = &event
+            && !["home", "warm up", "scan"].contains(step)
+        {
+            self.told.hub.tell(&Live::state_now(State::Evaluating, step));
+        }
+        self.told.event(event);
+    }
+}

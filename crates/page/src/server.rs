@@ -1,0 +1,207 @@
+//! The routes, behind the guard.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Bytes;
+use axum::extract::{Query, Request, State};
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, HeaderName, LOCATION, SET_COOKIE};
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::{IntoResponse as _, Response};
+use axum::routing::{get, post};
+use serde::Deserialize;
+
+use crate::assets::asset;
+use crate::desk::{Asked, Desk};
+use crate::guard::{Guard, Refusal};
+use crate::stream;
+
+/// Section 3.3 of the policy: nothing but what this server itself gives.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; \
+    font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+/// The report is one file with its style and its viewer in it. It may run in a frame of its own alone.
+const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; \
+    img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts";
+
+/// What every route needs.
+pub struct Shared {
+    /// Who may ask.
+    pub guard: Guard,
+    /// Who does what is asked.
+    pub desk: Arc<Desk>,
+    /// Says the next address on the terminal after one was used.
+    pub say: Box<dyn Fn(&str) + Send + Sync>,
+}
+
+/// The routes.
+pub fn router(shared: Arc<Shared>) -> Router {
+    let api = Router::new()
+        .route("/api/stream", get(stream::stream))
+        .route("/api/events", get(events))
+        .route("/api/sensor", get(sensor))
+        .route("/api/command", post(command))
+        .route("/report", get(report))
+        .route_layer(from_fn_with_state(shared.clone(), inside));
+    Router::new()
+        .merge(api)
+        .fallback(get(shell))
+        .layer(from_fn_with_state(shared.clone(), outside))
+        .with_state(shared)
+}
+
+/// Checks 2 to 4, and the headers of every answer.
+async fn outside(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
+    let passed = shared.guard.outside(request.method(), request.headers());
+    let mut response = match passed {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => refused(&refusal),
+    };
+    let headers = response.headers_mut();
+    for (name, value) in [
+        ("x-content-type-options", "nosniff"),
+        ("referrer-policy", "no-referrer"),
+        ("cross-origin-opener-policy", "same-origin"),
+        ("cross-origin-resource-policy", "same-origin"),
+        ("x-frame-options", "DENY"),
+    ] {
+        headers.insert(HeaderName::from_static(name), HeaderValue::from_static(value));
+    }
+    let policy = HeaderName::from_static("content-security-policy");
+    headers.entry(policy).or_insert(HeaderValue::from_static(POLICY));
+    headers
+        .entry(CACHE_CONTROL)
+        .or_insert(HeaderValue::from_static("no-store"));
+    response
+}
+
+/// Check 5.
+async fn inside(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
+    match shared.guard.inside(request.headers()) {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => refused(&refusal),
+    }
+}
+
+fn refused(refusal: &Refusal) -> Response {
+    (refusal.status, format!("{}\n", refusal.sentence)).into_response()
+}
+
+#[derive(Deserialize)]
+struct Launch {
+    code: Option<String>,
+}
+
+/// The files of the page, which say nothing of the bench; `/?code=` exchanges the code for the cookie.
+async fn shell(State(shared): State<Arc<Shared>>, Query(launch): Query<Launch>, request: Request) -> Response {
+    let path = request.uri().path().trim_start_matches('/');
+    if path.is_empty()
+        && let Some(code) = launch.code
+    {
+        return match shared.guard.exchange(&code) {
+            Ok(cookie) => {
+                (shared.say)(&shared.guard.launch_url());
+                (
+                    StatusCode::SEE_OTHER,
+                    [(LOCATION, "/".to_owned()), (SET_COOKIE, cookie)],
+                )
+                    .into_response()
+            }
+            // A browser that has its cookie already may come by the same address again.
+            Err(_) if shared.guard.inside(request.headers()).is_ok() => {
+                (StatusCode::SEE_OTHER, [(LOCATION, "/")]).into_response()
+            }
+            Err(refusal) => launch_page(refusal.status),
+        };
+    }
+    if path.is_empty() && shared.guard.inside(request.headers()).is_err() {
+        return launch_page(StatusCode::UNAUTHORIZED);
+    }
+    match asset(if path.is_empty() { "index.html" } else { path }) {
+        Some(asset) => ([(CONTENT_TYPE, asset.kind)], asset.bytes).into_response(),
+        None => (StatusCode::NOT_FOUND, "there is no such page\n").into_response(),
+    }
+}
+
+/// What a browser sees that has not opened the page by the address of the terminal.
+fn launch_page(status: StatusCode) -> Response {
+    let bytes = asset("launch.html").map_or(&b""[..], |asset| asset.bytes);
+    (status, [(CONTENT_TYPE, "text/html; charset=utf-8")], bytes).into_response()
+}
+
+/// Where a reader stands.
+#[derive(Debug, Default, Deserialize)]
+pub struct From {
+    /// The scan.
+    #[serde(default)]
+    pub session: u64,
+    /// Number of the first event that it lacks.
+    #[serde(default)]
+    pub from: usize,
+}
+
+/// Events that a tab lacks, at once.
+async fn events(State(shared): State<Arc<Shared>>, Query(from): Query<From>) -> Response {
+    json(shared.desk.hub().message(from.session, from.from).text)
+}
+
+/// The last map of the sensor.
+async fn sensor(State(shared): State<Arc<Shared>>) -> Response {
+    match shared.desk.sensor() {
+        Some(map) => json(map),
+        None => (StatusCode::NOT_FOUND, "there is no map of the sensor yet\n").into_response(),
+    }
+}
+
+/// The report of the run that is shown.
+async fn report(State(shared): State<Arc<Shared>>) -> Response {
+    match shared.desk.report() {
+        Some(bytes) => {
+            let policy = HeaderName::from_static("content-security-policy");
+            let headers = [(CONTENT_TYPE, "text/html; charset=utf-8"), (policy, REPORT_POLICY)];
+            (headers, bytes).into_response()
+        }
+        None => (StatusCode::NOT_FOUND, "this run has no report yet\n").into_response(),
+    }
+}
+
+fn json(text: String) -> Response {
+    ([(CONTENT_TYPE, "application/json")], text).into_response()
+}
+
+/// A command; the answer says what is done about it. What becomes of it is told by the stream.
+async fn command(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
+    let asked: Asked = match serde_json::from_slice(&body) {
+        Ok(asked) => asked,
+        Err(error) => return (StatusCode::BAD_REQUEST, format!("no such command: {error}\n")).into_response(),
+    };
+    // What a command does may wait for the disk or for another process.
+    let desk = shared.desk.clone();
+    let done = tokio::task::spawn_blocking(move || desk.command(&asked)).await;
+    match done {
+        Ok(Ok(sentence)) => json(serde_json::json!({ "done": sentence }).to_string()),
+        Ok(Err(failure)) => {
+            let body = serde_json::json!({ "failed": failure.message, "help": failure.help });
+            (
+                StatusCode::CONFLICT,
+                [(CONTENT_TYPE, "application/json")],
+                body.to_string(),
+            )
+                .into_response()
+        }
+        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "a defect of the program\n").into_response(),
+    }
+}
+
+/// Where a reader stands by its headers: the last id that it has seen is of the event before.
+pub(crate) fn last_event(headers: &HeaderMap) -> Option<(u64, usize)> {
+    let id = headers.get("last-event-id")?.to_str().ok()?;
+    let (session, next) = id.split_once('-')?;
+    Some((session.parse().ok()?, next.parse().ok()?))
+}
+
+/// Not more often than a screen can follow.
+pub(crate) const BETWEEN_MESSAGES: Duration = Duration::from_millis(100);
+/// A connection that says nothing for so long is taken for lost by the page.
+pub(crate) const SIGN_OF_LIFE: Duration = Duration::from_secs(5);

@@ -1,0 +1,69 @@
+//! Events out: one stream a browser, at most ten messages a second, from where the browser stands.
+
+use std::convert::Infallible;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+
+use axum::extract::{Query, State};
+use axum::http::HeaderMap;
+use axum::response::sse::{Event, KeepAlive, Sse};
+use futures_core::Stream;
+use tokio::sync::mpsc::{Receiver, Sender, channel};
+use tokio::time::sleep_until;
+
+use crate::hub::Hub;
+use crate::server::{BETWEEN_MESSAGES, From, SIGN_OF_LIFE, Shared, last_event};
+
+/// Messages on their way to one browser.
+struct Messages(Receiver<Event>);
+
+impl Stream for Messages {
+    type Item = Result<Event, Infallible>;
+
+    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
+        self.0.poll_recv(context).map(|event| event.map(Ok))
+    }
+}
+
+/// `GET /api/stream`, from `Last-Event-ID` or `?session=&from=` on.
+pub async fn stream(
+    State(shared): State<Arc<Shared>>,
+    Query(from): Query<From>,
+    headers: HeaderMap,
+) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+    let (session, next) = last_event(&headers).unwrap_or((from.session, from.from));
+    // A slow browser is waited for: it gets fewer and larger messages.
+    let (sender, receiver) = channel(1);
+    let hub = shared.desk.hub().clone();
+    tokio::spawn(async move { send(&hub, session, next, &sender).await });
+    Sse::new(Messages(receiver)).keep_alive(KeepAlive::new().interval(SIGN_OF_LIFE).text("alive"))
+}
+
+/// Until the browser goes away.
+async fn send(hub: &Arc<Hub>, mut session: u64, mut next: usize, sender: &Sender<Event>) {
+    let _reader = hub.reader();
+    let mut changes = hub.changes();
+
+    loop {
+        changes.mark_unchanged();
+        let message = hub.message(session, next);
+        (session, next) = (message.session, message.next);
+        let event = Event::default().id(format!("{session}-{next}")).data(message.text);
+        if sender.send(event).await.is_err() {
+            return;
+        }
+        if message.more {
+            continue;
+        }
+        let last = tokio::time::Instant::now();
+        tokio::select! {
+            changed = changes.changed() => if changed.is_err() { return },
+            () = sender.closed() => return,
+        }
+        tokio::select! {
+            () = sleep_until(last + BETWEEN_MESSAGES) => {}
+            () = sender.closed() => return,
+        }
+    }
+}

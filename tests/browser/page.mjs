@@ -1,0 +1,264 @@
+// The local page in a real browser: `node page.mjs ISOLUX FOLDER PICTURES`, run by crates/cli/tests/browser.rs.
+// Asserts text and state, not pixels; the pictures are for people.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { mkdirSync, readFileSync } from "node:fs";
+import { request } from "node:http";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+
+const [isolux, folder, pictures] = process.argv.slice(2);
+const modules = createRequire(pathToFileURL(join(process.env.ISOLUX_NODE_MODULES, "x.js")));
+const { chromium } = modules("playwright-core");
+const axe = readFileSync(modules.resolve("axe-core/axe.min.js"), "utf8");
+const PATIENCE = 90_000;
+const running = [];
+mkdirSync(pictures, { recursive: true });
+
+function step(words) {
+  console.log(`  ${words}`);
+}
+
+/** Starts the program; resolves with the launch address of its page. */
+function serve(args) {
+  const child = spawn(isolux, args, { cwd: folder, env: { ...process.env, BROWSER: "true" }, stdio: ["ignore", "pipe", "pipe"] });
+  running.push(child);
+  let out = "";
+  child.errors = "";
+  return new Promise((resolve, reject) => {
+    child.stdout.on("data", (chunk) => {
+      out += chunk;
+      const url = /http:\/\/\S+/.exec(out)?.[0];
+      if (url) resolve({ child, url, port: Number(new URL(url).port) });
+    });
+    child.stderr.on("data", (chunk) => { child.errors += chunk; });
+    child.on("exit", (code) => reject(new Error(`ended with ${code}: ${child.errors}`)));
+  });
+}
+
+function ended(child) {
+  if (child.exitCode !== null || child.signalCode !== null) return Promise.resolve();
+  return new Promise((resolve) => child.once("exit", resolve));
+}
+
+/** A request as no browser would send it. */
+function raw(port, { method = "GET", path = "/", headers = {}, body } = {}) {
+  return new Promise((resolve, reject) => {
+    const asked = request({ host: "127.0.0.1", port, method, path, headers, setHost: !("Host" in headers) }, (answer) => {
+      let text = "";
+      answer.on("data", (chunk) => { text += chunk; });
+      answer.on("end", () => resolve({ status: answer.statusCode, headers: answer.headers, text }));
+    });
+    asked.on("error", reject);
+    if (body) asked.write(body);
+    asked.end();
+  });
+}
+
+async function refusals(port, url) {
+  const own = `localhost:${port}`;
+  const json = { "Content-Type": "application/json" };
+  const stop = JSON.stringify({ command: "stop" });
+  for (const [what, options, status] of [
+    ["a name that an attacker chose", { headers: { Host: `evil.example:${port}` } }, 403],
+    ["a name that begins like ours", { headers: { Host: `localhost.evil.example:${port}` } }, 403],
+    ["another port", { headers: { Host: "localhost:1" } }, 403],
+    ["a command of another site", { method: "POST", path: "/api/command", body: stop, headers: { Host: own, Origin: "http://evil.example", ...json } }, 403],
+    ["a command without Origin", { method: "POST", path: "/api/command", body: stop, headers: { Host: own, ...json } }, 403],
+    ["a cross-site command", { method: "POST", path: "/api/command", body: stop, headers: { Host: own, Origin: `http://${own}`, "Sec-Fetch-Site": "cross-site", ...json } }, 403],
+    ["a form", { method: "POST", path: "/api/command", body: stop, headers: { Host: own, Origin: `http://${own}`, "Content-Type": "text/plain" } }, 415],
+    ["a command without the cookie", { method: "POST", path: "/api/command", body: stop, headers: { Host: own, Origin: `http://${own}`, ...json } }, 401],
+    ["events without the cookie", { path: "/api/events", headers: { Host: own } }, 401],
+    ["the stream without the cookie", { path: "/api/stream", headers: { Host: own } }, 401],
+    ["the report without the cookie", { path: "/report", headers: { Host: own } }, 401],
+    ["a command by GET", { path: "/api/command?command=stop", headers: { Host: own } }, 401],
+    ["the page without the code", { path: "/", headers: { Host: own } }, 401],
+    ["a wrong code", { path: `/?code=${"0".repeat(48)}`, headers: { Host: own } }, 403],
+  ]) {
+    const answer = await raw(port, options);
+    assert.equal(answer.status, status, what);
+    assert.equal(answer.headers["access-control-allow-origin"], undefined, what);
+    assert.match(answer.headers["content-security-policy"], /^default-src 'none'; script-src 'self'/, what);
+    assert.equal(answer.headers["x-content-type-options"], "nosniff");
+    assert.equal(answer.headers["referrer-policy"], "no-referrer");
+    assert.equal(answer.headers["cross-origin-opener-policy"], "same-origin");
+    assert.equal(answer.headers["cross-origin-resource-policy"], "same-origin");
+    assert.equal(answer.headers["cache-control"], "no-store");
+  }
+  const path = new URL(url).pathname + new URL(url).search;
+  const first = await raw(port, { path });
+  assert.equal(first.status, 303);
+  assert.match(first.headers["set-cookie"][0], new RegExp(`^isolux-${port}=[0-9a-f]{48}; HttpOnly; SameSite=Strict; Path=/$`));
+  assert.equal((await raw(port, { path })).status, 403, "a code works once");
+  const cookie = first.headers["set-cookie"][0].split(";")[0];
+  const inside = { Host: own, Cookie: cookie };
+  assert.equal((await raw(port, { path: "/api/events", headers: inside })).status, 200);
+  const evil = await raw(port, { method: "POST", path: "/api/command", body: stop, headers: { ...inside, Origin: "http://evil.example", ...json } });
+  assert.equal(evil.status, 403, "the cookie does not help another site");
+  const nonsense = await raw(port, { method: "POST", path: "/api/command", body: "{\"command\":\"dance\"}", headers: { ...inside, Origin: `http://${own}`, ...json } });
+  assert.equal(nonsense.status, 400);
+}
+
+/** The next launch address, which the terminal shows after one was used. */
+async function next(child, seen) {
+  for (;;) {
+    const urls = [...child.errors.matchAll(/another browser: (\S+)/g)].map((found) => found[1]);
+    if (urls.length > seen) return urls.at(-1);
+    await new Promise((resolve) => child.stderr.once("data", resolve));
+  }
+}
+
+async function accessible(page, where) {
+  await page.evaluate(axe);
+  const result = await page.evaluate(() => axe.run(document, { resultTypes: ["violations", "incomplete"] }));
+  const serious = (list) => list.filter((one) => ["serious", "critical"].includes(one.impact));
+  const told = [...serious(result.violations), ...serious(result.incomplete).filter((one) => one.id === "color-contrast" && one.nodes.some((node) => node.any.some((check) => check.data?.messageKey === null && check.data?.contrastRatio < 4.5)))];
+  assert.deepEqual(told.map((one) => `${one.id}: ${one.nodes.map((node) => node.html.slice(0, 120)).join(" | ")}`), [], where);
+}
+
+async function themes(page, name) {
+  for (const theme of ["light", "dark", "red"]) {
+    await page.selectOption("#theme", theme);
+    await page.waitForFunction((wanted) => document.documentElement.dataset.theme === wanted, theme);
+    await accessible(page, `${name}, ${theme}`);
+    await page.evaluate(() => new Promise((done) => setTimeout(() => requestAnimationFrame(done), 250)));
+    await page.screenshot({ path: join(pictures, `${name}-${theme}.png`), fullPage: true });
+  }
+  await page.selectOption("#theme", "light");
+}
+
+const state = (page, word) => page.waitForFunction((wanted) => document.getElementById("state-word").textContent === wanted, word, { timeout: PATIENCE });
+const points = (page) => page.locator("#points").textContent().then((text) => Number.parseInt(text, 10) || 0);
+const atLeast = (page, count) => page.waitForFunction((wanted) => Number.parseInt(document.getElementById("points").textContent, 10) >= wanted, count, { timeout: PATIENCE });
+
+function watch(page, complaints) {
+  page.on("pageerror", (error) => complaints.push(`page: ${error.message}`));
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) complaints.push(`console: ${message.text()}`);
+  });
+}
+
+function events(run) {
+  return readFileSync(join(folder, run, "events.jsonl"), "utf8").trim().split("\n").map((line) => JSON.parse(line));
+}
+
+const browser = await chromium.launch({
+  executablePath: process.env.ISOLUX_CHROMIUM,
+  args: process.getuid?.() === 0 ? ["--no-sandbox"] : [],
+});
+try {
+  const first = await serve(["serve", ".", "--no-browser", "--speed", "600"]);
+  first.child.removeAllListeners("exit");
+  step("the wrong Host, Origin, cookie and code are refused");
+  await refusals(first.port, first.url);
+
+  const context = await browser.newContext({ viewport: { width: 1440, height: 1000 } });
+  const complaints = [];
+  const page = await context.newPage();
+  watch(page, complaints);
+  await page.goto(await next(first.child, 0));
+  assert.equal(new URL(page.url()).search, "", "the code is not in the address any more");
+  await page.waitForSelector("#start:visible");
+  const paint = await page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime);
+  const bytes = await page.evaluate(() => performance.getEntriesByType("resource").reduce((sum, one) => sum + one.decodedBodySize, 0));
+  console.log(`  first paint after ${Math.round(paint)} ms, ${bytes} bytes`);
+  assert.ok(bytes < 2_000_000, `${bytes} bytes`);
+  step("idle in three themes");
+  await themes(page, "idle");
+
+  step("a scan is started by a click");
+  await page.selectOption("#job", "job.toml");
+  await page.click("#start");
+  await state(page, "Warming up");
+  await state(page, "Scanning");
+  await atLeast(page, 40);
+  await page.waitForFunction(() => document.querySelector("#gates [data-gate=open]") !== null);
+  assert.match(await page.locator("#lux").textContent(), /lx/);
+  assert.match(await page.locator("#time-left").textContent(), /min|s|h/);
+  step("it is paused: axes at rest, lamp on, no point more");
+  await page.click("#pause");
+  await state(page, "Paused");
+  const paused = await points(page);
+  assert.match(await page.locator("#state-sentence").textContent(), /axes at rest .* lamp on/);
+  await themes(page, "paused");
+  assert.equal(await points(page), paused);
+
+  step("seven tabs see the same");
+  const tabs = [page];
+  for (let tab = 1; tab < 7; tab += 1) {
+    const another = await context.newPage();
+    watch(another, complaints);
+    await another.goto(`http://127.0.0.1:${first.port}/`);
+    tabs.push(another);
+  }
+  for (const tab of tabs) {
+    await state(tab, "Paused");
+    assert.equal(await points(tab), paused);
+  }
+  step("resumed by a key in the seventh tab");
+  await tabs[6].keyboard.press("p");
+  for (const tab of tabs) {
+    await state(tab, "Scanning");
+    await atLeast(tab, paused + 5);
+  }
+  for (const tab of tabs.slice(1)) await tab.close();
+  step("closed tabs harm nothing");
+  await page.bringToFront();
+  await atLeast(page, (await points(page)) + 40);
+  await themes(page, "scanning");
+  await page.setViewportSize({ width: 390, height: 844 });
+  await accessible(page, "narrow");
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), "no scrolling sideways");
+  await page.screenshot({ path: join(pictures, "scanning-narrow.png"), fullPage: true });
+  await page.setViewportSize({ width: 1440, height: 1000 });
+  step("aborted by clicks");
+  await page.click("#abort");
+  await page.waitForSelector("#sure[open]");
+  await page.click("#sure-no");
+  assert.equal(await page.locator("#state-word").textContent(), "Scanning");
+  await page.click("#abort");
+  await page.click("#sure-yes");
+  await state(page, "Interrupted");
+  const header = readFileSync(join(folder, "day/run.toml"), "utf8");
+  assert.match(header, /how = "interrupted"/);
+  assert.match(header, /axes_at_rest = true/);
+  const recorded = events("day").map((event) => event.event);
+  assert.ok(recorded.includes("paused") && recorded.includes("resumed"));
+
+  step("a fault is shown");
+  await page.selectOption("#job", "broken.toml");
+  await page.click("#start");
+  await page.waitForFunction(() => /127\.0\.0\.1:9/.test(document.getElementById("notice").textContent), null, { timeout: PATIENCE });
+  await page.screenshot({ path: join(pictures, "fault-light.png"), fullPage: true });
+
+  step("a scan that another process makes is shown, and can only be stopped");
+  const other = await serve(["scan", "station.toml", "plan.toml", "--out", "other", "--open", "--speed", "600"]);
+  other.child.removeAllListeners("exit");
+  await page.waitForFunction(() => /made by .*only be stopped/.test(document.getElementById("notice").textContent), null, { timeout: PATIENCE });
+  assert.ok(await page.isDisabled("#pause") && await page.isDisabled("#abort"));
+  await page.click("#stop");
+  await state(page, "Interrupted");
+  await ended(other.child);
+  assert.match(readFileSync(join(folder, "other/run.toml"), "utf8"), /how = "interrupted"/);
+  assert.deepEqual(complaints, [], "the console");
+
+  step("a lost connection is said, and comes back");
+  const second = await context.newPage();
+  await second.goto(`http://127.0.0.1:${first.port}/`);
+  first.child.kill("SIGTERM");
+  await ended(first.child);
+  await page.waitForSelector("#lost:visible", { timeout: PATIENCE });
+  const again = await serve(["serve", ".", "--no-browser", "--port", String(first.port)]);
+  again.child.removeAllListeners("exit");
+  await second.goto(again.url);
+  await second.waitForSelector("#lost", { state: "hidden", timeout: PATIENCE });
+  await page.waitForSelector("#lost", { state: "hidden", timeout: PATIENCE });
+  again.child.kill("SIGTERM");
+  await ended(again.child);
+  console.log("every step was as expected");
+} finally {
+  await browser.close();
+  for (const child of running) if (child.exitCode === null) child.kill("SIGKILL");
+}
