@@ -17,8 +17,10 @@ pub fn npy(values: &[f32], nx: usize, ny: usize) -> Vec<u8> {
     bytes.extend_from_slice(b"\x93NUMPY\x01\x00");
     bytes.extend_from_slice(&(header.len() as u16).to_le_bytes());
     bytes.extend_from_slice(header.as_bytes());
-    for value in values {
-        bytes.extend_from_slice(&value.to_le_bytes());
+    let data = bytes.len();
+    bytes.resize(data + 4 * values.len(), 0);
+    for (four, value) in bytes[data..].chunks_exact_mut(4).zip(values) {
+        four.copy_from_slice(&value.to_le_bytes());
     }
     bytes
 }

@@ -32,15 +32,21 @@ const HATCHED: &str = "hatched: \u{b1}2 u";
 impl Map<'_> {
     /// Smallest and largest finite value; a range of a millionth where all are equal.
     pub fn range(&self) -> (f64, f64) {
-        let finite = || {
-            self.values
-                .iter()
-                .copied()
-                .filter(|value| value.is_finite())
-                .map(f64::from)
-        };
-        let low = finite().fold(f64::INFINITY, f64::min);
-        let high = finite().fold(f64::NEG_INFINITY, f64::max);
+        // Lanes side by side: maps have millions of pixels.
+        let (mut lows, mut highs) = ([f32::INFINITY; 16], [f32::NEG_INFINITY; 16]);
+        for run in self.values.chunks(16) {
+            for ((low, high), value) in lows.iter_mut().zip(&mut highs).zip(run) {
+                let (from, to) = if value.is_finite() {
+                    (*value, *value)
+                } else {
+                    (*low, *high)
+                };
+                *low = if from < *low { from } else { *low };
+                *high = if to > *high { to } else { *high };
+            }
+        }
+        let low = f64::from(lows.into_iter().fold(f32::INFINITY, f32::min));
+        let high = f64::from(highs.into_iter().fold(f32::NEG_INFINITY, f32::max));
         if low > high {
             return (0.0, 1.0);
         }
@@ -68,10 +74,9 @@ impl Map<'_> {
         };
         let (mut sum, mut count) = (0.0, 0.0);
         for iy in span(height - 1 - y, height, self.ny) {
-            for ix in span(x, width, self.nx) {
-                sum += f64::from(self.values[iy * self.nx + ix]);
-                count += 1.0;
-            }
+            let row = &self.values[iy * self.nx..][span(x, width, self.nx)];
+            sum += row.iter().map(|value| f64::from(*value)).sum::<f64>();
+            count += row.len() as f64;
         }
         sum / count
     }
@@ -281,7 +286,7 @@ pub fn viridis(t: f64) -> [u8; 3] {
     let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 };
     std::array::from_fn(|k| {
         let value = TERMS.iter().rev().fold(0.0, |sum, term| sum * t + term[k]);
-        (value.clamp(0.0, 1.0) * 255.0).round() as u8
+        (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
     })
 }
 
@@ -363,6 +368,7 @@ impl Canvas {
         let mut encoder = png::Encoder::new(&mut out, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::Fast);
         // Writing to memory with matching sizes cannot fail.
         if let Ok(mut writer) = encoder.write_header() {
             let _ = writer.write_image_data(&self.rgb);
