@@ -2,7 +2,7 @@
 
     tests/peers/light.sh            installs numpy, Mitsuba 3 and Dr.Jit into a virtual environment and runs this
 
-Our f32 path writes into memory that is used again, as Dr.Jit's allocator does; the f64 path makes a new map each time.
+Our maps are written into memory that is used again, as Dr.Jit's allocator does.
 All programs read the same table of intensities (24 planes, 91 polar angles) and use two threads. Error: largest relative
 deviation from the reference map (every pixel integrated by itself in f64).
 """
@@ -16,12 +16,12 @@ times, errors, bounds = {}, {}, {}
 
 
 def ours():
-    text = subprocess.run([bench, folder, "5"], check=True, capture_output=True, text=True,
-                          env=dict(os.environ, RAYON_NUM_THREADS=str(THREADS))).stdout
+    text = subprocess.run([bench, "5"], check=True, capture_output=True, text=True,
+                          env=dict(os.environ, RAYON_NUM_THREADS=str(THREADS), ISOLUX_LIGHT_FOLDER=folder)).stdout
     for line in text.splitlines():
         entry = json.loads(line)
         if "bound" in entry:
-            bounds[f"isolux inverse f32 {entry['bound']}"] = entry["largest"]
+            bounds[f"isolux inverse {entry['bound']}"] = entry["largest"]
         else:
             times.setdefault("isolux " + entry["name"], []).extend(entry["seconds"])
 
@@ -45,7 +45,6 @@ def error(name, map_, kind):
 
 for kind in ("point", "disc"):
     error(f"isolux inverse {kind}", np.fromfile(f"{folder}/ours-{kind}.f64"), kind)
-    error(f"isolux inverse f32 {kind}", np.fromfile(f"{folder}/ours-f32-{kind}.f64"), kind)
 
 
 # ---- numpy, float32, pixel centres, point ----
@@ -78,30 +77,42 @@ dr.set_thread_count(THREADS)
 flat_table = Float(np.vstack([table, table[:1]]).astype(np.float32).ravel())
 
 
-# ---- Dr.Jit, map kernel written by hand, float32, pixel centres, point ----
-def drjit_map():
+# ---- Dr.Jit, map kernel written by hand, float32, pixel centres: a point, and the disc by 7 points (degree 5) ----
+SEVEN = [(0.25, 0.0, 0.0)] + [(0.125, 0.5 * (2 / 3) ** 0.5 * np.cos(k * np.pi / 3), 0.5 * (2 / 3) ** 0.5 * np.sin(k * np.pi / 3)) for k in range(6)]
+
+
+def drjit_map(spots):
     index = dr.arange(UInt32, PIXELS * PIXELS)
-    x = (Float(index % PIXELS) + 0.5) * (SIZE / PIXELS) - SIZE / 2
-    y = (Float(index // PIXELS) + 0.5) * (SIZE / PIXELS) - SIZE / 2
-    axis = dr.fma(x, x, y * y)
-    square = axis + DISTANCE**2
-    gamma = dr.atan2(dr.sqrt(axis), Float(DISTANCE)) * (180 / dr.pi)
-    c = dr.atan2(y, x) * (12 / dr.pi)
-    c = dr.select(c < 0, c + 24, c)
-    ig, ic = UInt32(gamma), dr.minimum(UInt32(c), 23)
-    t, u = gamma - Float(ig), c - Float(ic)
-    at = ic * 91 + ig
-    a, b = dr.gather(Float, flat_table, at), dr.gather(Float, flat_table, at + 1)
-    d, e = dr.gather(Float, flat_table, at + 91), dr.gather(Float, flat_table, at + 92)
-    low, high = dr.fma(t, b - a, a), dr.fma(t, e - d, d)
-    out = dr.fma(u, high - low, low) * (1e6 * DISTANCE) / (square * dr.sqrt(square))
+    px = (Float(index % PIXELS) + 0.5) * (SIZE / PIXELS) - SIZE / 2
+    py = (Float(index // PIXELS) + 0.5) * (SIZE / PIXELS) - SIZE / 2
+    out = Float(0)
+    for weight, dx, dy in spots:
+        x, y = px - float(dx), py - float(dy)
+        axis = dr.fma(x, x, y * y)
+        square = axis + DISTANCE**2
+        gamma = dr.atan2(dr.sqrt(axis), Float(DISTANCE)) * (180 / dr.pi)
+        c = dr.atan2(y, x) * (12 / dr.pi)
+        c = dr.select(c < 0, c + 24, c)
+        ig, ic = UInt32(gamma), dr.minimum(UInt32(c), 23)
+        t, u = gamma - Float(ig), c - Float(ic)
+        at = ic * 91 + ig
+        a, b = dr.gather(Float, flat_table, at), dr.gather(Float, flat_table, at + 1)
+        d, e = dr.gather(Float, flat_table, at + 91), dr.gather(Float, flat_table, at + 92)
+        low, high = dr.fma(t, b - a, a), dr.fma(t, e - d, d)
+        out += dr.fma(u, high - low, low) * (weight * 1e6 * DISTANCE) / (square * dr.sqrt(square))
     dr.eval(out)
     dr.sync_thread()
     return out
 
 
-error("Dr.Jit map kernel", np.array(drjit_map()), "point")
-timed("Dr.Jit map kernel", drjit_map)
+def drjit_maps():
+    timed("Dr.Jit map kernel", lambda: drjit_map([(1.0, 0.0, 0.0)]))
+    timed("Dr.Jit disc kernel", lambda: drjit_map(SEVEN))
+
+
+error("Dr.Jit map kernel", np.array(drjit_map([(1.0, 0.0, 0.0)])), "point")
+error("Dr.Jit disc kernel", np.array(drjit_map(SEVEN)), "disc")
+drjit_maps()
 
 # ---- Dr.Jit, rays written by hand: cell by inverse CDF, linear within γ, disc of 1 mm, count by pixel ----
 gammas = np.radians(np.arange(91.0))
@@ -184,7 +195,7 @@ timed("Mitsuba direct", mitsuba_direct)
 for _ in range(rounds - 1):
     ours()
     timed("numpy map", numpy_map, 3)
-    timed("Dr.Jit map kernel", drjit_map)
+    drjit_maps()
     timed("Dr.Jit ray kernel", lambda: drjit_rays(7))
     timed("Mitsuba direct", mitsuba_direct)
 
@@ -198,9 +209,9 @@ for name, value in median.items():
 traced, peer = 1e8 / median["isolux traced 1e8"], RAYS / median["Dr.Jit ray kernel"]
 print(f"\nrays a second: isolux traced {traced / 1e6:.0f} M, Dr.Jit kernel {peer / 1e6:.0f} M")
 print("\nratios of medians (goal)")
-for kind in ("f32 point", "f32 disc", "point", "disc"):
+for kind, kernel in (("point", "map"), ("disc", "disc")):
     mine = median[f"isolux inverse {kind}"]
     print(f"  inverse {kind:9}: Mitsuba direct / isolux {median['Mitsuba direct'] / mine:6.1f} (20) · "
-          f"Dr.Jit map kernel / isolux {median['Dr.Jit map kernel'] / mine:5.1f} (5) · numpy / isolux {median['numpy map'] / mine:6.1f}")
+          f"Dr.Jit {kernel} kernel / isolux {median[f'Dr.Jit {kernel} kernel'] / mine:5.1f} (1) · numpy / isolux {median['numpy map'] / mine:6.1f}")
 print(f"  traced: isolux / Dr.Jit kernel {traced / peer:.2f} (2)")
 print(f"  thinned 2e9 rays: {median['isolux thinned 2e9'] * 1e3:.0f} ms (200)")

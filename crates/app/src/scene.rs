@@ -3,7 +3,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_formats::ReadOptions;
-use isolux_model::{Model, Precision, Scene};
+use isolux_model::{Accuracy, Model, Scene};
 use isolux_record::document::read_text;
 use toml::{Table, Value};
 
@@ -20,8 +20,8 @@ pub struct Changes {
     pub sensor_mm: Option<[f64; 2]>,
     /// `sensor.pixels`.
     pub pixels: Option<[u64; 2]>,
-    /// `simulation.precision`.
-    pub precision: Option<Precision>,
+    /// `simulation.accuracy`.
+    pub accuracy: Option<Accuracy>,
     /// `key=value` pairs: dotted keys of the scene file, values as TOML.
     pub set: Vec<String>,
     /// Takes the emitter from the luminous dimensions of the photometric file.
@@ -241,8 +241,8 @@ fn changed(at: &Utf8Path, mut table: Table, changes: &Changes) -> Result<Table, 
         let whole = |n: u64| Value::Integer(i64::try_from(n).unwrap_or(i64::MAX));
         set(&mut table, "sensor.pixels", Value::Array(pixels.map(whole).to_vec()))?;
     }
-    if let Some(precision) = changes.precision {
-        set(&mut table, "simulation.precision", precision.word().into())?;
+    if let Some(accuracy) = changes.accuracy {
+        set(&mut table, "simulation.accuracy", accuracy.word().into())?;
     }
     for pair in &changes.set {
         let Some((key, value)) = pair.split_once('=') else {

@@ -12,7 +12,7 @@ use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
 use crate::{Failure, against, array_files, memory, rays};
 
-pub use isolux_model::Precision;
+pub use isolux_model::Accuracy;
 pub use isolux_sim::direct::Sampling;
 pub use isolux_sim::simulation::{Facts, Method};
 
@@ -213,13 +213,17 @@ fn write_map(
     overwrite: Overwrite,
 ) -> Result<(), Failure> {
     let [nx, ny] = simulation.facts.pixels;
-    let npy = array_files::npy(&simulation.map, nx, ny);
-    files::write(&folder.join("irradiance.npy"), &npy, overwrite)?;
-    files::write(
-        &folder.join("irradiance.png"),
-        &marked(simulation, u_rel).png(),
-        overwrite,
-    )
+    // The disk takes its time with the map while the picture is made.
+    std::thread::scope(|scope| {
+        let map = scope.spawn(|| {
+            let npy = array_files::npy(&simulation.map, nx, ny);
+            files::write(&folder.join("irradiance.npy"), &npy, overwrite)
+        });
+        let png = marked(simulation, u_rel).png();
+        let picture = files::write(&folder.join("irradiance.png"), &png, overwrite);
+        let written = map.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        written.and(picture)
+    })
 }
 
 fn write_facts(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite) -> Result<(), Failure> {

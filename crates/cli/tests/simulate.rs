@@ -1,4 +1,4 @@
-//! `simulate` through the program: precisions, their bounds, and what is refused.
+//! `simulate` through the program: accuracies, their bounds, and what is refused.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -86,63 +86,60 @@ impl Lit {
 }
 
 #[test]
-fn both_precisions_agree_within_their_stated_bounds() {
+fn both_accuracies_agree_within_what_they_allow() {
     let folder = Folder::new();
-    folder.scene("single.toml", &format!("{SCENE}[simulation]\nprecision = \"f32\"\n"));
+    folder.scene(
+        "exact.toml",
+        &format!("{SCENE}[simulation]\naccuracy = \"reference\"\n"),
+    );
     let extended = SCENE.replace(
         "[sensor]",
         "[luminaire.emitter]\nshape = \"disc\"\ndiameter_mm = 4.0\n[sensor]",
     );
     folder.scene("disc.toml", &extended);
     for scene in ["scene.toml", "disc.toml"] {
-        let wide = folder.simulate(scene, &format!("{scene}-f64"), &[]);
-        let single = folder.simulate(scene, &format!("{scene}-f32"), &["--precision", "f32"]);
-        assert_eq!(wide.result["precision"], "f64");
-        assert_eq!(single.result["precision"], "f32");
-        assert_eq!(wide.files, single.files);
-        assert_eq!(wide.result["findings"], single.result["findings"]);
-        // The file of the f64 map holds f32 too: half its last digit.
-        let stated = wide.relative_bound() + single.relative_bound() + 6e-8;
-        assert!(stated < 1e-5, "{scene}: {stated:e}");
-        assert!(single.relative_bound() > wide.relative_bound(), "{scene}");
-        assert_eq!(wide.map.len(), 96 * 64);
-        for (a, b) in single.map.iter().zip(&wide.map) {
+        let quick = folder.simulate(scene, &format!("{scene}-standard"), &[]);
+        let exact = folder.simulate(scene, &format!("{scene}-reference"), &["--accuracy", "reference"]);
+        assert_eq!(quick.result["accuracy"]["name"], "standard");
+        assert_eq!(quick.result["accuracy"]["relative"], 1e-5);
+        assert_eq!(exact.result["accuracy"]["name"], "reference");
+        assert_eq!(quick.files, exact.files);
+        assert!(quick.result["accuracy"]["of_allowed"].as_f64().unwrap() <= 1.0);
+        assert!(exact.relative_bound() < quick.relative_bound(), "{scene}");
+        // The file holds f32: half its last digit.
+        let stated = quick.relative_bound() + exact.relative_bound() + 6e-8;
+        assert_eq!(quick.map.len(), 96 * 64);
+        for (a, b) in quick.map.iter().zip(&exact.map) {
             let off = f64::from((a / b - 1.0).abs());
             assert!(
-                *b > 0.0 && off <= stated,
+                *b > 0.0 && off <= stated.min(1e-5),
                 "{scene}: {a} {b} differ by {off:e}, stated {stated:e}"
             );
         }
-        let bound = single.result["pixel_error_bound"]["absolute"].as_f64().unwrap();
-        let mean = single.result["u_mean_numeric"].as_f64().unwrap();
+        let bound = quick.result["pixel_error_bound"]["absolute"].as_f64().unwrap();
+        let mean = quick.result["u_mean_numeric"].as_f64().unwrap();
         assert!(mean <= bound && mean > 0.0, "{mean} {bound}");
     }
     // The key of the scene does what the option does, and the option has the last word.
-    let by_key = folder.simulate("single.toml", "by-key", &[]);
-    let by_option = Lit::read(&folder.path("scene.toml-f32"));
-    assert_eq!(by_key.result["precision"], "f32");
+    let by_key = folder.simulate("exact.toml", "by-key", &[]);
+    let by_option = Lit::read(&folder.path("scene.toml-reference"));
+    assert_eq!(by_key.result["accuracy"]["name"], "reference");
     assert_eq!(by_key.map, by_option.map);
-    let back = folder.simulate("single.toml", "back", &["--precision", "f64"]);
-    assert_eq!(back.result["precision"], "f64");
+    let back = folder.simulate("exact.toml", "back", &["--accuracy", "standard"]);
+    assert_eq!(back.result["accuracy"]["name"], "standard");
 }
 
 #[test]
-fn a_precision_is_the_inverse_methods_and_one_of_two() {
+fn an_accuracy_is_the_inverse_methods_and_one_of_two() {
     let folder = Folder::new();
-    let rays = folder.simulate(
-        "scene.toml",
-        "rays",
-        &["--method", "direct", "--rays", "1e5", "--precision", "f32"],
-    );
-    assert!(rays.result["precision"].is_null() && rays.result["pixel_error_bound"].is_null());
-    let findings = rays.result["findings"].to_string();
-    assert!(findings.contains("inverse method"), "{findings}");
+    let rays = folder.simulate("scene.toml", "rays", &["--method", "direct", "--rays", "1e5"]);
+    assert!(rays.result["accuracy"].is_null() && rays.result["pixel_error_bound"].is_null());
 
-    folder.scene("bad.toml", &format!("{SCENE}[simulation]\nprecision = \"f16\"\n"));
+    folder.scene("bad.toml", &format!("{SCENE}[simulation]\naccuracy = \"fine\"\n"));
     let refused = folder.isolux(&["simulate", "bad.toml", "--out", "bad"]);
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert_eq!(refused.status.code(), Some(2), "{said}");
-    assert!(said.contains("bad.toml:12") && said.contains("f16"), "{said}");
+    assert!(said.contains("bad.toml:12") && said.contains("fine"), "{said}");
     assert!(!folder.path("bad").exists());
 }
 

@@ -165,26 +165,26 @@ pub(crate) struct SceneDocument {
 #[serde(deny_unknown_fields)]
 pub(crate) struct SimulationDocument {
     #[serde(default)]
-    pub precision: Precision,
+    pub accuracy: Accuracy,
 }
 
-/// Number format in which the inverse method fills its map.
+/// How far a noise-free map may be off, as its own rules can tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Precision {
-    /// Quicker, with a bound of a few 1e-7 more.
-    F32,
-    /// The reference.
+pub enum Accuracy {
+    /// 1e-5 of a pixel above 1e-3 of the map's largest, 1e-8 of the largest below.
     #[default]
-    F64,
+    Standard,
+    /// 1e-6 of a pixel, many times slower: to check the other one.
+    Reference,
 }
 
-impl Precision {
+impl Accuracy {
     /// As scene files and results spell it.
     pub fn word(self) -> &'static str {
         match self {
-            Self::F32 => "f32",
-            Self::F64 => "f64",
+            Self::Standard => "standard",
+            Self::Reference => "reference",
         }
     }
 }

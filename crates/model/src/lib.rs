@@ -27,7 +27,7 @@ mod spectrum;
 
 pub use bench::{CorrectedReading, NoInverse};
 pub use direction_noise::DirectionError;
-pub use document::{Precision, ShapeTrust, Trust, Uncertainty, UncertaintyScale};
+pub use document::{Accuracy, ShapeTrust, Trust, Uncertainty, UncertaintyScale};
 pub use effects::{BelongsTo, Effect, EffectError, EffectSpec, ParameterSpec, Role, Stage, catalogue};
 pub use emitter::{Emitter, EmitterError, Node, gauss_legendre};
 pub use lobe::Lobe;

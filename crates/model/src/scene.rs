@@ -4,7 +4,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use glam::DVec2;
 use isolux_record::document::{Source, read_text};
 
-use crate::document::{Precision, SCENE_FORMAT, SceneDocument, effect_from_table};
+use crate::document::{Accuracy, SCENE_FORMAT, SceneDocument, effect_from_table};
 use crate::model::{Model, ModelError};
 use crate::optics::{self, Optics, Reader, Tables};
 use crate::pose::SensorPose;
@@ -50,7 +50,7 @@ pub struct Scene {
     /// What stands beside the direct path.
     pub optics: Optics,
     /// How the inverse method computes it.
-    pub precision: Precision,
+    pub accuracy: Accuracy,
 }
 
 impl Scene {
@@ -153,7 +153,7 @@ impl Scene {
                 background_w_m2,
             },
             optics,
-            precision: document.simulation.precision,
+            accuracy: document.simulation.accuracy,
         })
     }
 }

@@ -5,7 +5,7 @@
     reason = "lanes and planes index several arrays at once"
 )]
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use glam::DVec3;
 
@@ -65,7 +65,7 @@ pub(crate) fn atan2(y: f64, x: f64) -> f64 {
 pub(crate) struct Sights {
     /// Polar angles.
     pub gamma: Lanes,
-    /// Azimuths, each less than half a turn from that of the middle lane.
+    /// Azimuths in [−π, π].
     pub c: Lanes,
     /// 1e6·cos α / R², 1/m² for lengths in mm.
     pub per_cd: Lanes,
@@ -73,38 +73,32 @@ pub(crate) struct Sights {
     pub length: Lanes,
 }
 
-/// Angles of v = a + u·b, and what one candela makes there on a face towards `toward`.
+/// Angles of v = a + x·b + y·c, and what one candela makes there on a face towards `toward`.
 #[multiversion::multiversion(targets(
     "x86_64+avx512f+avx512dq+avx512bw+avx512vl+avx2+fma",
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-pub(crate) fn along(a: DVec3, b: DVec3, toward: DVec3, u: &Lanes) -> Sights {
+pub(crate) fn across(a: DVec3, [b, c]: [DVec3; 2], toward: DVec3, x: &Lanes, y: &Lanes) -> Sights {
     let mut out = Sights {
         gamma: [0.0; LANES],
         c: [0.0; LANES],
         per_cd: [0.0; LANES],
         length: [0.0; LANES],
     };
-    let (a, b, toward) = (a.to_array(), b.to_array(), toward.to_array());
+    let (a, b, c, toward) = (a.to_array(), b.to_array(), c.to_array(), toward.to_array());
     for lane in 0..LANES {
-        let x = a[0] + u[lane] * b[0];
-        let y = a[1] + u[lane] * b[1];
-        let z = a[2] + u[lane] * b[2];
-        let across = x * x + y * y;
-        let square = across + z * z;
+        let vx = a[0] + x[lane] * b[0] + y[lane] * c[0];
+        let vy = a[1] + x[lane] * b[1] + y[lane] * c[1];
+        let vz = a[2] + x[lane] * b[2] + y[lane] * c[2];
+        let across = vx * vx + vy * vy;
+        let square = across + vz * vz;
         let length = square.sqrt();
-        let projected = toward[0] * x + toward[1] * y + toward[2] * z;
-        out.gamma[lane] = atan2(across.sqrt(), z);
-        out.c[lane] = atan2(y, x);
+        let projected = toward[0] * vx + toward[1] * vy + toward[2] * vz;
+        out.gamma[lane] = atan2(across.sqrt(), vz);
+        out.c[lane] = atan2(vy, vx);
         out.length[lane] = length;
         out.per_cd[lane] = 1e6 * (if projected > 0.0 { projected } else { 0.0 }) / (square * length);
-    }
-    let middle = out.c[LANES / 2];
-    for lane in 0..LANES {
-        let away = out.c[lane] - middle;
-        out.c[lane] -= if away > PI { TAU } else { 0.0 };
-        out.c[lane] += if away < -PI { TAU } else { 0.0 };
     }
     out
 }
@@ -142,6 +136,8 @@ pub(crate) fn around(sight: DVec3, offsets: [&[Lanes]; 3], weights: &[Lanes], to
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     #[test]

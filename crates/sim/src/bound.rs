@@ -11,6 +11,8 @@ pub struct Bound {
     pub largest: f64,
     /// Of any pixel, lx.
     pub largest_lx: f64,
+    /// Of any pixel, as a multiple of what the accuracy that was asked for allows.
+    pub of_allowed: f64,
 }
 
 impl Bound {
@@ -19,27 +21,33 @@ impl Bound {
     pub fn scaled(self, factor: f64) -> Self {
         Self {
             mean_lx: factor * self.mean_lx,
-            largest: self.largest,
             largest_lx: factor * self.largest_lx,
+            ..self
         }
     }
 
-    /// Adds `pixels` that are off by `error` lx on the mean, by no more than `most` lx, and by no more than `relative` of
-    /// themselves. While a map is filled, `mean_lx` holds their sum.
-    pub(crate) fn add(&mut self, pixels: f64, error: f64, most: f64, relative: f64) {
+    /// Adds `pixels` of at least `least` and at most `most` lx that are off by no more than `error` lx. While a map is filled,
+    /// `mean_lx` holds their sum.
+    pub(crate) fn add(&mut self, pixels: f64, error: f64, least: f64, allowed: Allowed) {
         self.mean_lx += pixels * error;
-        self.largest_lx = self.largest_lx.max(most);
-        self.largest = self.largest.max(relative);
+        self.largest_lx = self.largest_lx.max(error);
+        if error > 0.0 {
+            self.largest = self.largest.max(if least > 0.0 { error / least } else { 0.0 });
+            self.of_allowed = self.of_allowed.max(error / allowed.at(least));
+        }
     }
 
     /// One pixel.
-    pub(crate) fn add_one(&mut self, one: Estimate) {
-        let relative = if one.value == 0.0 {
-            0.0
-        } else {
-            one.error / one.value.abs()
-        };
-        self.add(1.0, one.error, one.error, relative);
+    pub(crate) fn add_one(&mut self, one: Estimate, allowed: Allowed) {
+        self.add(1.0, one.error, one.value.abs(), allowed);
+    }
+
+    /// The sum over `pixels` as their mean.
+    pub(crate) fn over(self, pixels: usize) -> Self {
+        Self {
+            mean_lx: self.mean_lx / pixels as f64,
+            ..self
+        }
     }
 
     pub(crate) fn joined(self, other: Self) -> Self {
@@ -47,6 +55,23 @@ impl Bound {
             mean_lx: self.mean_lx + other.mean_lx,
             largest: self.largest.max(other.largest),
             largest_lx: self.largest_lx.max(other.largest_lx),
+            of_allowed: self.of_allowed.max(other.of_allowed),
         }
+    }
+}
+
+/// The error that a pixel may have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Allowed {
+    /// Share of the pixel.
+    pub relative: f64,
+    /// Light below which the error no longer falls with it, lx.
+    pub dim_lx: f64,
+}
+
+impl Allowed {
+    /// For a pixel of `value` lx, lx.
+    pub fn at(self, value: f64) -> f64 {
+        self.relative * value.abs().max(self.dim_lx).max(f64::MIN_POSITIVE)
     }
 }

@@ -91,13 +91,13 @@ impl Counts {
 
     /// Rays on the sensor.
     pub fn on_sensor(&self) -> u64 {
-        self.count.iter().sum()
+        self.count.par_iter().sum()
     }
 
     /// The map, lx.
     pub fn illuminance_lx(&self) -> Vec<f64> {
         let unit = self.lux_per_ray();
-        self.count.iter().map(|&count| count as f64 * unit).collect()
+        self.count.par_iter().map(|&count| count as f64 * unit).collect()
     }
 }
 
@@ -261,14 +261,15 @@ fn follow(sampled: f64) -> Result<(), DirectError> {
 }
 
 fn counters(sensor: &Sensor) -> Vec<AtomicU64> {
-    std::iter::repeat_with(AtomicU64::default)
-        .take(sensor.pixels())
+    (0..sensor.pixels())
+        .into_par_iter()
+        .map(|_| AtomicU64::new(0))
         .collect()
 }
 
 fn counted(count: Vec<AtomicU64>, emission: &Emission, sensor: &Sensor, rays: u64) -> Counts {
     Counts {
-        count: count.into_iter().map(AtomicU64::into_inner).collect(),
+        count: count.into_par_iter().map(AtomicU64::into_inner).collect(),
         rays,
         flux_lm: emission.flux_lm(),
         pixel_area_m2: sensor.pixel_area_m2(),

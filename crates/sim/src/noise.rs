@@ -1,5 +1,7 @@
 //! What counting rays does to a map: standard errors, the maximum that noise alone makes, and what is left without it.
 
+use rayon::prelude::*;
+
 use crate::random::ln_factorial;
 use crate::sum::Sum;
 
@@ -27,19 +29,38 @@ pub struct Moments {
     pub std: f64,
 }
 
+/// Values of which one thread at a time makes a sum, so that no sum depends on the threads.
+const RUN: usize = 1 << 15;
+
 /// The moments of `values`; `None` for no values.
 pub fn moments(values: &[f64]) -> Option<Moments> {
     let n = values.len() as f64;
-    let mean = sum(values.iter().copied()) / n;
-    let square = sum(values.iter().map(|value| (value - mean) * (value - mean)));
-    let min = values.iter().copied().reduce(f64::min)?;
-    let max = values.iter().copied().reduce(f64::max)?;
+    let whole = |of: &(dyn Fn(&[f64]) -> f64 + Sync)| {
+        let runs: Vec<f64> = values.par_chunks(RUN).map(of).collect();
+        sum(runs.into_iter())
+    };
+    let mean = whole(&|run| sum(run.iter().copied())) / n;
+    let square = whole(&|run| sum(run.iter().map(|value| (value - mean) * (value - mean))));
+    let (min, max) = extremes(values)?;
     Some(Moments {
         mean,
         min,
         max,
         std: (square / n).sqrt(),
     })
+}
+
+/// The smallest and the largest of `values`; `None` for no values.
+fn extremes(values: &[f64]) -> Option<(f64, f64)> {
+    let of = |run: &[f64]| {
+        let start = (f64::INFINITY, f64::NEG_INFINITY);
+        run.iter()
+            .fold(start, |(low, high), value| (low.min(*value), high.max(*value)))
+    };
+    values
+        .par_chunks(RUN)
+        .map(of)
+        .reduce_with(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
 /// Compensated sum (Neumaier), whatever the length.
@@ -103,7 +124,7 @@ const BINS: usize = 1000;
 ///
 /// Pixels are gathered into bins of equal λ (to 1/1000 of the largest), which moves no quantile of a whole number.
 pub fn largest_count(lambda: &[f64]) -> Interval {
-    let top = lambda.iter().copied().fold(0.0, f64::max);
+    let top = extremes(lambda).map_or(0.0, |(_, top)| top);
     if top <= 0.0 {
         return Interval {
             median: 0.0,
@@ -111,12 +132,23 @@ pub fn largest_count(lambda: &[f64]) -> Interval {
             hi95: 0.0,
         };
     }
-    let mut pixels = vec![0_u64; BINS + 1];
-    let mut mean = vec![0.0; BINS + 1];
-    for &value in lambda {
-        let bin = (value / top * BINS as f64).max(0.0) as usize;
-        pixels[bin.min(BINS)] += 1;
-        mean[bin.min(BINS)] += value;
+    let bins = |run: &[f64]| {
+        let mut bins = vec![(0_u64, 0.0); BINS + 1];
+        for &value in run {
+            let bin = (value / top * BINS as f64).max(0.0) as usize;
+            let (pixels, total) = &mut bins[bin.min(BINS)];
+            *pixels += 1;
+            *total += value;
+        }
+        bins
+    };
+    let runs: Vec<_> = lambda.par_chunks(16 * RUN).map(bins).collect();
+    let (mut pixels, mut mean) = (vec![0_u64; BINS + 1], vec![0.0; BINS + 1]);
+    for run in runs {
+        for (bin, (count, total)) in run.into_iter().enumerate() {
+            pixels[bin] += count;
+            mean[bin] += total;
+        }
     }
     let ln_below = |k: f64| -> f64 {
         pixels

@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::angles::Sights;
+use crate::angles::{Lanes, Sights};
 use crate::rules::{self, Estimate, K7, K15};
 use crate::table::Table;
 
@@ -40,6 +40,23 @@ impl Light<'_> {
         } else {
             light * (-self.extinction_per_mm * length).exp()
         }
+    }
+}
+
+impl Light<'_> {
+    /// The light of the lines of sight, lx.
+    #[inline]
+    pub fn along(&self, sights: &Sights) -> Lanes {
+        let mut light = self.table.several(&sights.c, &sights.gamma);
+        for (light, per_cd) in light.iter_mut().zip(sights.per_cd) {
+            *light *= per_cd;
+        }
+        if self.extinction_per_mm != 0.0 {
+            for (light, length) in light.iter_mut().zip(sights.length) {
+                *light *= (-self.extinction_per_mm * length).exp();
+            }
+        }
+        light
     }
 }
 
@@ -161,31 +178,6 @@ pub(crate) struct Scratch {
     pub cuts: Vec<f64>,
 }
 
-/// Whether a kink of the table or its pole can lie within the ball of `radius` round `centre`.
-pub(crate) fn may_bend(table: &Table, centre: DVec3, radius: f64) -> bool {
-    let distance = centre.length();
-    if radius >= distance {
-        return true;
-    }
-    let axis = centre.x.hypot(centre.y);
-    if axis <= radius {
-        return true;
-    }
-    let gamma = axis.atan2(centre.z);
-    let spread = (radius / distance).asin() * (1.0 + 1e-9) + 1e-12;
-    let kinks = table.gamma_kinks();
-    let first = kinks.partition_point(|&kink| kink < gamma - spread);
-    if first < kinks.len() && kinks[first] <= gamma + spread {
-        return true;
-    }
-    if table.is_rotational() {
-        return false;
-    }
-    let c = centre.y.atan2(centre.x);
-    let spread = (radius / axis).asin() * (1.0 + 1e-9) + 1e-12;
-    any_azimuth(table.c_kinks(), c - spread, c + spread)
-}
-
 /// The most, in candela, that kinks of the table can make a line through the ball of `radius` round `centre` bend.
 pub(crate) fn bend_within(table: &Table, centre: DVec3, radius: f64) -> f64 {
     let (distance, axis) = (centre.length(), centre.x.hypot(centre.y));
@@ -196,13 +188,6 @@ pub(crate) fn bend_within(table: &Table, centre: DVec3, radius: f64) -> f64 {
     let spread = (radius / distance).asin();
     let spread_c = if radius < axis { (radius / axis).asin() } else { PI };
     table.bend(gamma, spread, centre.y.atan2(centre.x), spread_c)
-}
-
-fn any_azimuth(kinks: &[f64], from: f64, to: f64) -> bool {
-    let turn = from.div_euclid(TAU) * TAU;
-    let (low, high) = (from - turn, to - turn);
-    let first = kinks.partition_point(|&kink| kink < low);
-    (first < kinks.len() && kinks[first] <= high) || kinks.first().is_some_and(|kink| kink + TAU <= high)
 }
 
 /// Mean of `light` over the parallelogram corner + s·first + t·second, with an error below `relative` of it or below `floor`

@@ -151,6 +151,15 @@ impl Sensor {
         self.corner + x * self.step_x + y * self.step_y
     }
 
+    /// Smallest z of its corners, mm.
+    pub(crate) fn lowest(&self) -> f64 {
+        let (nx, ny) = (self.nx as f64, self.ny as f64);
+        [[0.0, 0.0], [nx, 0.0], [nx, ny], [0.0, ny]]
+            .map(|[x, y]| self.point(x, y).z)
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+    }
+
     /// Area of one pixel, m².
     pub fn pixel_area_m2(&self) -> f64 {
         self.step_x.cross(self.step_y).length() * 1e-6

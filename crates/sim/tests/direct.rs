@@ -5,10 +5,11 @@ use std::sync::Arc;
 use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 use isolux_sim::direct::{self, Counts, DirectError, Sampling};
+use isolux_sim::inverse::{self, Accuracy};
 use isolux_sim::sensor::{Pose, Sensor};
 use isolux_sim::source::{Shape, Source};
 use isolux_sim::table::Table;
-use isolux_sim::{emission::Emission, inverse, noise};
+use isolux_sim::{emission::Emission, noise};
 
 fn lobe() -> IntensityDistribution {
     let c_deg: Vec<f64> = (0..8).map(|k| 45.0 * f64::from(k)).collect();
@@ -71,7 +72,7 @@ fn the_emission_holds_the_whole_flux() {
 #[test]
 fn every_sampling_agrees_with_inverse_pixel_by_pixel() {
     let (source, sensor) = scene();
-    let map = inverse::solve(&source, &sensor).illuminance_lx;
+    let map = inverse::solve(&source, &sensor, Accuracy::Reference).illuminance_lx;
     for sampling in [Sampling::Traced, Sampling::Thinned, Sampling::Expected] {
         // χ² over pixels and seeds: counts of all seeds against their expectation.
         let (seeds, rays) = (8, 400_000);
@@ -101,7 +102,7 @@ fn every_sampling_agrees_with_inverse_pixel_by_pixel() {
 #[test]
 fn the_three_samplings_have_one_law() {
     let (source, sensor) = scene();
-    let map = inverse::solve(&source, &sensor).illuminance_lx;
+    let map = inverse::solve(&source, &sensor, Accuracy::Reference).illuminance_lx;
     let (seeds, rays) = (80_u64, 10_000);
     let statistics = |sampling| {
         let runs: Vec<(f64, f64)> = (0..seeds)
@@ -146,7 +147,7 @@ fn the_three_samplings_have_one_law() {
 #[test]
 fn results_do_not_depend_on_threads() {
     let (source, sensor) = scene();
-    let map = inverse::solve(&source, &sensor).illuminance_lx;
+    let map = inverse::solve(&source, &sensor, Accuracy::Reference).illuminance_lx;
     let with = |threads, sampling| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| run(sampling, 300_001, 3, &map))
@@ -181,7 +182,7 @@ fn a_ring_and_leds_emit_as_they_are_integrated() {
             .collect(),
     );
     for source in [ring, leds] {
-        let map = inverse::solve(&source, &sensor).illuminance_lx;
+        let map = inverse::solve(&source, &sensor, Accuracy::Reference).illuminance_lx;
         let counts = direct::thinned(&source, &sensor, 4_000_000, 2).unwrap();
         let chi: f64 = counts
             .count

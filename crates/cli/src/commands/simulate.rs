@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
 use isolux_app::scene::Changes;
-use isolux_app::simulate::{self, Facts, Method, Precision, Request};
+use isolux_app::simulate::{self, Accuracy, Facts, Method, Request};
 
 use super::count;
 use crate::screen::{self, Bars};
@@ -24,10 +24,10 @@ pub struct Simulate {
     /// Quadrature without noise, or rays.
     #[arg(long, value_enum, default_value = "inverse")]
     method: MethodWord,
-    /// Number format of the inverse map: f32 is quicker on large maps and states its wider bound [default: the
-    /// scene's simulation.precision, else f64].
+    /// How far the inverse map may be off: 1e-5 of a pixel, or 1e-6, many times slower [default: the scene's
+    /// simulation.accuracy, else standard].
     #[arg(long, value_enum)]
-    precision: Option<PrecisionWord>,
+    accuracy: Option<AccuracyWord>,
     /// How rays are drawn, with --method direct; all three have the same law [default: thinned].
     #[arg(long, value_enum)]
     sampling: Option<SamplingWord>,
@@ -85,9 +85,9 @@ enum MethodWord {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum PrecisionWord {
-    F32,
-    F64,
+enum AccuracyWord {
+    Standard,
+    Reference,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -123,9 +123,9 @@ pub fn run(arguments: &Simulate) -> Result<(), Failure> {
             distance_mm: arguments.distance_mm,
             sensor_mm: arguments.sensor_mm,
             pixels: arguments.pixels,
-            precision: arguments.precision.map(|word| match word {
-                PrecisionWord::F32 => Precision::F32,
-                PrecisionWord::F64 => Precision::F64,
+            accuracy: arguments.accuracy.map(|word| match word {
+                AccuracyWord::Standard => Accuracy::Standard,
+                AccuracyWord::Reference => Accuracy::Reference,
             }),
             set: arguments.set.clone(),
             luminous_area: arguments.luminous_area,
@@ -183,10 +183,11 @@ fn print(facts: &Facts, arguments: &Simulate) -> Result<(), Failure> {
         ))?,
     }
     screen::say(format_args!("computation {}", simulate::numeric(facts, unit)))?;
-    if let (Some(precision), Some(bound)) = (facts.precision, facts.pixel_error_bound) {
+    if let (Some(accuracy), Some(bound)) = (facts.accuracy, facts.pixel_error_bound) {
         screen::say(format_args!(
-            "error       {precision}: no pixel is off by more than {:.1e} {unit} or {:.1e} of itself",
-            bound.absolute, bound.relative
+            "error       {}: no pixel is off by more than {:.1e} {unit} or {:.1e} of itself; allowed are {:.0e} of a pixel, and of \
+             {:.0e} of the largest where it is dimmer",
+            accuracy.name, bound.absolute, bound.relative, accuracy.relative, accuracy.dim
         ))?;
     }
     screen::say(format_args!("min, max    {:.6}, {:.6} {unit}", facts.min, facts.max))?;

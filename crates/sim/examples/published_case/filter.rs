@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use isolux_sim::direct;
+use isolux_sim::inverse::{self, Accuracy};
 use isolux_sim::source::Source;
-use isolux_sim::{direct, inverse};
 use rayon::prelude::*;
 
 use crate::Book;
@@ -139,7 +140,7 @@ pub(crate) fn maxima(book: &mut Book, source: &Source, seeds: u64) {
         .iter()
         .map(|row| {
             let sensor = sensor(24.576, row.pixels, 500.0);
-            let map = inverse::solve(source, &sensor).illuminance_lx;
+            let map = inverse::solve(source, &sensor, Accuracy::Standard).illuminance_lx;
             let unit = one_ray(row.pixels, row.rays);
             let mut of = vec![Vec::new(); FILTERS.len()];
             for seed in 1..=seeds {

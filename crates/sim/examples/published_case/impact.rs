@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use isolux_photometry::IntensityDistribution;
 use isolux_report::axes::{Frame, Scale};
 use isolux_report::svg::{Anchor, Stroke, Svg};
+use isolux_sim::inverse::{self, Accuracy};
+use isolux_sim::noise;
 use isolux_sim::sensor::Sensor;
-use isolux_sim::{inverse, noise};
 
 use crate::Book;
 use crate::scene::{FLUX_LM, LER, lamp, sensor, source, spectra};
@@ -27,7 +28,7 @@ pub(crate) fn sweeps(book: &mut Book) {
     let mut all: Vec<(&str, &str, Vec<Row>)> = Vec::new();
     // Against the finest step: the largest difference of one pixel.
     let apart = |lamp: &IntensityDistribution, finest: &IntensityDistribution, sensor: &Sensor| {
-        let map = |lamp| inverse::solve(&source(lamp), sensor).illuminance_lx;
+        let map = |lamp| inverse::solve(&source(lamp), sensor, Accuracy::Standard).illuminance_lx;
         let (a, b) = (map(lamp), map(finest));
         let most = a.iter().zip(&b).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
         format!("pixels within {:.3} %", 100.0 * most)
@@ -167,7 +168,7 @@ pub(crate) fn sweeps(book: &mut Book) {
 }
 
 fn lit(value: &str, x: f64, lamp: &IntensityDistribution, sensor: &Sensor, ler: f64) -> Row {
-    let map = inverse::solve(&source(lamp), sensor).illuminance_lx;
+    let map = inverse::solve(&source(lamp), sensor, Accuracy::Standard).illuminance_lx;
     let moments = noise::moments(&map).expect("a map has pixels");
     Row {
         value: value.to_owned(),

@@ -17,7 +17,8 @@ mod summation;
 
 use std::fmt::Write as _;
 
-use isolux_sim::{inverse, noise};
+use isolux_sim::inverse::{self, Accuracy};
+use isolux_sim::noise;
 use scene::{FLUX_LM, LER, lamp, sensor, source};
 
 /// The page under construction, and where its figures go.
@@ -49,7 +50,7 @@ fn main() {
     };
     let lamp = lamp(15.0, 1.0, 0.0);
     let source = source(&lamp);
-    let reference = inverse::solve(&source, &sensor(24.576, 256, 500.0));
+    let reference = inverse::solve(&source, &sensor(24.576, 256, 500.0), Accuracy::Standard);
     let exact = noise::sum(reference.illuminance_lx.iter().copied()) / 65536.0 / LER;
     let top = reference.illuminance_lx.iter().copied().fold(0.0, f64::max) / LER;
     let share = exact * LER * 24.576e-3 * 24.576e-3 / FLUX_LM;
@@ -57,7 +58,7 @@ fn main() {
         "## Without noise\n\nInverse: mean {exact:.4} W/m², largest pixel {top:.4} W/m² (bound on the quadrature's error {:.1e} W/m²). \
          {:.4} % of the flux reaches the sensor: of 2·10⁵ rays {:.0}, of 2·10⁹ rays {:.3e}. The mean of a direct simulation scatters round this \
          value; it does not depend on the pixels.\n",
-        reference.error_lx / LER,
+        reference.bound.mean_lx / LER,
         100.0 * share,
         2e5 * share,
         2e9 * share

@@ -6,8 +6,9 @@ use isolux_report::axes::{Frame, Scale};
 use isolux_report::map::Map;
 use isolux_report::svg::{Anchor, Stroke, Svg};
 use isolux_sim::direct::{self, Sampling};
+use isolux_sim::inverse::{self, Accuracy};
 use isolux_sim::source::Source;
-use isolux_sim::{blur, inverse, noise};
+use isolux_sim::{blur, noise};
 use rayon::prelude::*;
 
 use crate::Book;
@@ -34,7 +35,7 @@ pub(crate) fn table(book: &mut Book, source: &Source, seeds: u64, exact: f64, sh
     let mut all = Vec::new();
     for (index, row) in PUBLISHED.iter().enumerate() {
         let sensor = sensor(24.576, row.pixels, 500.0);
-        let map = inverse::solve(source, &sensor).illuminance_lx;
+        let map = inverse::solve(source, &sensor, Accuracy::Standard).illuminance_lx;
         let unit = one_ray(row.pixels, row.rays);
         for sampling in [Sampling::Traced, Sampling::Thinned, Sampling::Expected] {
             let mut runs = Runs {
@@ -188,7 +189,7 @@ pub(crate) fn convergence(book: &mut Book, source: &Source, exact: f64) {
     );
     for (pixels, dash) in [(2048, ""), (1024, "6 4")] {
         let sensor = sensor(24.576, pixels, 500.0);
-        let map = inverse::solve(source, &sensor).illuminance_lx;
+        let map = inverse::solve(source, &sensor, Accuracy::Standard).illuminance_lx;
         let (mut means, mut maxima) = (Vec::new(), Vec::new());
         for exponent in 5..=12 {
             let rays = 10_u64.pow(exponent);
@@ -240,7 +241,7 @@ pub(crate) fn maps(book: &mut Book, source: &Source) {
     let counts = direct::thinned(source, &sensor, 2_000_000_000, 1).expect("rays");
     let counted: Vec<f64> = counts.illuminance_lx().iter().map(|lux| lux / LER).collect();
     let filtered = blur::box3(&counted, side, side, 2);
-    let free: Vec<f64> = inverse::solve(source, &sensor)
+    let free: Vec<f64> = inverse::solve(source, &sensor, Accuracy::Standard)
         .illuminance_lx
         .iter()
         .map(|lux| lux / LER)

@@ -2,74 +2,56 @@
 
 mod prepared;
 mod route;
+mod tiles;
 mod trust;
 
 use rayon::prelude::*;
 
 use self::prepared::Prepared;
-use crate::number::Care;
 use crate::patch::Scratch;
-use crate::rows::Rows;
 use crate::sensor::Sensor;
 use crate::source::Source;
-use crate::tiles;
 
 pub use crate::bound::Bound;
-pub use crate::number::Number;
 pub use crate::rules::Estimate;
+pub use isolux_model::Accuracy;
+
+/// Share of the map's largest pixel below which the error that an accuracy allows no longer falls with the pixel.
+pub const DIM: f64 = 1e-3;
+
+/// Error that an accuracy allows a pixel, relative to it.
+pub fn allowed(accuracy: Accuracy) -> f64 {
+    trust::Trusts::of(accuracy).allowed
+}
 
 /// A map of illuminance without noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
     /// Mean over each pixel in lx, `[iy * nx + ix]`.
     pub illuminance_lx: Vec<f64>,
-    /// Mean over the map of the bound on the error of the quadrature, lx.
-    pub error_lx: f64,
+    /// What its errors do not exceed.
+    pub bound: Bound,
 }
 
 /// The map: quick rules where their bound meets the tolerance, cuts at every kink elsewhere, polynomials over tiles where
 /// the light is smooth. Independent of the number of threads.
-pub fn solve(source: &Source, sensor: &Sensor) -> Map {
+pub fn solve(source: &Source, sensor: &Sensor, accuracy: Accuracy) -> Map {
     let mut illuminance_lx = vec![0.0; sensor.pixels()];
-    let bound = solve_into(source, sensor, &mut illuminance_lx);
-    Map {
-        illuminance_lx,
-        error_lx: bound.mean_lx,
-    }
+    let bound = solve_into(source, sensor, accuracy, &mut illuminance_lx);
+    Map { illuminance_lx, bound }
 }
 
-/// The map in the caller's memory (`[iy * nx + ix]`, as many as the sensor has pixels), in f64 or, for half the memory
-/// and time, in f32.
+/// The map in the caller's memory (`[iy * nx + ix]`, as many as the sensor has pixels).
 ///
 /// # Panics
 /// If `map` has another length.
-pub fn solve_into<N: Number>(source: &Source, sensor: &Sensor, map: &mut [N]) -> Bound {
+pub fn solve_into(source: &Source, sensor: &Sensor, accuracy: Accuracy, map: &mut [f64]) -> Bound {
     assert_eq!(map.len(), sensor.pixels(), "one number a pixel");
-    if let Some(bound) = rows(source, sensor, map) {
-        return bound;
-    }
-    let prepared = Prepared::new(source, sensor, true);
     tiles::fill(
+        &Prepared::new(source, sensor, accuracy, Route::Chosen, 1.0),
         sensor,
         map,
-        |x, y, care, scratch| prepared.pixel(x, y, care, scratch),
-        |x, y, half| prepared.is_smooth(x, y, half, N::AIM),
     )
-}
-
-/// Row by row, where the source and the sensor allow it.
-fn rows<N: Number>(source: &Source, sensor: &Sensor, map: &mut [N]) -> Option<Bound> {
-    let rows = Rows::new::<N>(source, sensor)?;
-    // Few maps have pixels for which their centres do not stand.
-    let prepared = std::sync::OnceLock::new();
-    Some(rows.fill(map, |ix, iy| {
-        prepared.get_or_init(|| Prepared::new(source, sensor, true)).pixel(
-            ix as f64 + 0.5,
-            iy as f64 + 0.5,
-            Care::Itself,
-            &mut Scratch::default(),
-        )
-    }))
 }
 
 /// How a single pixel is computed, where that is to be checked.
@@ -83,32 +65,36 @@ pub enum Route {
     Chords,
 }
 
-/// The mean over one pixel in lx with its bound, to errors `share` times those of a map (1 is a map's own).
-pub fn pixel(source: &Source, sensor: &Sensor, [ix, iy]: [usize; 2], route: Route, share: f64) -> Estimate {
-    let prepared = Prepared::by(source, sensor, route, share);
-    prepared.pixel(ix as f64 + 0.5, iy as f64 + 0.5, Care::Itself, &mut Scratch::default())
+/// The mean over one pixel in lx with its bound, to errors `share` times those of a map of this accuracy.
+pub fn pixel(
+    source: &Source,
+    sensor: &Sensor,
+    [ix, iy]: [usize; 2],
+    accuracy: Accuracy,
+    route: Route,
+    share: f64,
+) -> Estimate {
+    let prepared = Prepared::new(source, sensor, accuracy, route, share);
+    prepared.pixel(ix as f64 + 0.5, iy as f64 + 0.5, &mut Scratch::default())
 }
 
-/// The reference: every pixel by itself with cuts at every kink, no quick rules, no interpolation between pixels.
+/// Every pixel by itself with cuts at every kink, no quick rules, no interpolation between pixels.
 pub fn solve_each(source: &Source, sensor: &Sensor) -> Map {
-    let prepared = Prepared::new(source, sensor, false);
-    let rows: Vec<(Vec<f64>, f64)> = (0..sensor.ny)
-        .into_par_iter()
-        .map_init(Scratch::default, |scratch, iy| {
-            let mut error = 0.0;
-            let row = (0..sensor.nx)
-                .map(|ix| {
-                    let found = prepared.pixel(ix as f64 + 0.5, iy as f64 + 0.5, Care::Itself, scratch);
-                    error += found.error;
-                    found.value
-                })
-                .collect();
-            (row, error)
+    let prepared = Prepared::new(source, sensor, Accuracy::Reference, Route::Chords, 1.0);
+    let mut illuminance_lx = vec![0.0; sensor.pixels()];
+    let bound = illuminance_lx
+        .par_chunks_mut(sensor.nx)
+        .enumerate()
+        .map_init(Scratch::default, |scratch, (iy, row)| {
+            let mut bound = Bound::default();
+            for (ix, value) in row.iter_mut().enumerate() {
+                let found = prepared.pixel(ix as f64 + 0.5, iy as f64 + 0.5, scratch);
+                *value = found.value;
+                bound.add_one(found, prepared.allowed);
+            }
+            bound
         })
-        .collect();
-    let error_lx = rows.iter().map(|row| row.1).sum::<f64>() / sensor.pixels() as f64;
-    Map {
-        illuminance_lx: rows.into_iter().flat_map(|row| row.0).collect(),
-        error_lx,
-    }
+        .reduce(Bound::default, Bound::joined)
+        .over(sensor.pixels());
+    Map { illuminance_lx, bound }
 }

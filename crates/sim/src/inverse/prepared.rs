@@ -3,15 +3,19 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use isolux_model::Accuracy;
 
-use super::Route;
-use crate::local::{self, Rule};
-use crate::number::Care;
+use super::trust::Trusts;
+use super::{DIM, Route};
+use crate::angles::Lanes;
+use crate::bound::Allowed;
 use crate::patch::{self, Light, Patch, Scratch};
 use crate::polar::Polar;
+use crate::product::{self, Rule};
 use crate::rules::Estimate;
 use crate::sensor::Sensor;
 use crate::source::{Shape, Source};
+use crate::table::Table;
 
 /// Radii of the emitter over which a kink counts as sharp.
 const KINK_BLUR: f64 = 4.0;
@@ -19,11 +23,16 @@ const KINK_BLUR: f64 = 4.0;
 /// Share of a bend by which a polynomial of degree 7 misses it, less a margin.
 const BEND_MISSED: f64 = 0.02;
 
+/// Places along each side of the sensor at which its brightest light is looked for, and the share of it that the largest pixel is
+/// not below.
+const LOOKS: usize = 9;
+const LOOKED: f64 = 0.8;
+
 /// A source before a sensor, with everything that does not depend on the pixel.
 pub(super) struct Prepared<'a> {
     items: Vec<Item<'a>>,
-    /// Share of a map's own errors.
-    share: f64,
+    pub trusts: &'static Trusts,
+    pub allowed: Allowed,
 }
 
 /// One part and one patch of its area, in the part's own frame, in which its table stands upright.
@@ -41,84 +50,108 @@ pub(super) struct Item<'a> {
     pub polar: Option<Arc<Polar<'a>>>,
     /// How much smaller errors must be than in the part's light: a thin ring is the small difference of two discs.
     pub cancel: f64,
+    /// Share of a map's own errors that is asked for.
+    pub asked: f64,
+    /// Light below which errors no longer fall with it, lx.
+    pub dim_lx: f64,
+    pub trusts: &'static Trusts,
+    /// The same upside down, for pixels behind the plane of a flat emitter.
+    pub below: Option<Box<Item<'a>>>,
 }
 
 impl<'a> Prepared<'a> {
-    pub fn new(source: &'a Source, sensor: &Sensor, quick: bool) -> Self {
-        Self::by(source, sensor, if quick { Route::Chosen } else { Route::Chords }, 1.0)
-    }
-
-    pub fn by(source: &'a Source, sensor: &Sensor, route: Route, share: f64) -> Self {
-        let quick = route == Route::Chosen;
+    pub fn new(source: &'a Source, sensor: &Sensor, accuracy: Accuracy, route: Route, asked: f64) -> Self {
+        let trusts = Trusts::of(accuracy);
         let mut items = Vec::new();
         // Parallel LEDs share their rules.
         let mut of_points: Option<Arc<Vec<Rule>>> = None;
         for part in source.parts() {
             let own = |v: DVec3| part.aim.map_or(v, |aim| aim.transpose() * v);
-            let light = Light {
-                table: &part.table,
-                toward: own(sensor.toward),
-                extinction_per_mm: source.extinction_per_mm(),
-            };
-            let (step_x, step_y) = (own(sensor.step_x), own(sensor.step_y));
-            let window = Patch::Parallelogram {
-                corner: own(sensor.corner),
-                first: step_x,
-                second: step_y,
-            };
-            let make = |emitter: Option<&Patch>| {
+            let make = |window: &Patch, emitter: Option<&Patch>| {
+                let quick = route == Route::Chosen;
                 Arc::new(if quick {
-                    local::rules(&window, emitter)
+                    product::rules(window, emitter)
                 } else {
                     Vec::new()
                 })
             };
+            let (step_x, step_y) = (own(sensor.step_x), own(sensor.step_y));
+            let item = Item {
+                light: Light {
+                    table: &part.table,
+                    toward: own(sensor.toward),
+                    extinction_per_mm: source.extinction_per_mm(),
+                },
+                share: part.share,
+                window: Patch::Parallelogram {
+                    corner: own(sensor.corner),
+                    first: step_x,
+                    second: step_y,
+                },
+                step_x,
+                step_y,
+                emitter: None,
+                rules: Arc::default(),
+                polar: None,
+                cancel: 1.0,
+                asked,
+                dim_lx: 0.0,
+                trusts,
+                below: None,
+            };
             if let Shape::Point(centre) = part.shape {
                 let rules = match (&of_points, part.aim) {
                     (Some(rules), None) => Arc::clone(rules),
-                    (_, None) => Arc::clone(of_points.insert(make(None))),
-                    _ => make(None),
+                    (_, None) => Arc::clone(of_points.insert(make(&item.window, None))),
+                    _ => make(&item.window, None),
                 };
-                let window = window.shifted(-own(centre));
                 items.push(Item {
-                    light,
-                    share: part.share,
-                    window,
-                    step_x,
-                    step_y,
-                    emitter: None,
+                    window: item.window.shifted(-own(centre)),
                     rules,
-                    polar: None,
-                    cancel: 1.0,
+                    ..item
                 });
                 continue;
             }
             let flat = part.aim.is_none() && source.extinction_per_mm() == 0.0 && route != Route::Chords;
-            let polar = flat.then(|| Polar::new(&part.table)).flatten().map(Arc::new);
+            let polar = |table: &'a Table| flat.then(|| Polar::new(table)).flatten().map(Arc::new);
+            let (above, behind) = (polar(&part.table), flat && sensor.lowest() < part.shape.centre().z);
+            let under = if behind { polar(part.table.upside_down()) } else { None };
             let patches = part.shape.patches();
             let cancel = 1.0 / patches.iter().map(|(_, share)| share.abs()).sum::<f64>();
             for (emitter, share) in patches {
                 let emitter = emitter.mapped(own);
-                let rules = make(Some(&emitter));
-                let share = part.share * share;
-                items.push(Item {
-                    light,
-                    share,
-                    window,
-                    step_x,
-                    step_y,
+                let item = Item {
+                    share: part.share * share,
+                    rules: make(&item.window, Some(&emitter)),
                     emitter: Some(emitter),
-                    rules,
-                    polar: polar.clone(),
+                    polar: above.clone(),
                     cancel,
-                });
+                    below: None,
+                    ..item
+                };
+                let below = behind.then(|| Box::new(item.upside_down(part.table.upside_down(), under.clone())));
+                items.push(Item { below, ..item });
             }
         }
-        Self { items, share }
+        let brightest = brightest(&items, sensor);
+        let dim_lx = DIM * LOOKED * brightest;
+        if accuracy == Accuracy::Standard {
+            for item in &mut items {
+                item.dim_lx = dim_lx;
+                if let Some(below) = &mut item.below {
+                    below.dim_lx = dim_lx;
+                }
+            }
+        }
+        let allowed = Allowed {
+            relative: trusts.allowed,
+            dim_lx,
+        };
+        Self { items, trusts, allowed }
     }
 
     /// Whether no kink that is sharp on the scale of the square of `half` pixels round (x, y) crosses it.
-    pub fn is_smooth(&self, x: f64, y: f64, half: f64, aim: f64) -> bool {
+    pub fn is_smooth(&self, x: f64, y: f64, half: f64) -> bool {
         self.items.iter().all(|item| {
             let blur = item.emitter.as_ref().map_or(0.0, Patch::radius);
             let radius = half * (item.step_x.length() + item.step_y.length());
@@ -129,23 +162,112 @@ impl<'a> Prepared<'a> {
             let sight = pixel.centre() + item.emitter.as_ref().map_or(DVec3::ZERO, Patch::centre);
             let table = item.light.table;
             let bend = patch::bend_within(table, sight, radius + blur + pixel.radius());
-            BEND_MISSED * bend <= aim * table.toward(sight).abs()
+            BEND_MISSED * bend <= self.trusts.polynomial * table.toward(sight).abs()
         })
     }
 
     /// Mean illuminance in lx over the pixel-sized window centred at (x, y) in pixels, from the whole emitter.
-    pub fn pixel(&self, x: f64, y: f64, care: Care, scratch: &mut Scratch) -> Estimate {
+    pub fn pixel(&self, x: f64, y: f64, scratch: &mut Scratch) -> Estimate {
         let mut total = Estimate::default();
         for item in &self.items {
-            let found = item.over(
-                (x - 0.5) * item.step_x + (y - 0.5) * item.step_y,
-                care,
-                self.share,
-                scratch,
-            );
+            let found = item.over((x - 0.5) * item.step_x + (y - 0.5) * item.step_y, scratch);
             total.value += item.share * found.value;
             total.error += item.share.abs() * found.error;
         }
         total
     }
+
+    /// For each part the product rule that serves every pixel within `half` pixels of (x, y), and the bound of its error in lx for
+    /// all of them together; `None` where some part has none.
+    pub fn common(&self, x: f64, y: f64, half: f64) -> Option<(Vec<&Rule>, f64)> {
+        let mut error = 0.0;
+        let mut rules = Vec::with_capacity(self.items.len());
+        for item in &self.items {
+            let (rule, bound) = item.common((x - 0.5) * item.step_x + (y - 0.5) * item.step_y, half)?;
+            error += item.share.abs() * bound;
+            rules.push(rule);
+        }
+        Some((rules, error))
+    }
+
+    /// Mean illuminance in lx over the windows centred at (`x`, `y`) by the rules of [`Prepared::common`].
+    pub fn several(&self, rules: &[&Rule], x: &Lanes, y: &Lanes) -> Lanes {
+        let mut total = Lanes::default();
+        for (item, rule) in self.items.iter().zip(rules) {
+            let steps = [item.step_x, item.step_y];
+            let first = item.sight(-0.5 * (item.step_x + item.step_y));
+            let found = rule.means(item.light, first, steps, x, y);
+            for (total, value) in total.iter_mut().zip(found) {
+                *total += item.share * value;
+            }
+        }
+        total
+    }
+}
+
+impl<'a> Item<'a> {
+    /// The line of sight between the middles of the emitter and of the window shifted by `shift`.
+    pub fn sight(&self, shift: DVec3) -> DVec3 {
+        self.window.centre() + shift + self.emitter.as_ref().map_or(DVec3::ZERO, Patch::centre)
+    }
+
+    /// Light of the table's largest intensity on a face at the sensor's middle, lx.
+    fn most(&self, sensor: &Sensor) -> f64 {
+        let [x, y] = [sensor.nx, sensor.ny].map(|pixels| 0.5 * pixels as f64 - 0.5);
+        let square = self.sight(x * self.step_x + y * self.step_y).length_squared();
+        1e6 * self.light.table.peak_cd() / square
+    }
+
+    /// Seen in a mirror at z = 0.
+    fn upside_down(&self, table: &'a Table, polar: Option<Arc<Polar<'a>>>) -> Self {
+        let turned = |v: DVec3| DVec3::new(v.x, v.y, -v.z);
+        let emitter = self.emitter.as_ref().map(|emitter| emitter.mapped(turned));
+        Self {
+            light: Light {
+                table,
+                toward: turned(self.light.toward),
+                ..self.light
+            },
+            window: self.window.mapped(turned),
+            step_x: turned(self.step_x),
+            step_y: turned(self.step_y),
+            rules: Arc::default(),
+            emitter,
+            polar,
+            below: None,
+            ..*self
+        }
+    }
+}
+
+/// The brightest of a few places of the sensor, lx.
+fn brightest(items: &[Item<'_>], sensor: &Sensor) -> f64 {
+    let mut spots: Vec<Vec<(DVec3, f64)>> = Vec::with_capacity(items.len());
+    for item in items {
+        let mut nodes = vec![(DVec3::ZERO, 1.0)];
+        if let Some(emitter) = &item.emitter {
+            emitter.nodes(2, &mut nodes);
+        }
+        spots.push(nodes);
+    }
+    let place = |k: usize, pixels: usize| (k as f64 + 0.5) / LOOKS as f64 * pixels as f64 - 0.5;
+    // Where all of them are dark, a pixel between them may not be.
+    let mut most = 1e-6
+        * items
+            .iter()
+            .map(|item| item.share.abs() * item.most(sensor))
+            .sum::<f64>();
+    for iy in 0..LOOKS {
+        for ix in 0..LOOKS {
+            let (x, y) = (place(ix, sensor.nx), place(iy, sensor.ny));
+            let light = |item: &Item<'_>, spots: &[(DVec3, f64)]| -> f64 {
+                let sight = item.sight(x * item.step_x + y * item.step_y);
+                let seen = spots.iter().map(|&(spot, w)| w * item.light.at(sight + spot));
+                item.share * seen.sum::<f64>()
+            };
+            let sum: f64 = items.iter().zip(&spots).map(|(item, spots)| light(item, spots)).sum();
+            most = most.max(sum.abs());
+        }
+    }
+    most
 }

@@ -1,18 +1,26 @@
-//! The routes by which a pixel is computed, quickest first: product rules, outlines, chords.
+//! The routes by which a pixel is computed, quickest first: product rules, outlines, lines and chords.
 
 use glam::DVec3;
 
 use super::prepared::Item;
-use super::trust::{CHORDS, DARK, LINES, OUTLINES, PRODUCT, UNSEEN};
+use super::trust::{DARK, UNSEEN};
 use crate::cubature::{self, Patience};
-use crate::local::{Local, Rule};
-use crate::number::Care;
-use crate::patch::{self, Light, Patch, Scratch};
+use crate::patch::{self, Patch, Scratch};
+use crate::product::Rule;
 use crate::rules::Estimate;
 use crate::strips;
 
-/// Emitters smaller than this share of the pixel are left to chords: seen over the pixel they are sharp.
+/// An emitter below this share of the pixel is a few points, each seen by lines across the pixel.
+const FEW_POINTS: f64 = 0.15;
+
+/// An emitter below this share of the pixel is left to chords: seen over the pixel its outline is sharp.
 const SMALL_EMITTER: f64 = 0.3;
+
+/// Share of the difference to the pixel's middle that four points miss, where the light bends so little that it is allowed.
+const STRAIGHT: f64 = 0.2;
+
+/// Radii of the pixel that it has to be above the emitter's plane for that.
+const CLEAR: f64 = 8.0;
 
 /// When an integral over the pixel is left to chords.
 const OUTLINE: Patience = Patience {
@@ -26,112 +34,151 @@ const PATIENT: Patience = Patience {
     hopeless: f64::INFINITY,
 };
 
-/// Share of the quick rules' tolerance that nodes of polynomials ask for.
-const NODE_SHARE: f64 = 0.5;
+/// Largest share of the distance that a product rule reaches.
+const WIDEST: f64 = 0.3;
 
-/// The same in single precision.
-const SINGLE_SHARE: f64 = 1.3;
-
-impl Item<'_> {
-    pub fn over(&self, shift: DVec3, care: Care, share: f64, scratch: &mut Scratch) -> Estimate {
+impl<'a> Item<'a> {
+    /// Mean over the window shifted by `shift`, lx.
+    pub fn over(&self, shift: DVec3, scratch: &mut Scratch) -> Estimate {
         let pixel = self.window.shifted(shift);
-        let middle = self.emitter.as_ref().map_or(DVec3::ZERO, Patch::centre);
-        let sight = pixel.centre() + middle;
+        let sight = self.sight(shift);
         let reach = pixel.radius() + self.emitter.as_ref().map_or(0.0, Patch::radius);
-        if let Some(found) = self.quick(sight, reach, care) {
-            return PRODUCT.stated(found, self.cancel, 0.0);
+        let trusts = self.trusts;
+        if let Some(found) = self.product(sight, reach, scratch) {
+            return trusts.product.stated(found, self.cancel, 0.0);
         }
-        if let Some(found) = self.looked_up(sight, reach, care, scratch) {
-            return PRODUCT.stated(found, self.cancel, 0.0);
+        if let Some(below) = &self.below
+            && sight.z < 0.0
+        {
+            return below.over(DVec3::new(shift.x, shift.y, -shift.z), scratch);
         }
         let light = self.light;
         let distance = sight.length();
         let height = (light.toward.dot(sight).abs() + reach).min(distance);
         let brightest = 1e6 * light.table.peak_cd() * height / (distance * distance * distance);
-        let scale = self.cancel * share;
-        let (dark, unseen) = (DARK * brightest, UNSEEN * share * brightest);
-        let aim = OUTLINES.aim * scale;
-        if let Some(found) = self.outlined(&pixel, aim, aim * dark, share, scratch) {
-            return OUTLINES.stated(found, scale, unseen);
+        let scale = self.cancel * self.asked;
+        let unseen = UNSEEN * self.asked * brightest;
+        let dark = self.dim_lx.max(DARK * brightest);
+        let Some(emitter) = &self.emitter else {
+            let aim = trusts.lines.aim * scale;
+            let found = patch::mean(light, pixel.corner_and_sides(), aim, aim * dark, scratch);
+            return trusts.lines.stated(found, scale, unseen);
+        };
+        let aim = trusts.lines.aim * scale;
+        if let Some(found) = self.spots(&pixel, emitter, aim, aim * dark, scratch) {
+            return trusts.lines.stated(found, scale, unseen);
         }
-        let mut nearest = singular_distance(sight);
-        if let Some(emitter) = &self.emitter {
-            nearest = nearest.min(sensor_distance(light, sight, emitter));
+        let aim = trusts.outlines.aim * scale;
+        if let Some(found) = self.outlined(&pixel, emitter, aim, aim * dark, scratch) {
+            return trusts.outlines.stated(found, scale, unseen);
         }
-        if !patch::may_bend(light.table, sight, reach) && reach < 0.4 * nearest {
-            // Analytic over pixel and emitter together: one product rule of each, its order from the size.
-            let found = smooth(light, sight, &pixel, self.emitter.as_ref(), reach / nearest);
-            return PRODUCT.stated(found, self.cancel, 0.0);
-        }
-        match &self.emitter {
-            None => {
-                let aim = LINES.aim * scale;
-                let found = patch::mean(light, pixel.corner_and_sides(), aim, aim * dark, scratch);
-                LINES.stated(found, scale, unseen)
-            }
-            Some(emitter) => {
-                let aim = CHORDS.aim * scale;
-                let found = strips::mean(light, &pixel, emitter, aim, aim * dark, scratch);
-                CHORDS.stated(found, scale, unseen)
-            }
-        }
+        let aim = trusts.chords.aim * scale;
+        let found = strips::mean(light, &pixel, emitter, aim, aim * dark, scratch);
+        trusts.chords.stated(found, scale, unseen)
     }
 
-    /// A product rule in the vector units, where the bound of its error meets the tolerance.
-    fn quick(&self, sight: DVec3, reach: f64, care: Care) -> Option<Estimate> {
-        let height = self.light.toward.dot(sight);
-        if self.rules.is_empty() || height <= reach {
-            return None;
-        }
-        let table = self.light.table;
-        let local = Local::new(table, sight, reach)?;
-        let distance = sight.length();
-        // How far the angles turn over the patch, and what a ramp of one candela makes at the sensor.
-        let axis = sight.x.hypot(sight.y);
-        let (turn_gamma, turn_c) = (reach / distance, reach / axis.max(1e-300));
-        let per_cd = 1e6 * height / (distance * distance * distance);
-        let [bend_gamma, bend_c] = local.bend;
-        let bend_c = if bend_c > 0.0 { bend_c * turn_c } else { 0.0 };
-        let bend = per_cd * (bend_gamma * turn_gamma + bend_c);
-        // Azimuth and polar angle are not smooth at the pole axis, by as much as the light follows them; all else at the source.
-        let [steep_gamma, steep_c] = local.steep();
-        let about_axis = 2.0 * (steep_gamma * turn_gamma + if steep_c > 0.0 { steep_c * turn_c } else { 0.0 });
-        let tolerance = PRODUCT.aim * self.cancel * per_cd * local.middle_cd().abs();
-        let bound = |rule: &Rule| {
-            let smooth = local.middle_cd().abs() * rule.smooth(turn_gamma) + about_axis * rule.about(turn_c);
-            bend * rule.ramp + per_cd * smooth
-        };
-        let wished = care.share() * tolerance;
-        let rule = self
-            .rules
-            .iter()
-            .find(|rule| bound(rule) <= wished)
-            .or_else(|| self.rules.last().filter(|rule| bound(rule) <= tolerance))?;
-        Some(Estimate {
-            value: local.mean(self.light, sight, rule),
-            error: bound(rule),
-        })
-    }
-
-    /// A product rule whose nodes are looked up one by one, where many kinks of a small bend are in reach.
-    fn looked_up(&self, sight: DVec3, reach: f64, care: Care, scratch: &mut Scratch) -> Option<Estimate> {
-        let (table, distance) = (self.light.table, sight.length());
-        let height = self.light.toward.dot(sight);
-        if self.rules.is_empty() || height <= reach || reach > 0.3 * distance {
-            return None;
-        }
-        let bends = table.bends(sight, reach);
-        let cd = table.toward(sight).abs();
-        let wished = PRODUCT.aim * self.cancel * care.share() * cd;
-        let axis = sight.x.hypot(sight.y);
-        let bound = |rule: &Rule| {
-            bends.lines * rule.ramp + bends.pole * rule.about(reach / axis) + cd * rule.smooth(reach / distance)
-        };
-        let rule = self.rules.iter().find(|rule| bound(rule) <= wished)?;
+    /// A product rule, where the bound of its error meets the tolerance.
+    fn product(&self, sight: DVec3, reach: f64, scratch: &mut Scratch) -> Option<Estimate> {
+        let (rule, error) = self.rule(sight, reach, 0.0)?;
         Some(Estimate {
             value: rule.mean(self.light, sight, &mut scratch.sights),
-            error: 1e6 * height / (distance * distance * distance) * bound(rule),
+            error,
         })
+    }
+
+    /// The product rule for every window within `half` pixels, and the bound of what is stated of it, lx.
+    pub fn common(&self, shift: DVec3, half: f64) -> Option<(&Rule, f64)> {
+        let reach = self.window.radius() + self.emitter.as_ref().map_or(0.0, Patch::radius);
+        let around = half * (self.step_x.length() + self.step_y.length());
+        let sight = self.sight(shift);
+        let (rule, error) = self.rule(sight, reach, around)?;
+        let value = self.light.at(sight);
+        let stated = self.trusts.product.stated(Estimate { value, error }, self.cancel, 0.0);
+        Some((rule, stated.error))
+    }
+
+    /// The first product rule whose bound meets the tolerance for lines of sight that end within `around` of `sight`, and that bound,
+    /// lx. `reach`: radii of pixel and emitter.
+    fn rule(&self, sight: DVec3, reach: f64, around: f64) -> Option<(&Rule, f64)> {
+        let (light, all) = (self.light, reach + around);
+        let (distance, axis) = (sight.length(), sight.x.hypot(sight.y));
+        let height = light.toward.dot(sight);
+        if self.rules.is_empty() || height <= all || all > WIDEST * distance {
+            return None;
+        }
+        // Near the pole what holds for many windows says little of each.
+        if around > 0.0 && axis < 2.0 * all && !light.table.is_rotational() {
+            return None;
+        }
+        let bends = light.table.bends(sight, all);
+        // Changes of slope times the reach: of one window, which is a share of all that they reach.
+        let alone = if around == 0.0 {
+            1.0
+        } else {
+            let (near, far) = (axis - around, distance - around);
+            let c = if near > reach {
+                (reach / near) / (all / axis)
+            } else {
+                1.0
+            };
+            c.max((reach / far) / (all / distance)).min(1.0)
+        };
+        let per_cd = 1e6 * height / (distance * distance * distance);
+        let cd = light.table.toward(sight).abs();
+        let tolerance = self.trusts.product.aim * self.cancel * cd.max(self.dim_lx / per_cd);
+        let near = (axis - around).max(1e-300);
+        let bound = |rule: &Rule| {
+            let bent = bends.lines * rule.ramp + bends.pole * rule.about(reach / near);
+            alone * bent + cd * rule.smooth(reach / (distance - around))
+        };
+        let rule = self.rules.iter().find(|rule| bound(rule) <= tolerance)?;
+        Some((rule, per_cd * bound(rule)))
+    }
+
+    /// An emitter that is small against the pixel as a few points: over the pixel its kinks are blurred by more than the emitter's
+    /// size, so that the pixel's mean is smooth over the emitter. `None` where it is not.
+    fn spots(
+        &self,
+        pixel: &Patch,
+        emitter: &Patch,
+        relative: f64,
+        floor: f64,
+        scratch: &mut Scratch,
+    ) -> Option<Estimate> {
+        let share = emitter.radius() / pixel.radius();
+        let [corner, first, second] = pixel.corner_and_sides();
+        let lowest = [corner, corner + first, corner + second, corner + first + second]
+            .map(|end| self.light.toward.dot(end + emitter.centre()))
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        if self.rules.is_empty() || share > FEW_POINTS || lowest < emitter.radius() {
+            return None;
+        }
+        let mut nodes = Vec::new();
+        let mut before = 0.0;
+        for (points, trusted) in [(0, 0.0), (1, share), (2, share)] {
+            nodes.clear();
+            if points == 0 {
+                nodes.push((DVec3::ZERO, 1.0));
+            } else {
+                emitter.nodes(points, &mut nodes);
+            }
+            let mut found = Estimate::default();
+            for &(spot, weight) in &nodes {
+                let seen = [corner + emitter.centre() + spot, first, second];
+                let one = patch::mean(self.light, seen, relative, floor, scratch);
+                found.value += weight * one.value;
+                found.error += weight * one.error;
+            }
+            // Each rule is exact to two degrees more than the one before, and what it misses is smaller by the square of the share.
+            let missed = trusted * (found.value - before).abs();
+            if points > 0 && missed <= floor.max(relative * found.value.abs()) {
+                found.error += missed;
+                return Some(found);
+            }
+            before = found.value;
+        }
+        None
     }
 
     /// The emitter by its outline from each point of the pixel, and an adaptive rule over the pixel; `None` where the pixel reaches
@@ -139,110 +186,47 @@ impl Item<'_> {
     fn outlined(
         &self,
         pixel: &Patch,
+        emitter: &Patch,
         relative: f64,
         floor: f64,
-        share: f64,
         scratch: &mut Scratch,
     ) -> Option<Estimate> {
-        let (polar, emitter) = (self.polar.as_ref()?, self.emitter.as_ref()?);
+        let polar = self.polar.as_ref()?;
         if emitter.radius() < SMALL_EMITTER * pixel.radius() {
             return None;
         }
         let [corner, first, second] = pixel.corner_and_sides();
         let toward = self.light.toward;
-        let below = |end: DVec3| end.z + emitter.centre().z <= 0.0;
-        if [corner, corner + first, corner + second, corner + first + second]
-            .into_iter()
-            .any(below)
-        {
+        let corners =
+            [corner, corner + first, corner + second, corner + first + second].map(|end| end + emitter.centre());
+        let lowest = |of: &dyn Fn(DVec3) -> f64| corners.iter().map(|end| of(*end)).fold(f64::INFINITY, f64::min);
+        let above = lowest(&|end| end.z);
+        if above <= 0.0 {
             return None;
         }
-        let mut failed = false;
         let per_area = 1e6 / emitter.area();
-        let patience = if share < 1.0 { PATIENT } else { OUTLINE };
-        let found = cubature::integral(&[[[0.0, 1.0], [0.0, 1.0]]], relative, floor, patience, |_, [s, t]| {
+        // Too near to the horizon is no number, and neither is what it enters.
+        let mut at = |[s, t]: [f64; 2]| {
             let seen = emitter.shifted(corner + s * first + t * second);
-            polar.integral(&seen, toward, &mut scratch.cuts).unwrap_or_else(|| {
-                failed = true;
-                0.0
-            }) * per_area
+            per_area * polar.integral(&seen, toward, &mut scratch.cuts).unwrap_or(f64::NAN)
+        };
+        let more = self.asked < 1.0;
+        // A pixel over which the light hardly bends: four points, exact to degree 3, beside one.
+        let clear = above > CLEAR * pixel.radius() && lowest(&|end| toward.dot(end)) > emitter.radius();
+        if !more && clear {
+            let [low, high] = [0.5 - 0.5 / 3.0_f64.sqrt(), 0.5 + 0.5 / 3.0_f64.sqrt()];
+            let corners = [[low, low], [low, high], [high, low], [high, high]];
+            let value = 0.25 * corners.into_iter().map(&mut at).sum::<f64>();
+            let error = STRAIGHT * (value - at([0.5; 2])).abs();
+            if error <= floor.max(relative * value.abs()) {
+                return Some(Estimate { value, error });
+            }
+        }
+        let patience = if more { PATIENT } else { OUTLINE };
+        let found = cubature::integral(&[[[0.0, 1.0], [0.0, 1.0]]], relative, floor, patience, |_, place| {
+            at(place)
         });
-        let met = share < 1.0 || found.error <= floor.max(4.0 * relative * found.value.abs());
-        (!failed && met).then_some(found)
+        let met = more || found.error <= floor.max(4.0 * relative * found.value.abs());
+        (!found.value.is_nan() && met).then_some(found)
     }
-}
-
-impl Care {
-    /// Share of the quick rules' tolerance.
-    fn share(self) -> f64 {
-        match self {
-            Self::Node => NODE_SHARE,
-            Self::Itself => 1.0,
-            Self::Single => SINGLE_SHARE,
-        }
-    }
-}
-
-/// Distance from the end of a line of sight to the nearest singularity of the integrand: the pole axis.
-fn singular_distance(sight: DVec3) -> f64 {
-    sight.x.hypot(sight.y)
-}
-
-/// For a tilted sensor near an extended emitter the projection changes sign in the sensor's plane: no smooth rule across it.
-fn sensor_distance(light: Light<'_>, sight: DVec3, emitter: &Patch) -> f64 {
-    let height = light.toward.dot(sight);
-    if height > 0.0 && height < emitter.radius() {
-        height.max(1e-300)
-    } else {
-        f64::INFINITY
-    }
-}
-
-/// Product rule over pixel and emitter where no kink is near. `ratio`: reach of both over the distance of the singularity.
-fn smooth(light: Light<'_>, sight: DVec3, pixel: &Patch, emitter: Option<&Patch>, ratio: f64) -> Estimate {
-    let order = match ratio {
-        r if r < 0.0003 => 1,
-        r if r < 0.012 => 2,
-        r if r < 0.05 => 3,
-        r if r < 0.12 => 4,
-        r if r < 0.2 => 6,
-        _ => 8,
-    };
-    let relative: f64 = if order == 1 {
-        ratio * ratio
-    } else {
-        (ratio / 1.5).powi(2 * order as i32)
-    };
-    // A patch far smaller than the other needs fewer points.
-    let of = |patch: &Patch| {
-        let own = ratio * patch.radius() / (pixel.radius() + emitter.map_or(0.0, Patch::radius));
-        let mut n = order;
-        while n > 1 && own.powi(2 * (n as i32 - 1)) < 1e-9 * if n == 2 { 10.0 } else { 1.0 } {
-            n -= 1;
-        }
-        n
-    };
-    let sum = product(light, sight, pixel, emitter, [of(pixel), emitter.map_or(1, of)]);
-    Estimate {
-        value: sum,
-        error: sum.abs() * relative.max(1e-14),
-    }
-}
-
-/// The product of a rule of each order over pixel and emitter.
-fn product(light: Light<'_>, sight: DVec3, pixel: &Patch, emitter: Option<&Patch>, order: [usize; 2]) -> f64 {
-    let mut nodes = Vec::new();
-    let mut spots = Vec::new();
-    pixel.nodes(order[0], &mut nodes);
-    match emitter {
-        Some(emitter) => emitter.nodes(order[1], &mut spots),
-        None => spots.push((DVec3::ZERO, 1.0)),
-    }
-    let mut sum = 0.0;
-    for &(at, w) in &nodes {
-        for &(spot, ws) in &spots {
-            sum += w * ws * light.at(sight + at + spot);
-        }
-    }
-    sum
 }

@@ -1,10 +1,12 @@
-//! How far a rule's estimate of its own error is trusted.
+//! How far a rule's estimate of its own error is trusted, and what each accuracy asks of it.
+
+use isolux_model::Accuracy;
 
 use crate::rules::Estimate;
 
 /// What a rule's estimate of its own error is worth. Estimates are differences of rules, and two rules can agree by chance; the
 /// stated bound is `safety` times the estimate, and `slack` of the value for what an estimate does not see. Both are set by the
-/// largest errors of thousands of pixels against far tighter solutions, with a margin (decision 0049).
+/// largest errors of thousands of pixels against far tighter solutions, with a margin (decision 0023).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Trust {
     /// Relative error, by its own estimate, that the rule aims at.
@@ -13,31 +15,81 @@ pub(super) struct Trust {
     slack: f64,
 }
 
-/// Product rules over pixel and emitter.
-pub(super) const PRODUCT: Trust = Trust {
-    aim: 1.6e-7,
-    safety: 5.0,
-    slack: 1e-7,
+/// The rules under one accuracy.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Trusts {
+    /// Product rules over pixel and emitter.
+    pub product: Trust,
+    /// Lines across a pixel, cut at every bend, for points.
+    pub lines: Trust,
+    /// Outlines of emitters, and an adaptive rule over the pixel.
+    pub outlines: Trust,
+    /// Chords of pixel and emitter, and an adaptive rule across them: where an emitter is small against a coarse pixel, its kinks
+    /// can lie between all nodes.
+    pub chords: Trust,
+    /// Relative error of a polynomial over a tile, by its own estimate.
+    pub polynomial: f64,
+    /// Relative error that no pixel exceeds.
+    pub allowed: f64,
+}
+
+impl Trusts {
+    pub fn of(accuracy: Accuracy) -> &'static Self {
+        match accuracy {
+            Accuracy::Standard => &STANDARD,
+            Accuracy::Reference => &REFERENCE,
+        }
+    }
+}
+
+const REFERENCE: Trusts = Trusts {
+    product: Trust {
+        aim: 0.8e-7,
+        safety: 5.0,
+        slack: 1e-7,
+    },
+    lines: Trust {
+        aim: 9e-8,
+        safety: 4.0,
+        slack: 2e-7,
+    },
+    outlines: Trust {
+        aim: 6.5e-8,
+        safety: 8.0,
+        slack: 1e-7,
+    },
+    chords: Trust {
+        aim: 2.2e-7,
+        safety: 25.0,
+        slack: 1e-7,
+    },
+    polynomial: 2e-7,
+    allowed: 1e-6,
 };
-/// Lines across a pixel, cut at every bend, for points.
-pub(super) const LINES: Trust = Trust {
-    aim: 9e-8,
-    safety: 4.0,
-    slack: 2e-7,
+
+/// Nodes and polynomial share what is allowed.
+const STANDARD: Trusts = Trusts {
+    product: Trust {
+        aim: 2e-6,
+        safety: 2.0,
+        slack: 1e-7,
+    },
+    lines: Trust {
+        aim: 1e-6,
+        ..REFERENCE.lines
+    },
+    outlines: Trust {
+        aim: 5e-7,
+        ..REFERENCE.outlines
+    },
+    chords: Trust {
+        aim: 3e-7,
+        ..REFERENCE.chords
+    },
+    polynomial: 2e-6,
+    allowed: 1e-5,
 };
-/// Outlines of emitters, and an adaptive rule over the pixel.
-pub(super) const OUTLINES: Trust = Trust {
-    aim: 6.5e-8,
-    safety: 8.0,
-    slack: 1e-7,
-};
-/// Chords of pixel and emitter, and an adaptive rule across them: where an emitter is small against a coarse pixel, its kinks can lie
-/// between all nodes.
-pub(super) const CHORDS: Trust = Trust {
-    aim: 2.2e-7,
-    safety: 25.0,
-    slack: 1e-7,
-};
+
 /// What the rules inside a rule may miss of the value, however little is aimed at.
 const INNER: f64 = 2e-9;
 

@@ -18,8 +18,8 @@ use glam::{DVec2, DVec3};
 
 use self::outline::Sight;
 use crate::angles::atan2;
-use crate::number::{self, Fit, TERMS};
 use crate::patch::Patch;
+use crate::polynomial::{self, Fit, TERMS};
 use crate::table::{Search, Table};
 
 /// Widest interval of γ over which sin γ is one polynomial, rad.
@@ -264,7 +264,7 @@ impl Strip {
     fn new(from: f64, to: f64) -> Self {
         let (fit, half) = (Fit::new(), 0.5 * (to - from));
         let of = |f: &dyn Fn(f64) -> f64, times_x: bool| {
-            let values = number::nodes().map(|s| f(from + half * (1.0 + s)));
+            let values = polynomial::nodes().map(|s| f(from + half * (1.0 + s)));
             let (c, _) = fit.polynomial(&values);
             // x = half·(1 + s).
             let mut terms = [0.0; POWERS];

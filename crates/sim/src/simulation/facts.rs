@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::inverse::{self, Accuracy, Bound};
 use crate::noise::Interval;
 
 /// `result.json`.
@@ -21,8 +22,8 @@ pub struct Facts {
     pub mean: f64,
     /// Inverse: bound on the error of the quadrature; direct: standard error by ray counting.
     pub u_mean_numeric: f64,
-    /// Number format of the inverse method, `f64` or `f32`; null for direct.
-    pub precision: Option<&'static str>,
+    /// What the inverse method was asked for; null for direct.
+    pub accuracy: Option<AccuracyFacts>,
     /// What the error of no pixel exceeds; null for direct.
     pub pixel_error_bound: Option<PixelBound>,
     /// Standard uncertainty with what the model knows of its measurement; null where it does not know all of it.
@@ -85,6 +86,31 @@ pub struct Facts {
     pub against: Option<Against>,
     /// What the operator should know.
     pub findings: Vec<String>,
+}
+
+/// The accuracy that was asked for: no pixel is off by more than `relative` of itself, or of `dim` times the largest pixel where
+/// it is dimmer than that.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AccuracyFacts {
+    /// `standard` or `reference`.
+    pub name: &'static str,
+    /// Allowed error of a pixel, relative to it.
+    pub relative: f64,
+    /// Share of the map's largest pixel below which the allowed error no longer falls.
+    pub dim: f64,
+    /// The largest bound of a pixel over what is allowed: at most 1 where the accuracy was met.
+    pub of_allowed: f64,
+}
+
+impl AccuracyFacts {
+    pub(super) fn of(accuracy: Accuracy, bound: &Bound) -> Self {
+        Self {
+            name: accuracy.word(),
+            relative: inverse::allowed(accuracy),
+            dim: inverse::DIM,
+            of_allowed: bound.of_allowed,
+        }
+    }
 }
 
 /// Bounds on the error of the inverse method that hold in every pixel.

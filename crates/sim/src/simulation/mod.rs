@@ -5,15 +5,15 @@ mod facts;
 mod rays;
 mod worth;
 
-use isolux_model::{Precision, Scene, Spectral};
+use isolux_model::{Accuracy, Scene, Spectral};
 use rayon::prelude::*;
 
 use self::exposure::Exposure;
-pub use self::facts::{Against, Band, CameraFacts, ColourAt, ColourFacts, Facts, PixelBound};
+pub use self::facts::{AccuracyFacts, Against, Band, CameraFacts, ColourAt, ColourFacts, Facts, PixelBound};
 use self::rays::Rays;
 use self::worth::Worth;
 use crate::direct::{self, Counts, DirectError, Sampling};
-use crate::inverse::{Bound, Number};
+use crate::inverse::Bound;
 use crate::noise;
 use crate::setup::{Setup, SetupError};
 use crate::{blur, camera, inverse, station};
@@ -75,36 +75,28 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
     let started = now();
     let per_unit = setup.ler_lm_per_w.unwrap_or(1.0).recip();
     let mut findings = setup.findings.clone();
-    let noise_free = |setup: &Setup| filled::<f64>(setup, per_unit);
-    let (map, bound, counts) = match (method, scene.precision) {
-        (Method::Inverse, Precision::F64) => {
-            let (map, bound) = noise_free(&setup);
-            (Computed::Wide(map), bound, None)
+    let noise_free = |accuracy| noise_free(&setup, accuracy, per_unit);
+    let (map, bound, counts) = match method {
+        Method::Inverse => {
+            let (map, bound) = noise_free(scene.accuracy);
+            (map, bound, None)
         }
-        (Method::Inverse, Precision::F32) => {
-            let (map, bound) = filled::<f32>(&setup, per_unit);
-            (Computed::Single(map), bound, None)
-        }
-        (Method::Direct { sampling, rays, seed }, _) => {
+        Method::Direct { sampling, rays, seed } => {
             let (source, sensor) = (&setup.source, &setup.sensor);
             let counts = match sampling {
                 Sampling::Traced => direct::traced(source, sensor, rays, seed)?,
                 Sampling::Thinned => direct::thinned(source, sensor, rays, seed)?,
                 Sampling::Expected => {
-                    let expected = inverse::solve(source, sensor).illuminance_lx;
+                    let expected = inverse::solve(source, sensor, Accuracy::Standard).illuminance_lx;
                     direct::expected(source, sensor, &expected, rays, seed)?
                 }
             };
             let mut map = counts.illuminance_lx();
             finish(&setup, &mut map, per_unit);
-            (Computed::Wide(map), Bound::default(), Some(counts))
+            (map, Bound::default(), Some(counts))
         }
     };
     let elapsed_s = now() - started;
-    let map = match map {
-        Computed::Wide(map) => map,
-        Computed::Single(map) => map.into_iter().map(f64::from).collect(),
-    };
     // A map has at least one pixel.
     let moments = noise::moments(&map).unwrap_or(noise::Moments {
         mean: 0.0,
@@ -123,7 +115,7 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
     }
     let ray = counts
         .as_ref()
-        .map(|counts| Rays::of(counts, &setup, &noise_free(&setup).0, per_unit));
+        .map(|counts| Rays::of(counts, &setup, noise_free(Accuracy::Standard).0, per_unit));
     let u_mean_numeric = ray.as_ref().map_or(bound.mean_lx, |ray| {
         moments.mean.abs().max(ray.value / setup.sensor.pixels() as f64) * ray.relative_of_mean
     });
@@ -135,8 +127,12 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         setup.ler_lm_per_w.is_some(),
         distance_mm,
     );
-    if counts.is_some() && scene.precision == Precision::F32 {
-        findings.push("precision = \"f32\" is the inverse method's; rays are counted whole".to_owned());
+    if counts.is_none() && bound.of_allowed > 1.0 {
+        findings.push(format!(
+            "accuracy {}: the bound of a pixel's error is {:.1} times what is allowed",
+            scene.accuracy.word(),
+            bound.of_allowed
+        ));
     }
     let effects = scene.model.in_simulation();
     let (sampling, rays, seed) = match method {
@@ -207,7 +203,7 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         unit: if setup.ler_lm_per_w.is_some() { "W/m2" } else { "lx" },
         mean: moments.mean,
         u_mean_numeric,
-        precision: rays.is_none().then(|| scene.precision.word()),
+        accuracy: rays.is_none().then(|| AccuracyFacts::of(scene.accuracy, &bound)),
         pixel_error_bound: rays.is_none().then_some(PixelBound {
             absolute: bound.largest_lx,
             relative: bound.largest,
@@ -253,7 +249,7 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
         against: None,
         findings,
     };
-    let map = map.into_iter().map(|value| value as f32).collect();
+    let map = map.par_iter().map(|value| *value as f32).collect();
     Ok(Simulation {
         map,
         signal_dn: exposure.map(|exposure| exposure.signal_dn),
@@ -290,39 +286,28 @@ fn colour(scene: &Scene, setup: &Setup) -> Option<ColourFacts> {
     })
 }
 
-/// A map as its solver left it.
-enum Computed {
-    Wide(Vec<f64>),
-    Single(Vec<f32>),
-}
-
 /// The finished map of the inverse method, and its bound in the map's unit.
-fn filled<N: Number>(setup: &Setup, per_unit: f64) -> (Vec<N>, Bound) {
-    let mut map = vec![N::default(); setup.sensor.pixels()];
-    let bound = inverse::solve_into(&setup.source, &setup.sensor, &mut map);
+fn noise_free(setup: &Setup, accuracy: Accuracy, per_unit: f64) -> (Vec<f64>, Bound) {
+    let mut map = vec![0.0; setup.sensor.pixels()];
+    let bound = inverse::solve_into(&setup.source, &setup.sensor, accuracy, &mut map);
     finish(setup, &mut map, per_unit);
-    let factors = setup.pixel_factor.iter().flatten();
-    let strongest = if setup.pixel_factor.is_some() {
-        factors.fold(0.0_f64, |most, factor| most.max(factor.abs()))
-    } else {
-        1.0
-    };
+    let strongest = setup.pixel_factor.as_ref().map_or(1.0, |factors| {
+        factors.iter().fold(0.0_f64, |most, factor| most.max(factor.abs()))
+    });
     (map, bound.scaled((setup.lamp * per_unit * strongest).abs()))
 }
 
 /// Lamp, sensor effects, blur, background and unit: everything after the solver, the same for both methods.
-fn finish<N: Number>(setup: &Setup, map: &mut Vec<N>, per_unit: f64) {
+fn finish(setup: &Setup, map: &mut Vec<f64>, per_unit: f64) {
     const RUN: usize = 1 << 14;
     map.par_chunks_mut(RUN).enumerate().for_each(|(run, values)| {
         let factors = setup.pixel_factor.as_ref().map(|factors| &factors[run * RUN..]);
         for (index, value) in values.iter_mut().enumerate() {
-            let lit = value.wide() * setup.lamp * factors.map_or(1.0, |factors| factors[index]);
-            *value = N::of((lit + setup.background_lx) * per_unit);
+            let lit = *value * setup.lamp * factors.map_or(1.0, |factors| factors[index]);
+            *value = (lit + setup.background_lx) * per_unit;
         }
     });
     if setup.blur_px > 0.0 {
-        let wide: Vec<f64> = map.iter().map(|value| value.wide()).collect();
-        let spread = blur::gaussian(&wide, setup.sensor.nx, setup.sensor.ny, setup.blur_px);
-        *map = spread.into_iter().map(N::of).collect();
+        *map = blur::gaussian(map, setup.sensor.nx, setup.sensor.ny, setup.blur_px);
     }
 }

@@ -1,5 +1,7 @@
 //! What counting rays does to a result.
 
+use rayon::prelude::*;
+
 use crate::direct::Counts;
 use crate::noise::{self, Interval};
 use crate::setup::Setup;
@@ -16,20 +18,22 @@ pub(super) struct Rays {
 }
 
 impl Rays {
-    pub fn of(counts: &Counts, setup: &Setup, noise_free: &[f64], per_unit: f64) -> Self {
+    /// `noise_free`: the map without noise.
+    pub fn of(counts: &Counts, setup: &Setup, mut noise_free: Vec<f64>, per_unit: f64) -> Self {
         let pixels = setup.sensor.pixels();
         let value = counts.lux_per_ray() * setup.lamp * per_unit;
         let background = setup.background_lx * per_unit;
-        let expected: Vec<f64> = noise_free
-            .iter()
-            .map(|light| ((light - background) / value).max(0.0))
-            .collect();
+        let light = noise::moments(&noise_free);
+        noise_free
+            .par_iter_mut()
+            .for_each(|light| *light = ((*light - background) / value).max(0.0));
+        let expected = noise_free;
         let law = noise::largest_count(&expected);
         let scaled = |count: f64| count * value + background;
         // Where no ray arrived, the upper limit of three rays at 95 % stands in for the mean.
         let caught = counts.on_sensor() as f64;
         let known = if caught > 0.0 { caught } else { noise::upper_limit_95(0) };
-        let share = noise::sum(expected.iter().copied()) / counts.rays as f64;
+        let share = light.map_or(0.0, |light| (light.mean - background) / value * pixels as f64) / counts.rays as f64;
         Self {
             value,
             relative_of_mean: if caught > 0.0 { caught.sqrt().recip() } else { known },
@@ -39,8 +43,8 @@ impl Rays {
                 lo95: scaled(law.lo95),
                 hi95: scaled(law.hi95),
             },
-            max_noise_free: noise_free.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            uniformity: noise::moments(noise_free)
+            max_noise_free: light.map_or(0.0, |light| light.max),
+            uniformity: light
                 .filter(|light| light.mean != 0.0)
                 .map_or(0.0, |light| light.min / light.mean),
             needed: noise::rays_needed(0.01, share, pixels),

@@ -3,13 +3,15 @@
 mod kinks;
 mod search;
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
+use std::sync::OnceLock;
 
 use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 
 use self::kinks::Rough;
 pub(crate) use self::search::Search;
+use crate::angles::{LANES, Lanes};
 
 /// Bilinear interpolant of an intensity distribution in candela, periodic in C, dark outside its γ range.
 #[derive(Debug, Clone)]
@@ -29,19 +31,51 @@ pub struct Table {
     peak_cd: f64,
     c_search: Search,
     gamma_search: Search,
+    /// One over the widths of the intervals.
+    per_c: Vec<f64>,
+    per_gamma: Vec<f64>,
+    /// Seen in a mirror at γ = 90°, made when it is asked for.
+    upside_down: OnceLock<Box<Table>>,
 }
 
 /// One bilinear cell: the interpolant between four of its grid's lines.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Bilinear {
-    /// First line in C (of the turn that was asked for), and one over the width.
-    pub c: f64,
-    pub per_c: f64,
-    /// First line in γ, and one over the width.
-    pub gamma: f64,
-    pub per_gamma: f64,
-    /// Intensities at (C, γ): low-low, low-high γ, high-low, high-high, cd.
-    pub corner: [f64; 4],
+struct Cell {
+    /// First line, and one over the width.
+    c: [f64; 2],
+    gamma: [f64; 2],
+    /// Intensities at `[C][γ]`, cd.
+    corner: [[f64; 2]; 2],
+}
+
+impl Cell {
+    /// The interpolant at (C, γ), and whether the cell holds all of them.
+    fn holds_all(&self, c: &Lanes, gamma: &Lanes, out: &mut Lanes) -> bool {
+        within(self.c, self.gamma, self.corner, c, gamma, out)
+    }
+}
+
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512dq+avx512bw+avx512vl+avx2+fma",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn within(
+    [c0, per_c]: [f64; 2],
+    [gamma0, per_gamma]: [f64; 2],
+    [low, high]: [[f64; 2]; 2],
+    c: &Lanes,
+    gamma: &Lanes,
+    out: &mut Lanes,
+) -> bool {
+    let mut outside = 0.0_f64;
+    for lane in 0..LANES {
+        let (s, t) = ((c[lane] - c0) * per_c, (gamma[lane] - gamma0) * per_gamma);
+        let (a, b) = (low[0] + t * (low[1] - low[0]), high[0] + t * (high[1] - high[0]));
+        out[lane] = a + s * (b - a);
+        let away = (s - 0.5).abs().max((t - 0.5).abs());
+        outside = if away > outside { away } else { outside };
+    }
+    outside <= 0.5 + 1e-9
 }
 
 impl Table {
@@ -67,9 +101,16 @@ impl Table {
             intensity_cd.extend_from_slice(distribution.row(0));
             (c_rad, intensity_cd)
         };
+        Self::over(c_rad, gamma_rad, intensity_cd)
+    }
+
+    fn over(c_rad: Vec<f64>, gamma_rad: Vec<f64>, intensity_cd: Vec<f64>) -> Self {
         let c_search = Search::over(&c_rad);
         let gamma_search = Search::over(&gamma_rad);
+        let per = |grid: &[f64]| grid.windows(2).map(|pair| (pair[1] - pair[0]).recip()).collect();
         let mut table = Self {
+            per_c: per(&c_rad),
+            per_gamma: per(&gamma_rad),
             c_rad,
             gamma_rad,
             intensity_cd,
@@ -79,10 +120,24 @@ impl Table {
             peak_cd: 0.0,
             c_search,
             gamma_search,
+            upside_down: OnceLock::new(),
         };
         table.find_kinks();
         table.find_rough();
         table
+    }
+
+    /// The table of the light seen in a mirror at γ = 90°.
+    pub(crate) fn upside_down(&self) -> &Self {
+        self.upside_down.get_or_init(|| {
+            let n = self.gamma_rad.len();
+            let rows = self.intensity_cd.chunks(n);
+            Box::new(Self::over(
+                self.c_rad.clone(),
+                self.gamma_rad.iter().rev().map(|gamma| PI - gamma).collect(),
+                rows.flat_map(|row| row.iter().rev().copied()).collect(),
+            ))
+        })
     }
 
     /// Whether the intensity does not depend on C.
@@ -115,7 +170,7 @@ impl Table {
             return self.intensity_cd[0];
         }
         let ig = self.gamma_search.interval(&self.gamma_rad, gamma);
-        let tg = ((gamma - self.gamma_rad[ig]) / (self.gamma_rad[ig + 1] - self.gamma_rad[ig])).clamp(0.0, 1.0);
+        let tg = ((gamma - self.gamma_rad[ig]) * self.per_gamma[ig]).clamp(0.0, 1.0);
         let along = |row: usize| {
             let low = self.intensity_cd[row * n + ig];
             low + tg * (self.intensity_cd[row * n + ig + 1] - low)
@@ -131,46 +186,48 @@ impl Table {
             c = self.c_rad[0] + (c - self.c_rad[0]).rem_euclid(TAU);
         }
         let ic = self.c_search.interval(&self.c_rad, c);
-        let tc = (c - self.c_rad[ic]) / (self.c_rad[ic + 1] - self.c_rad[ic]);
+        let tc = (c - self.c_rad[ic]) * self.per_c[ic];
         let low = along(ic);
         low + tc * (along(ic + 1) - low)
     }
 
-    /// The cell that holds azimuth `c` (any turn) and polar angle `gamma`, radians; `None` outside the range.
+    /// Intensities in candela at azimuths `c` and polar angles `gamma`: where one cell holds them all, without looking up each.
+    pub(crate) fn several(&self, c: &Lanes, gamma: &Lanes) -> Lanes {
+        let mut out = [0.0; LANES];
+        if let Some(cell) = self.cell(c[0], gamma[0])
+            && cell.holds_all(c, gamma, &mut out)
+        {
+            return out;
+        }
+        for (lane, out) in out.iter_mut().enumerate() {
+            *out = self.at_rad(c[lane], gamma[lane]);
+        }
+        out
+    }
+
+    /// The cell that holds azimuth `c` in [−π, π] and polar angle `gamma`, radians; `None` outside the range.
     #[inline]
-    pub(crate) fn bilinear(&self, c: f64, gamma: f64) -> Option<Bilinear> {
+    fn cell(&self, c: f64, gamma: f64) -> Option<Cell> {
         let n = self.gamma_rad.len();
-        if gamma < self.gamma_rad[0] - 1e-12 || gamma > self.gamma_rad[n - 1] + 1e-12 || n < 2 {
+        if n < 2 || gamma < self.gamma_rad[0] || gamma > self.gamma_rad[n - 1] {
             return None;
         }
         let ig = self.gamma_search.interval(&self.gamma_rad, gamma);
-        let (g0, per_gamma) = (
-            self.gamma_rad[ig],
-            (self.gamma_rad[ig + 1] - self.gamma_rad[ig]).recip(),
-        );
-        let at = |ic: usize, up: usize| self.intensity_cd[ic * n + ig + up];
+        let at = |row: usize| [self.intensity_cd[row * n + ig], self.intensity_cd[row * n + ig + 1]];
+        let gamma = [self.gamma_rad[ig], self.per_gamma[ig]];
         if self.is_rotational() {
-            let (low, high) = (at(0, 0), at(0, 1));
-            return Some(Bilinear {
-                c: 0.0,
-                per_c: 0.0,
-                gamma: g0,
-                per_gamma,
-                corner: [low, high, low, high],
+            return Some(Cell {
+                c: [0.0; 2],
+                gamma,
+                corner: [at(0); 2],
             });
         }
-        let first = self.c_rad[0];
-        let mut turned = if c < first { c + TAU } else { c };
-        if turned < first || turned >= first + TAU {
-            turned = first + (c - first).rem_euclid(TAU);
-        }
+        let turned = if c < self.c_rad[0] { c + TAU } else { c };
         let ic = self.c_search.interval(&self.c_rad, turned);
-        Some(Bilinear {
-            c: self.c_rad[ic] + (c - turned),
-            per_c: (self.c_rad[ic + 1] - self.c_rad[ic]).recip(),
-            gamma: g0,
-            per_gamma,
-            corner: [at(ic, 0), at(ic, 1), at(ic + 1, 0), at(ic + 1, 1)],
+        Some(Cell {
+            c: [self.c_rad[ic] + (c - turned), self.per_c[ic]],
+            gamma,
+            corner: [at(ic), at(ic + 1)],
         })
     }
 
@@ -181,28 +238,6 @@ impl Table {
         let [low, high] = [0, 1].map(|up: usize| self.intensity_cd[row * n + ig + up]);
         let slope = (high - low) / (self.gamma_rad[ig + 1] - self.gamma_rad[ig]);
         (low + slope * (gamma - self.gamma_rad[ig]), slope)
-    }
-
-    /// Change of slope in γ at line `ig` (neither the first nor the last), towards azimuth `c` (−π to π), cd/rad.
-    pub(crate) fn gamma_jump(&self, ig: usize, c: f64) -> f64 {
-        let (n, grid) = (self.gamma_rad.len(), &self.gamma_rad);
-        let at = |row: usize| {
-            let cd = &self.intensity_cd[row * n + ig - 1..=row * n + ig + 1];
-            (cd[2] - cd[1]) / (grid[ig + 1] - grid[ig]) - (cd[1] - cd[0]) / (grid[ig] - grid[ig - 1])
-        };
-        if self.is_rotational() {
-            return at(0);
-        }
-        let (row, share) = self.between(c);
-        (1.0 - share) * at(row) + share * at(row + 1)
-    }
-
-    /// Change of slope in C at half-plane `ic` of a table that depends on C, at polar angle `gamma`, cd/rad.
-    pub(crate) fn c_jump(&self, ic: usize, gamma: f64) -> f64 {
-        let before = if ic == 0 { self.c_rad.len() - 2 } else { ic - 1 };
-        let slope =
-            |ic: usize| (self.along(ic + 1, gamma).0 - self.along(ic, gamma).0) / (self.c_rad[ic + 1] - self.c_rad[ic]);
-        slope(ic) - slope(before)
     }
 
     /// The half-plane below azimuth `c` (−π to π), and the share of the way to the next one.
