@@ -5,6 +5,7 @@
 //! There is no blanket arithmetic between quantities: the physics that links them is a named function.
 
 mod angle;
+pub mod digits;
 mod quantity;
 
 pub use angle::{AxisAngle, CPlane, Degrees, Gamma, GammaOutOfRange};
