@@ -4,6 +4,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::document::{DocumentError, Fault, Source, read_text};
+use crate::subject::{Commission, Luminaire, Subject};
 
 /// Value of `format` in a job file.
 pub const FORMAT: &str = "isolux-job/1";
@@ -18,6 +19,10 @@ struct JobDocument {
     scene: Utf8PathBuf,
     #[serde(default)]
     diagnose: Option<DiagnoseDocument>,
+    #[serde(default)]
+    luminaire: Luminaire,
+    #[serde(default)]
+    report: Commission,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,6 +39,7 @@ pub struct Job {
     plan: Utf8PathBuf,
     scene: Utf8PathBuf,
     diagnose: Option<(Utf8PathBuf, Vec<Utf8PathBuf>)>,
+    subject: Subject,
 }
 
 impl Job {
@@ -45,6 +51,11 @@ impl Job {
         let text = read_text(file)?;
         let source = Source { file, text: &text };
         let job: JobDocument = source.parse(FORMAT)?;
+        let subject = Subject {
+            luminaire: job.luminaire,
+            report: job.report,
+        };
+        subject.check().map_err(|fault| source.locate(&fault))?;
         let folder = file.parent().unwrap_or(Utf8Path::new(""));
         let resolve = |key: &str, path: &Utf8Path| {
             let resolved = folder.join(path);
@@ -77,6 +88,7 @@ impl Job {
                     Ok((resolve("diagnose.model", &diagnose.model)?, observations))
                 })
                 .transpose()?,
+            subject,
         })
     }
 
@@ -88,6 +100,11 @@ impl Job {
     /// The plan file.
     pub fn plan(&self) -> &Utf8Path {
         &self.plan
+    }
+
+    /// What is measured, and for whom.
+    pub fn subject(&self) -> &Subject {
+        &self.subject
     }
 
     /// The scene file.
@@ -121,5 +138,15 @@ mod tests {
         assert_eq!(error.line, Some(4), "{error}");
         std::fs::write(folder.join("c.toml"), "").unwrap();
         assert_eq!(Job::load(&file).unwrap().scene(), folder.join("c.toml"));
+
+        let with = |table: &str| {
+            std::fs::write(&file, format!("{text}[luminaire]\n{table}")).unwrap();
+            Job::load(&file)
+        };
+        let named = with("name = \"Downlight\"\n").unwrap();
+        assert_eq!(named.subject().luminaire.name.as_deref(), Some("Downlight"));
+        for wrong in ["maker = \"a\"\nmarker = \"b\"\n", "maker = \"a\"\nname = \"\"\n"] {
+            assert_eq!(with(wrong).unwrap_err().line, Some(7), "{wrong}");
+        }
     }
 }

@@ -15,6 +15,7 @@ pub mod run;
 mod run_lock;
 pub mod spectra;
 pub mod station;
+pub mod subject;
 
 pub use document::DocumentError;
 pub use job::Job;
@@ -24,3 +25,4 @@ pub use reading::{Electrical, Quality, Reading, ReadingKind, Role, UnknownWord};
 pub use run::{Run, RunDir, RunError, RunHeader};
 pub use run_lock::{RunLock, RunLockError};
 pub use station::Station;
+pub use subject::Subject;

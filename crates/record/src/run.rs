@@ -203,6 +203,7 @@ impl RunDir {
             .max()
             .map_or(0, |last| last + 1);
         header.stopped = None;
+        header.state(&now.subject());
         if layout.has_hashes() {
             header
                 .spectrum

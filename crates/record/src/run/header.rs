@@ -10,6 +10,7 @@ use crate::plan::Plan;
 use crate::readings::Layout;
 use crate::spectra::SpectralCalibration;
 use crate::station::Station;
+use crate::subject::{Commission, Luminaire, Subject};
 
 /// Value of `format` in run.toml.
 pub const FORMAT: &str = "isolux-run/3";
@@ -54,6 +55,12 @@ pub struct RunHeader {
     /// Calibration of the spectroradiometer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectral: Option<SpectralCalibration>,
+    /// What was measured.
+    #[serde(default, skip_serializing_if = "Luminaire::is_empty")]
+    pub luminaire: Luminaire,
+    /// For whom.
+    #[serde(default, skip_serializing_if = "Commission::is_empty")]
+    pub report: Commission,
     /// The station as it was.
     pub station: Station,
     /// The plan as it was.
@@ -214,8 +221,26 @@ impl RunHeader {
             spectrum: Vec::new(),
             device,
             spectral,
+            luminaire: Luminaire::default(),
+            report: Commission::default(),
             station,
             plan,
+        }
+    }
+
+    /// States what is measured and for whom, where that is known.
+    pub fn state(&mut self, subject: &Subject) {
+        if !subject.is_empty() {
+            self.luminaire = subject.luminaire.clone();
+            self.report = subject.report.clone();
+        }
+    }
+
+    /// What was measured and for whom.
+    pub fn subject(&self) -> Subject {
+        Subject {
+            luminaire: self.luminaire.clone(),
+            report: self.report.clone(),
         }
     }
 
