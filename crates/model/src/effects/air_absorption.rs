@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, Split, amplitude};
 pub(super) static AIR_ABSORPTION: EffectSpec = EffectSpec {
     name: "air_absorption",
     standard_name: "absorption by air or vapour",
+    sentence: "The air takes light away on its way[: {coefficient_per_m:%} for each metre].",
     belongs_to: &[BelongsTo::Path],
     stages: READINGS_AND_MAPS,
     formula: "e^(−k·r)",

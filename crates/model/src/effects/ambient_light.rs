@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, ParameterSpec, Role, Split, ampli
 pub(super) static AMBIENT_LIGHT: EffectSpec = EffectSpec {
     name: "ambient_light",
     standard_name: "uniform ambient light on the sensor",
+    sentence: "Light that is not the lamp's falls evenly on the sensor[: {illuminance_lx}][: {irradiance_w_m2}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "E + E_a on every map that is not capped, lamp on or off",

@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
 pub(super) static AMBIENT_STRAY: EffectSpec = EffectSpec {
     name: "ambient_stray",
     standard_name: "stray light, constant",
+    sentence: "Light from the room reaches the detector whether the lamp burns or not[: {illuminance_lx}].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "E + E_a on lit, baffled and lamp-off readings",

@@ -10,6 +10,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 pub(super) static AXIS_NONPERP: EffectSpec = EffectSpec {
     name: "axis_nonperp",
     standard_name: "non-perpendicularity of the axes",
+    sentence: "The axes are not perpendicular to each other[: {angle_deg:size} are missing], so that γ = 0° is never reached.",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "cos γ′ = cos γ · cos ε",

@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
 pub(super) static BACKLASH: EffectSpec = EffectSpec {
     name: "backlash",
     standard_name: "backlash (hysteresis)",
+    sentence: "The γ axis has play: where it stands depends on the side that it came from[, by {width_deg:size}].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "γ + b/2 · direction of travel",

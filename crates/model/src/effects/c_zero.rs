@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 pub(super) static C_ZERO: EffectSpec = EffectSpec {
     name: "c_zero",
     standard_name: "C zero error",
+    sentence: "The C scale has its zero [{offset_deg:size} ]beside the luminaire's own C0.",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "C + δ",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 pub(super) static COSINE_F2: EffectSpec = EffectSpec {
     name: "cosine_f2",
     standard_name: "directional response f2",
+    sentence: "The detector answers to slanting light otherwise than by the cosine[, by {coefficient_rel:%} {coefficient_rel:too much|too little} at 60°].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "1 + k·(1 − cos ε)/(1 − cos 60°), ε the angle of incidence",

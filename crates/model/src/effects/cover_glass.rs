@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, ParameterSpec, Role, Split, ampli
 pub(super) static COVER_GLASS: EffectSpec = EffectSpec {
     name: "cover_glass",
     standard_name: "Fresnel loss of the cover glass",
+    sentence: "Panes before the sensor reflect slanting light away[, as many as {plates} would].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "T(θ)^k, T = ½(T_s + T_p) of a plate with inner reflections",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
 pub(super) static CROSSTALK: EffectSpec = EffectSpec {
     name: "crosstalk",
     standard_name: "crosstalk (point spread)",
+    sentence: "Light or charge of a pixel spreads to its neighbours[, over {width_px}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "signal ⊗ Gaussian of standard deviation w",

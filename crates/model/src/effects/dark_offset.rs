@@ -10,6 +10,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, READINGS, READINGS_AND_MAPS, Spli
 pub(super) static DARK_OFFSET: EffectSpec = EffectSpec {
     name: "dark_offset",
     standard_name: "zero offset (dark signal)",
+    sentence: "The instrument shows something when no light reaches it[: {offset_lx}][: {offset_rel:%} of full scale].",
     belongs_to: &[BelongsTo::Bench, BelongsTo::Sensor],
     stages: READINGS_AND_MAPS,
     formula: "E + E_d on every reading; signal + offset_rel of full scale on every map",

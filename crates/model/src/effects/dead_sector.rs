@@ -11,6 +11,7 @@ use super::spec::{BelongsTo, EffectSpec, ParameterSpec, READINGS_AND_MAPS, Split
 pub(super) static DEAD_SECTOR: EffectSpec = EffectSpec {
     name: "dead_sector",
     standard_name: "failed or dimmed LEDs (C-dependent)",
+    sentence: "Some LEDs give less light than the others[: {depth_rel:%} less][ about C {azimuth_deg}][, over {width_deg}].",
     belongs_to: &[BelongsTo::Luminaire],
     stages: READINGS_AND_MAPS,
     formula: "Σ (1 − q·lobe(Cᵢ − C₀, w)) I(ψ, θᵢ)/rᵢ² over Σ I(ψ, θᵢ)/rᵢ², lobe a raised cosine over the azimuth of the LEDs",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 pub(super) static DETECTOR_APERTURE: EffectSpec = EffectSpec {
     name: "detector_aperture",
     standard_name: "angular size of the detector",
+    sentence: "The detector is so large that it averages over directions[: {diameter_mm} wide].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "I + (a/d)² (⅛ ∇²I − ¾ I), a the radius of the flat aperture",

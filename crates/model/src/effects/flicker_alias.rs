@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, ParameterSpec, READINGS_AND_MAPS, Role,
 pub(super) static FLICKER_ALIAS: EffectSpec = EffectSpec {
     name: "flicker_alias",
     standard_name: "modulated light f7, aliased",
+    sentence: "The light is modulated faster than it is read, and shows as a slow beat[ of {amplitude_rel:%}][ every {period_s}].",
     belongs_to: &[BelongsTo::Luminaire],
     stages: READINGS_AND_MAPS,
     formula: "1 + A sin(2πt/T + φ)",

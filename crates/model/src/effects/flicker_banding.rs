@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, ParameterSpec, Role, Split, ampli
 pub(super) static FLICKER_BANDING: EffectSpec = EffectSpec {
     name: "flicker_banding",
     standard_name: "rolling shutter flicker",
+    sentence: "Modulated light and a rolling shutter draw bands along x[: {amplitude_rel:%}][ every {period_mm}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "1 + A sin(2πy/P + φ)",

@@ -10,6 +10,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude, shape};
 pub(super) static FLOOR_REFLECTION: EffectSpec = EffectSpec {
     name: "floor_reflection",
     standard_name: "inter-reflection stray light, angle dependent",
+    sentence: "The floor returns light of the lamp to the detector[, as one of reflectance {albedo} would][ {height_mm} below the axis].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "E + ρ/π ∫ I(Θ) cosθ₁ cosθ₂ cosθ_det / (r₁² r₂²) dA over the floor at Z = −h",

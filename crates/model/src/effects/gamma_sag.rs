@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
 pub(super) static GAMMA_SAG: EffectSpec = EffectSpec {
     name: "gamma_sag",
     standard_name: "gravity sag of the arm",
+    sentence: "The arm bends under its weight[, by {amplitude_deg:size} where it is horizontal].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "γ + s·cos γ",

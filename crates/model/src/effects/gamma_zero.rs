@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
 pub(super) static GAMMA_ZERO: EffectSpec = EffectSpec {
     name: "gamma_zero",
     standard_name: "γ zero error (alignment)",
+    sentence: "The γ scale has its zero [{offset_deg:size} ]beside the optical axis.",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "γ + δ",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude, shape};
 pub(super) static GHOST: EffectSpec = EffectSpec {
     name: "ghost",
     standard_name: "ghost reflection",
+    sentence: "A reflection inside the camera puts a soft spot on the sensor[: {amplitude_rel:%}][ at x {x_mm}][, y {y_mm}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "1 + A exp(−((x − x₀)² + (y − y₀)²)/(2w²))",

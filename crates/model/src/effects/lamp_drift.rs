@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, ParameterSpec, READINGS_AND_MAPS, Role,
 pub(super) static LAMP_DRIFT: EffectSpec = EffectSpec {
     name: "lamp_drift",
     standard_name: "depreciation (supply drift)",
+    sentence: "The lamp or its supply changed evenly while it was read[: {rate_per_h:%} {rate_per_h:brighter|dimmer} with every hour].",
     belongs_to: &[BelongsTo::Luminaire],
     stages: READINGS_AND_MAPS,
     formula: "1 + r·(t − t₀)",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, Split, amplitude, sh
 pub(super) static LAMP_WARMUP: EffectSpec = EffectSpec {
     name: "lamp_warmup",
     standard_name: "stabilisation (thermal droop)",
+    sentence: "The lamp was read before it was warm[: {amplitude_rel:%} too bright at first][, gone to a third after {time_constant_s:min}].",
     belongs_to: &[BelongsTo::Luminaire],
     stages: READINGS_AND_MAPS,
     formula: "1 + A e^(−t/τ)",

@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude, azimuth};
 pub(super) static LATERAL_CENTRE: EffectSpec = EffectSpec {
     name: "lateral_centre",
     standard_name: "photometric centre offset, lateral",
+    sentence: "The light centre is beside the optical axis[, by {offset_mm:size}][ towards C {azimuth_deg}].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "P − r·(cos φ, sin φ, 0)",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude, azimuth};
 pub(super) static LUMINAIRE_TILT: EffectSpec = EffectSpec {
     name: "luminaire_tilt",
     standard_name: "mounting tilt (axis misalignment)",
+    sentence: "The luminaire hangs askew[, by {angle_deg:size}][ away from C {azimuth_deg}].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "γ + τ cos(C − C₀) to first order; exactly a rotation by τ",

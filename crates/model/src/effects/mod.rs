@@ -5,6 +5,7 @@
 //! prediction. The prediction asks the acts in the fixed order of the physics, whatever the order in a model file.
 
 mod act;
+mod sentence;
 mod spec;
 mod value;
 

@@ -11,6 +11,7 @@ use super::spec::{BelongsTo, EffectSpec, ParameterSpec, READINGS_AND_MAPS, Split
 pub(super) static NEAR_FIELD: EffectSpec = EffectSpec {
     name: "near_field",
     standard_name: "limited photometric distance; breakdown of the inverse square law",
+    sentence: "The light does not come from a point: at a short distance the size of the luminous area shows[, as a ring of {radius_mm} radius].",
     belongs_to: &[BelongsTo::Luminaire],
     stages: READINGS_AND_MAPS,
     formula: "Σ wᵢ I(ψ, θᵢ) cos εᵢ / rᵢ² over a ring of LEDs, εᵢ the incidence at the detector",

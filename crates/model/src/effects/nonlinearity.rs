@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, READINGS, READINGS_AND_MAPS, Spli
 pub(super) static NONLINEARITY: EffectSpec = EffectSpec {
     name: "nonlinearity",
     standard_name: "linearity error f3",
+    sentence: "The reading does not grow in proportion to the light[: {inverse_scale_per_lx:%} {inverse_scale_per_lx:too little|too much} for each lx][: {inverse_scale:%} {inverse_scale:too little|too much} at full scale].",
     belongs_to: &[BelongsTo::Bench, BelongsTo::Sensor],
     stages: READINGS_AND_MAPS,
     formula: "E/(1 + kE)",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude};
 pub(super) static PIXEL_ANGULAR: EffectSpec = EffectSpec {
     name: "pixel_angular",
     standard_name: "angular response of the pixels (micro-lenses, chief ray angle)",
+    sentence: "The pixels take less of light that falls aslant[, with coefficient {coefficient}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "exp(−k tan² θ)",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude, azimuth};
 pub(super) static POLARIZATION: EffectSpec = EffectSpec {
     name: "polarization",
     standard_name: "polarization dependence f8",
+    sentence: "The detector answers to the plane of polarization, which turns with C[: {amplitude_rel:%}].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "1 + p cos 2(C − C₀)",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude, azimuth};
 pub(super) static PRNU_GRADIENT: EffectSpec = EffectSpec {
     name: "prnu_gradient",
     standard_name: "photo response non-uniformity, gradient",
+    sentence: "The sensitivity slopes across the sensor[: {gradient_rel:%} from the middle to the edge][, towards {azimuth_deg}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "1 + g·(x cos φ + y sin φ)/half width",

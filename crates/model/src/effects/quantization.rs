@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
 pub(super) static QUANTIZATION: EffectSpec = EffectSpec {
     name: "quantization",
     standard_name: "quantization (ADC step)",
+    sentence: "The converter has steps that show[: {step_rel:%} of full scale].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "rounded to a multiple of the step; step 0 means none",

@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, ParameterSpec, READINGS_AND_MAPS, Split
 pub(super) static SELF_ABSORPTION: EffectSpec = EffectSpec {
     name: "self_absorption",
     standard_name: "self-absorption; absorption by the mount",
+    sentence: "Something stands in the way of the light[: {depth_rel:%} are missing][ about C {azimuth_deg}][, γ {gamma_deg}][, over {width_deg}].",
     belongs_to: &[BelongsTo::Luminaire],
     stages: READINGS_AND_MAPS,
     formula: "1 − q·exp((cos ω − 1)/σ²), ω the angle from the direction (C₀, γ₀), σ = w/2.355",

@@ -8,6 +8,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude, azimuth};
 pub(super) static SENSOR_TILT: EffectSpec = EffectSpec {
     name: "sensor_tilt",
     standard_name: "tilt of the sensor in its mount",
+    sentence: "The chip sits askew in its camera[, by {angle_deg:size}][ towards {azimuth_deg}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "R · R_tilt, which lifts the side at azimuth φ of the sensor towards the lamp",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude, azimuth};
 pub(super) static SOURCE_TILT: EffectSpec = EffectSpec {
     name: "source_tilt",
     standard_name: "tilt of the source before the sensor",
+    sentence: "The luminaire is askew before the sensor[, by {angle_deg:size}][ towards {azimuth_deg}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "direction turned by τ towards azimuth φ",

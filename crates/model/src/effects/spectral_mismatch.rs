@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, ParameterSpec, READINGS, amplitude};
 pub(super) static SPECTRAL_MISMATCH: EffectSpec = EffectSpec {
     name: "spectral_mismatch",
     standard_name: "spectral mismatch f1′ (F*)",
+    sentence: "The lux meter weighs this spectrum otherwise than V(λ)[: {factor:off1%} {factor:too much|too little}][, changing by {slope_per_deg:%} for each degree of γ].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "F·(1 + s·|γ|)",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, SPECTRA, Split, amplitude};
 pub(super) static SPECTRO_2ND: EffectSpec = EffectSpec {
     name: "spectro_2nd",
     standard_name: "second diffraction order",
+    sentence: "The second order of the grating puts light of half the wavelength beside the right one[: {fraction:%}].",
     belongs_to: &[BelongsTo::Bench],
     stages: SPECTRA,
     formula: "S + k·S(λ/2)",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, SPECTRA, Split, amplitude};
 pub(super) static SPECTRO_BANDPASS: EffectSpec = EffectSpec {
     name: "spectro_bandpass",
     standard_name: "bandpass of the spectroradiometer",
+    sentence: "The slit of the spectroradiometer blurs the spectrum[ over {fwhm_nm}].",
     belongs_to: &[BelongsTo::Bench],
     stages: SPECTRA,
     formula: "S ⊗ triangle of the given full width at half maximum",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, SPECTRA, Split, amplitude};
 pub(super) static SPECTRO_DARK: EffectSpec = EffectSpec {
     name: "spectro_dark",
     standard_name: "dark signal of the spectroradiometer",
+    sentence: "The spectroradiometer shows something without light[: {offset}].",
     belongs_to: &[BelongsTo::Bench],
     stages: SPECTRA,
     formula: "S + c",

@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, SPECTRA, Split, amplitude};
 pub(super) static SPECTRO_SHIFT: EffectSpec = EffectSpec {
     name: "spectro_shift",
     standard_name: "wavelength error of the spectroradiometer",
+    sentence: "The wavelength scale of the spectroradiometer is off[ by {shift_nm}].",
     belongs_to: &[BelongsTo::Bench],
     stages: SPECTRA,
     formula: "S(λ + δ)",

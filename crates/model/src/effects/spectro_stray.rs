@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, SPECTRA, Split, amplitude};
 pub(super) static SPECTRO_STRAY: EffectSpec = EffectSpec {
     name: "spectro_stray",
     standard_name: "stray light in the spectroradiometer",
+    sentence: "Light of all wavelengths scatters inside the spectroradiometer[: {fraction:%} of the whole in each nanometre].",
     belongs_to: &[BelongsTo::Bench],
     stages: SPECTRA,
     formula: "S + s·∫S dλ",

@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude, azimuth};
 pub(super) static STAGE_LATERAL: EffectSpec = EffectSpec {
     name: "stage_lateral",
     standard_name: "sensor misplaced sideways",
+    sentence: "The stage puts the sensor beside where it says[, by {offset_mm:size}][ towards {azimuth_deg}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "centre + r·(cos φ, sin φ, 0) in the luminaire frame",

@@ -9,6 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, ParameterSpec, READINGS, Role, Split, a
 pub(super) static TEMP_COEFFICIENT: EffectSpec = EffectSpec {
     name: "temp_coefficient",
     standard_name: "temperature dependence f6,T",
+    sentence: "The meter's gain follows its temperature[: {coefficient_per_k:%} {coefficient_per_k:more|less} for each kelvin].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "1 + α(T − T₀)",

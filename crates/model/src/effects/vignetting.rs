@@ -7,6 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude};
 pub(super) static VIGNETTING: EffectSpec = EffectSpec {
     name: "vignetting",
     standard_name: "vignetting",
+    sentence: "The corners of the sensor get less light[: {coefficient_rel:%} less at the edge].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "1 − v·r², r in half widths of the sensor",

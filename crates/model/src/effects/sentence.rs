@@ -1,0 +1,132 @@
+//! What an effect does, in one sentence with its numbers.
+//!
+//! In a sentence of the catalogue `{key}` is the value with its unit, `{key:size}` the same without its sign, `{key:%}` its size in
+//! per cent, `{key:min}` seconds as minutes, `{key:off1%}` how far a factor is from 1 in per cent, and `{key:above|below}` one of two
+//! words: the first where the value is above its null. A part in brackets is left out where a value in it is not known.
+
+use super::spec::{EffectSpec, ParameterSpec};
+
+impl EffectSpec {
+    /// The sentence with the values that `value` knows, by key.
+    pub fn told(&self, value: impl Fn(&str) -> Option<f64>) -> String {
+        let mut told = String::new();
+        let mut rest = self.sentence;
+        while let Some(begin) = rest.find('[') {
+            let (before, part) = rest.split_at(begin);
+            let Some((part, after)) = part[1..].split_once(']') else {
+                break;
+            };
+            told.push_str(before);
+            if let Some(part) = self.filled(part, &value) {
+                told.push_str(&part);
+            }
+            rest = after;
+        }
+        told.push_str(rest);
+        told
+    }
+
+    /// The part with its placeholders filled; none where a value is not known.
+    fn filled(&self, part: &str, value: &impl Fn(&str) -> Option<f64>) -> Option<String> {
+        let mut filled = String::new();
+        let mut rest = part;
+        while let Some((before, after)) = rest.split_once('{') {
+            let (placeholder, after) = after.split_once('}')?;
+            let (key, form) = placeholder.split_once(':').unwrap_or((placeholder, ""));
+            let parameter = &self.parameters[self.index_of(key)?];
+            filled.push_str(before);
+            filled.push_str(&words(parameter, value(key)?, form));
+            rest = after;
+        }
+        Some(filled + rest)
+    }
+}
+
+fn words(parameter: &ParameterSpec, value: f64, form: &str) -> String {
+    if let Some((above, below)) = form.split_once('|') {
+        return if value >= parameter.null { above } else { below }.to_owned();
+    }
+    let (value, unit) = match form {
+        "size" => (value.abs(), parameter.unit),
+        "%" => (100.0 * value.abs(), "%"),
+        "off1%" => (100.0 * (value - 1.0).abs(), "%"),
+        "min" => (value / 60.0, "min"),
+        _ => (value, parameter.unit),
+    };
+    let number = two_digits(value);
+    match unit {
+        "" | "1" => number,
+        "°" => format!("{number}°"),
+        unit => format!("{number} {unit}"),
+    }
+}
+
+/// Two significant digits, and whole numbers in full: a sentence is for the size of an effect, tables have the rest.
+fn two_digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let places = (1 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{value:.places$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::catalogue;
+
+    #[test]
+    fn every_sentence_reads_with_all_of_its_values_and_with_none() {
+        for spec in catalogue() {
+            let known = spec.told(|key| Some(spec.parameters[spec.index_of(key)?].plausible.1));
+            let unknown = spec.told(|_| None);
+            for said in [&known, &unknown] {
+                assert!(
+                    said.ends_with('.') && !said.contains(['{', '}', '[', ']', '_']),
+                    "{}: {said}",
+                    spec.name
+                );
+                assert!(
+                    !said.contains("  ") && !said.contains(" ,") && !said.contains(" ."),
+                    "{}: {said}",
+                    spec.name
+                );
+                assert!(said.chars().next().is_some_and(char::is_uppercase), "{said}");
+            }
+            assert!(known.len() > unknown.len(), "{}: no number in {known}", spec.name);
+            // Every key of a placeholder is one of the effect: otherwise its part would be silently left out.
+            for placeholder in spec.sentence.split('{').skip(1) {
+                let key = placeholder.split([':', '}']).next().unwrap_or_default();
+                assert!(spec.index_of(key).is_some(), "{}: {key}", spec.name);
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_have_their_units_and_words_their_sign() {
+        let spec = |name: &str| catalogue().iter().find(|spec| spec.name == name).unwrap();
+        let told = |name: &str, values: &[(&str, f64)]| {
+            spec(name).told(|key| values.iter().find(|(known, _)| *known == key).map(|(_, value)| *value))
+        };
+        assert_eq!(
+            told("lamp_warmup", &[("amplitude_rel", 0.054), ("time_constant_s", 360.0)]),
+            "The lamp was read before it was warm: 5.4 % too bright at first, gone to a third after 6 min."
+        );
+        assert_eq!(
+            told("distance_offset", &[("offset_mm", -4.0)]),
+            "The detector is 4 mm nearer than its scale says."
+        );
+        assert_eq!(
+            told("dark_offset", &[("offset_rel", 0.002)]),
+            "The instrument shows something when no light reaches it: 0.2 % of full scale."
+        );
+        assert_eq!(
+            told("spectral_mismatch", &[("factor", 0.985)]),
+            "The lux meter weighs this spectrum otherwise than V(λ): 1.5 % too little."
+        );
+    }
+}
