@@ -2,6 +2,7 @@
 
 mod entries;
 mod gap;
+mod plain;
 mod sentence;
 
 use isolux_model::{Effect, Model, UncertaintyScale};
@@ -20,6 +21,7 @@ pub use sentence::digits;
 
 use entries::{blind_spots, effect_entries, noise_test, places, ranked};
 use gap::gap;
+use plain::plain;
 use sentence::{sentence, verdict};
 
 /// Why there is no diagnosis.
@@ -165,8 +167,10 @@ pub fn diagnose(
         .collect();
     let independence = independence(model, sha256);
     let sentence = sentence(verdict, &effects, unexplained.as_ref(), &outcome, independence);
+    let plain = plain(verdict, &effects, unexplained.as_ref(), &gap, independence);
     let document = Document {
         verdict,
+        plain,
         sentence,
         places: places(&outcome),
         ranked: ranked(&believed, &outcome),

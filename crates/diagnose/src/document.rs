@@ -23,7 +23,9 @@ pub enum Verdict {
 pub struct Document {
     /// The answer.
     pub verdict: Verdict,
-    /// The answer in a sentence.
+    /// The answer for a reader who never met a σ: what is wrong, how much, and what it does to the readings.
+    pub plain: String,
+    /// The answer in a sentence, with its statistics.
     pub sentence: String,
     /// Along which coordinates the baseline disagrees, strongest first.
     #[serde(rename = "where")]
