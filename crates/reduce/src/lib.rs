@@ -52,7 +52,7 @@ pub use headline::NEAR_FIELD_AT_SENSOR;
 pub use levels::{Level, Levels, Subtract};
 pub use quantity::Quantity;
 pub use rehearsal::rehearse;
-pub use results::{ResultFile, files};
+pub use results::{ResultFile, files, photometric};
 pub use samples::{Corrected, Sample};
 pub use smooth::{SmoothError, Smoothing};
 pub use spectral::SpectralResult;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use isolux_units::digits::{K, Rounded, rounded};
 use serde::Serialize;
 
 /// One number with its standard uncertainty and the parts of it. Where a part was neither measured nor stated, the number
@@ -63,6 +64,13 @@ impl Quantity {
     pub fn without_part(&self, name: &str) -> Self {
         let parts = self.parts.iter().map(|(name, part)| (*name, *part));
         Self::new(self.value, self.unit, parts.filter(|(part, _)| *part != name)).lacking(self.missing.iter().cloned())
+    }
+
+    /// The value and its expanded uncertainty (k = 2) of the known parts, to the digits that the uncertainty leaves. A colour
+    /// temperature is stated to 1 K, as photometric reports have it.
+    pub fn rounded(&self) -> Rounded {
+        let finest = if self.unit == "K" { 0 } else { -9 };
+        rounded(self.value, K * self.u_of_parts, finest)
     }
 
     /// Relative standard uncertainty, where nothing is missing.

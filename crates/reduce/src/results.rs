@@ -1,7 +1,8 @@
 //! The files of `results/` that reduction makes. No clock and no path in them: the same run gives the same bytes.
 
+use isolux_formats::distribution::Luminaire;
 use isolux_formats::spectral::SpectrumFile;
-use isolux_formats::{Format, eulumdat, ies};
+use isolux_formats::{Distribution, Format, eulumdat, ies, tm33};
 use isolux_photometry::{IntensityDistribution, Symmetry};
 use isolux_record::run::Run;
 use serde_json::{Value, json};
@@ -11,7 +12,7 @@ use crate::budget::noise_of_directions;
 use crate::error::ReduceError;
 use crate::gate;
 use crate::headline::NEAR_FIELD_AT_SENSOR;
-use crate::{Drift, Reduction, SENSOR_MM};
+use crate::{Drift, Quantity, Reduction, SENSOR_MM};
 
 /// One file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,17 +37,21 @@ pub fn files(
     let state = reduction.grid.smoothed.as_ref().map_or("", |_| ", smoothed");
     let mut files = vec![ResultFile {
         name: "luminaire.ldt",
-        bytes: ldt(&shown, state, reduction, run)?,
+        bytes: ldt(&shown, &header(state, reduction, run))?,
     }];
     if let Some((raw, _)) = &reduction.grid.smoothed {
         files.push(ResultFile {
             name: "luminaire.raw.ldt",
-            bytes: ldt(&without_negative(raw)?, ", as read", reduction, run)?,
+            bytes: ldt(&without_negative(raw)?, &header(", as read", reduction, run))?,
         });
     }
     files.push(ResultFile {
         name: "luminaire.ies",
         bytes: ies(&shown, reduction, run, program),
+    });
+    files.push(ResultFile {
+        name: "luminaire.xml",
+        bytes: xml(&shown, state, reduction, run),
     });
     files.extend(spectral_files(reduction, run, program));
     let model = model_toml(reduction, diameter_mm(run), run_files);
@@ -66,13 +71,20 @@ pub fn files(
     Ok(files)
 }
 
+/// The luminaire's name as the job states it; the name of the station is that of a bench.
 fn name(run: &Run) -> String {
-    let station = run.header.station.document();
-    station
-        .name
-        .clone()
-        .or_else(|| run.header.plan.document().name.clone())
-        .unwrap_or_else(|| "measured luminaire".to_owned())
+    run.header.luminaire.name.clone().unwrap_or_default()
+}
+
+/// The day of the measurement.
+fn date(run: &Run) -> String {
+    run.header.started_utc.chars().take(10).collect()
+}
+
+/// The general colour rendering index of the measured spectrum.
+fn ra(reduction: &Reduction) -> Option<f64> {
+    let spectral = reduction.spectral.as_ref()?;
+    isolux_spectrum::quantities(&spectral.spectrum).ra
 }
 
 fn diameter_mm(run: &Run) -> Option<f64> {
@@ -90,12 +102,18 @@ fn without_negative(measured: &IntensityDistribution) -> Result<IntensityDistrib
     )?)
 }
 
-fn ldt(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &Run) -> Result<Vec<u8>, ReduceError> {
+/// What EULUMDAT says beside the light; `state` follows the distance.
+fn header(state: &str, reduction: &Reduction, run: &Run) -> eulumdat::Header {
+    let (luminaire, report) = (&run.header.luminaire, &run.header.report);
     let colour = reduction.spectral.as_ref().and_then(|spectral| spectral.cct.as_ref());
-    let header = eulumdat::Header {
-        company: String::new(),
+    eulumdat::Header {
+        company: luminaire.maker.clone().unwrap_or_default(),
         report: format!(
-            "isolux {:.0} mm{state}{}",
+            "{}isolux {:.0} mm{state}{}",
+            report
+                .number
+                .as_ref()
+                .map_or_else(String::new, |number| format!("{number}; ")),
             reduction.distance_mm,
             match reduction.grid.assumed {
                 Symmetry::None => "",
@@ -103,7 +121,8 @@ fn ldt(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &
             }
         ),
         name: name(run),
-        date_user: ldt_remark(reduction),
+        number: luminaire.catalogue_number.clone().unwrap_or_default(),
+        date_user: date_user(reduction, run),
         length_mm: diameter_mm(run),
         width_mm: Some(0.0),
         height_mm: Some(0.0),
@@ -114,15 +133,19 @@ fn ldt(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &
         tilt_deg: Some(0.0),
         lamp_sets: vec![eulumdat::LampSet {
             count: Some(-1.0),
-            lamp: "LED".to_owned(),
+            lamp: luminaire.light_source.clone().unwrap_or_default(),
             flux_lm: Some(reduction.flux.value),
             watts: watts(reduction),
             colour: colour.map_or_else(String::new, |cct| format!("{:.0} K", cct.value)),
+            rendering: ra(reduction).map_or_else(String::new, |ra| format!("{ra:.0}")),
             ..eulumdat::LampSet::default()
         }],
         ..eulumdat::Header::default()
-    };
-    let written = eulumdat::write(shown, &header).map_err(|finding| ReduceError::Format {
+    }
+}
+
+fn ldt(shown: &IntensityDistribution, header: &eulumdat::Header) -> Result<Vec<u8>, ReduceError> {
+    let written = eulumdat::write(shown, header).map_err(|finding| ReduceError::Format {
         file: "luminaire.ldt",
         message: finding.message.into(),
     })?;
@@ -133,6 +156,17 @@ fn ldt(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &
 fn watts(reduction: &Reduction) -> Option<f64> {
     let watts = reduction.electrical.as_ref()?.power_w.mean;
     format!("{watts:.4e}").parse().ok()
+}
+
+/// The line of 78 characters for date and user: the day, the operator, and what the flux in the file lacks.
+fn date_user(reduction: &Reduction, run: &Run) -> String {
+    let parts = [
+        date(run),
+        run.header.report.operator.clone().unwrap_or_default(),
+        ldt_remark(reduction),
+    ];
+    let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+    parts.join("; ").chars().take(78).collect()
 }
 
 /// What the flux in the file lacks, in the line of 78 signs that EULUMDAT has for date and user.
@@ -165,23 +199,37 @@ fn ascii(text: &str) -> String {
 
 fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, program: &str) -> Vec<u8> {
     let metres = diameter_mm(run).unwrap_or(0.0) * 1e-3;
+    let (luminaire, report) = (&run.header.luminaire, &run.header.report);
+    let text = |text: &Option<String>| text.clone().unwrap_or_default();
+    let test = report
+        .number
+        .as_ref()
+        .map_or_else(String::new, |number| format!("{number}; "));
     let mut keywords = vec![
-        ("TEST", format!("goniophotometer, {:.0} mm", reduction.distance_mm)),
-        ("TESTLAB", String::new()),
-        ("ISSUEDATE", run.header.started_utc.chars().take(10).collect()),
-        ("MANUFAC", String::new()),
-        ("LUMCAT", name(run)),
         (
-            "OTHER",
-            match reduction.flux.u {
-                Some(u) => format!(
-                    "{program}; flux {:.6} lm, standard uncertainty {u:.2} lm",
-                    reduction.flux.value
-                ),
-                None => format!("{program}; flux {:.6} lm, no uncertainty stated", reduction.flux.value),
-            },
+            "TEST",
+            format!("{test}goniophotometer, {:.0} mm", reduction.distance_mm),
         ),
+        ("TESTLAB", text(&report.laboratory)),
+        ("ISSUEDATE", date(run)),
+        ("MANUFAC", text(&luminaire.maker)),
+        ("LUMCAT", text(&luminaire.catalogue_number)),
+        ("LUMINAIRE", name(run)),
     ];
+    let stated = [
+        ("LAMP", "", &luminaire.light_source),
+        ("BALLAST", "", &luminaire.driver),
+        ("OTHER", "sample ", &luminaire.sample),
+        ("OTHER", "burning position ", &luminaire.burning_position),
+        ("OTHER", "customer ", &report.customer),
+        ("OTHER", "operator ", &report.operator),
+    ];
+    keywords.extend(
+        stated
+            .into_iter()
+            .filter_map(|(keyword, what, text)| Some((keyword, format!("{what}{}", text.as_ref()?)))),
+    );
+    keywords.push(("OTHER", format!("{program}; {}", flux_words(&reduction.flux))));
     keywords.extend(reduction.grid.smoothed.as_ref().map(|_| {
         let text = "smoothed within the rounding and the scatter of the readings";
         ("OTHER", text.to_owned())
@@ -209,6 +257,85 @@ fn ies(shown: &IntensityDistribution, reduction: &Reduction, run: &Run, program:
     ies::write(shown, &facts, ies::Edition::E2002).bytes
 }
 
+/// The flux in words of ASCII.
+fn flux_words(flux: &Quantity) -> String {
+    let said = flux.rounded();
+    match flux.u {
+        Some(_) => format!(
+            "flux {} lm, expanded uncertainty {} lm (k = 2)",
+            said.value, said.expanded
+        ),
+        None => format!("flux {} lm, uncertainty not evaluated", said.value),
+    }
+}
+
+/// The distribution as TM-33-18, with the laboratory and the number of the report in fields of their own.
+fn xml(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &Run) -> Vec<u8> {
+    tm33::write(&document(shown, state, reduction, run), tm33::Edition::E2018).bytes
+}
+
+/// What TM-33 has no element for: sample, conditions, people, and how good the flux is.
+fn comments(reduction: &Reduction, run: &Run) -> String {
+    let (luminaire, report) = (&run.header.luminaire, &run.header.report);
+    let stated = [
+        ("sample", &luminaire.sample),
+        ("control gear", &luminaire.driver),
+        ("burning position", &luminaire.burning_position),
+        ("customer", &report.customer),
+        ("operator", &report.operator),
+    ];
+    let mut parts: Vec<String> = stated
+        .into_iter()
+        .filter_map(|(what, text)| Some(format!("{what} {}", text.as_ref()?)))
+        .collect();
+    parts.push(format!("photometric distance {:.0} mm", reduction.distance_mm));
+    parts.push(flux_words(&reduction.flux));
+    parts.extend(
+        reduction
+            .flux
+            .missing
+            .iter()
+            .map(|phrase| format!("no uncertainty: {phrase}")),
+    );
+    parts.join("; ")
+}
+
+/// The distribution with what formats say of a luminaire, as the readers of this workspace would have it from a file.
+pub fn photometric(reduction: &Reduction, run: &Run) -> Distribution {
+    document(&reduction.grid.distribution, "", reduction, run)
+}
+
+fn document(shown: &IntensityDistribution, state: &str, reduction: &Reduction, run: &Run) -> Distribution {
+    let header = header(state, reduction, run);
+    let set = header.lamp_sets.first().cloned().unwrap_or_default();
+    let report = &run.header.report;
+    Distribution {
+        intensity: shown.clone(),
+        symmetry: Symmetry::None,
+        lamp_flux_lm: Some(reduction.flux.value),
+        absolute: true,
+        native: None,
+        luminaire: Luminaire {
+            manufacturer: header.company,
+            name: header.name,
+            number: header.number,
+            report: report.number.clone().unwrap_or_default(),
+            date: date(run),
+            laboratory: report.laboratory.clone().unwrap_or_default(),
+            luminous_length_mm: header.luminous_length_mm,
+            luminous_width_mm: header.luminous_width_mm,
+            lamp: set.lamp,
+            lamp_count: Some(1.0),
+            colour: set.colour,
+            rendering: set.rendering,
+            watts: set.watts,
+            ..Luminaire::default()
+        },
+        header: serde_json::Map::from_iter([("comments".to_owned(), comments(reduction, run).into())]),
+        eulumdat: None,
+    }
+}
+
 fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<ResultFile> {
     let Some(spectral) = &reduction.spectral else {
         return Vec::new();
@@ -217,12 +344,30 @@ fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Result
     let text = |value: String| Value::String(value);
     file.header.insert(
         "Description".to_owned(),
-        text(format!("{}, on the axis at {} mm", name(run), spectral.distance_mm)),
+        text(format!(
+            "{}on the axis at {} mm",
+            run.header
+                .luminaire
+                .name
+                .as_ref()
+                .map_or_else(String::new, |name| format!("{name}, ")),
+            spectral.distance_mm
+        )),
     );
     file.header
         .insert("DocumentCreator".to_owned(), text(program.to_owned()));
-    let day = run.header.started_utc.chars().take(10).collect();
-    file.header.insert("ReportDate".to_owned(), text(day));
+    file.header.insert("ReportDate".to_owned(), text(date(run)));
+    let (luminaire, report) = (&run.header.luminaire, &run.header.report);
+    for (key, value) in [
+        ("Manufacturer", &luminaire.maker),
+        ("CatalogNumber", &luminaire.catalogue_number),
+        ("Laboratory", &report.laboratory),
+        ("ReportNumber", &report.number),
+    ] {
+        if let Some(value) = value {
+            file.header.insert(key.to_owned(), text(value.clone()));
+        }
+    }
     [("luminaire.spdx", Format::SPDX), ("luminaire.spd", Format::SPD)]
         .into_iter()
         .filter_map(|(name, format)| {
@@ -404,6 +549,8 @@ fn provenance(
     json!({
         "program": program,
         "run": { "started_utc": run.header.started_utc, "sha256": object(hashes(run_files)) },
+        "luminaire": run.header.luminaire,
+        "report": run.header.report,
         "devices": run.header.device,
         "without": reduction.without,
         "accepted_drift": reduction.accepted,

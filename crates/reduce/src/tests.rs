@@ -703,3 +703,67 @@ fn a_zone_without_the_axis_gives_a_model_that_can_be_read() {
         "{text}"
     );
 }
+
+#[test]
+fn what_the_job_states_stands_in_every_file_and_the_name_of_the_station_in_none() {
+    let mut run = run(day(|lux| lux, 0.0));
+    run.header.luminaire = toml::from_str(
+        "maker = \"ACME\"\nname = \"Spot 12\"\ncatalogue_number = \"S-12\"\nsample = \"no. 3\"\nlight_source = \"LED 830\"\n",
+    )
+    .unwrap();
+    run.header.report =
+        toml::from_str("number = \"R-7\"\nlaboratory = \"Lab, Town\"\noperator = \"A. Person\"\ncustomer = \"B\"\n")
+            .unwrap();
+    let result = reduce(&run, &Options::default(), None).unwrap();
+    let files = crate::files(&result, &run, &[], "isolux test").unwrap();
+    let text = |name: &str| {
+        let file = files.iter().find(|file| file.name == name).unwrap();
+        String::from_utf8_lossy(&file.bytes).into_owned()
+    };
+    let ldt = text("luminaire.ldt");
+    let line = |number: usize| ldt.lines().nth(number - 1).unwrap().trim().to_owned();
+    assert_eq!(
+        (line(1).as_str(), line(9).as_str(), line(10).as_str()),
+        ("ACME", "Spot 12", "S-12")
+    );
+    assert!(line(8).starts_with("R-7; isolux "), "{}", line(8));
+    assert!(line(12).contains("; A. Person"), "{}", line(12));
+    assert_eq!(line(28), "LED 830");
+    let ies = text("luminaire.ies");
+    for words in [
+        "[TEST] R-7; ",
+        "[TESTLAB] Lab, Town",
+        "[MANUFAC] ACME",
+        "[LUMCAT] S-12",
+        "[LUMINAIRE] Spot 12",
+        "[OTHER] sample no. 3",
+    ] {
+        assert!(ies.contains(words), "{words} is not in\n{ies}");
+    }
+    let xml = text("luminaire.xml");
+    for words in [
+        "<Manufacturer>ACME</Manufacturer>",
+        "<CatalogNumber>S-12</CatalogNumber>",
+        "<Laboratory>Lab, Town</Laboratory>",
+        "<ReportNumber>R-7</ReportNumber>",
+        "sample no. 3; customer B; operator A. Person",
+    ] {
+        assert!(xml.contains(words), "{words} is not in\n{xml}");
+    }
+    // TM-33 is read again as what it was.
+    let (read, findings) = isolux_formats::Distribution::load(xml.as_bytes(), "luminaire.xml").unwrap();
+    assert!(
+        findings
+            .iter()
+            .all(|finding| finding.severity != isolux_formats::Severity::Error),
+        "{findings:?}"
+    );
+    assert!((read.intensity.flux().value() / result.flux.value - 1.0).abs() < 2e-3);
+    if let Some(name) = &run.header.station.document().name {
+        assert!(
+            files
+                .iter()
+                .all(|file| !String::from_utf8_lossy(&file.bytes).contains(name.as_str()))
+        );
+    }
+}

@@ -77,6 +77,8 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
     ] {
         element(&mut lines, name, text);
     }
+    let comments = distribution.header.get("comments").and_then(Value::as_str);
+    element(&mut lines, "Comments", comments.unwrap_or_default());
     lines.push("  </Header>".into());
     lines.extend(housing(luminaire, child));
     lines.push(format!("  <Emitter{child}>"));

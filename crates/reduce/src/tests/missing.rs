@@ -148,13 +148,14 @@ fn what_is_missing_stands_in_every_file_and_no_plus_minus_does() {
     for name in [
         "luminaire.ldt",
         "luminaire.ies",
+        "luminaire.xml",
         "luminaire.model.toml",
         "budget.json",
         "provenance.json",
     ] {
         assert!(text(name).contains(STRAY), "{name}");
     }
-    assert!(!text("luminaire.ies").contains("standard uncertainty"));
+    assert!(!text("luminaire.ies").contains("expanded uncertainty") && !text("luminaire.xml").contains("expanded"));
     assert!(
         !text("luminaire.model.toml").contains("flux_rel") && !text("luminaire.model.toml").contains("intensity_rel")
     );
