@@ -8,6 +8,8 @@ use crate::svg::escape;
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,
+    /// At the foot of each printed page, as a string of CSS.
+    foot: String,
     body: String,
     libraries: String,
     scripts: String,
@@ -29,10 +31,32 @@ impl Page {
     pub fn new(title: &str) -> Self {
         Self {
             title: escape(title),
+            foot: String::new(),
             body: String::new(),
             libraries: String::new(),
             scripts: String::new(),
         }
+    }
+
+    /// What stands at the foot of each page when it is printed, beside its number.
+    pub fn foot(&mut self, text: &str) {
+        // CSS: whatever could end the string or the element is written by its number.
+        self.foot = text.chars().fold(String::new(), |css, c| match c {
+            '"' | '\\' | '<' | '>' | '&' => format!("{css}\\{:x} ", u32::from(c)),
+            c if c.is_control() => css + " ",
+            c => format!("{css}{c}"),
+        });
+    }
+
+    /// Adds all that another page holds, with its scripts.
+    pub fn append(&mut self, other: &Self) {
+        self.body.push_str(&other.body);
+        for line in other.libraries.split_inclusive("</script>\n") {
+            if !self.libraries.contains(line) {
+                self.libraries.push_str(line);
+            }
+        }
+        self.scripts.push_str(&other.scripts);
     }
 
     /// Begins a section.
@@ -68,7 +92,7 @@ impl Page {
 
     /// Adds a table; every row has as many cells as the head.
     pub fn table<S: AsRef<str>>(&mut self, head: &[&str], rows: &[Vec<S>]) {
-        self.body.push_str("<table><thead><tr>");
+        self.body.push_str("<div class=\"scroll\"><table><thead><tr>");
         for cell in head {
             let _ = write!(self.body, "<th>{}</th>", escape(cell));
         }
@@ -80,7 +104,7 @@ impl Page {
             }
             self.body.push_str("</tr>\n");
         }
-        self.body.push_str("</tbody></table>\n");
+        self.body.push_str("</tbody></table></div>\n");
     }
 
     /// Adds an SVG picture with its caption. Pictures that follow each other share a row where there is room.
@@ -155,9 +179,10 @@ impl Page {
     pub fn finish(self) -> String {
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-             content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n\
+             content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}{foot}</style>\n</head>\n<body>\n\
              <h1>{title}</h1>\n{body}{libraries}{scripts}</body>\n</html>\n",
             title = self.title,
+            foot = PRINTED_FOOT.replace("FOOT", &self.foot),
             body = self.body,
             libraries = self.libraries,
             scripts = self.scripts
@@ -165,22 +190,10 @@ impl Page {
     }
 }
 
-const STYLE: &str = "
-:root { --ink: #222831; --muted: #66707c; --line: #d9dee4; --good: #2e7d4f; --bad: #b3261e; }
-* { box-sizing: border-box; }
-body { font: 15px/1.5 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif; color: var(--ink); margin: 2rem auto; max-width: 78rem; padding: 0 1.5rem; }
-h1 { font-size: 1.6rem; margin: 0 0 .5rem; } h2 { font-size: 1.15rem; margin: 2rem 0 .5rem; border-bottom: 1px solid var(--line); padding-bottom: .25rem; }
-.tiles { display: flex; flex-wrap: wrap; gap: .75rem; margin: 1rem 0; }
-.tile { border: 1px solid var(--line); border-radius: 6px; padding: .6rem .9rem; min-width: 10rem; display: flex; flex-direction: column; }
-.tile .name { color: var(--muted); font-size: .8rem; } .tile .value { font-size: 1.25rem; font-variant-numeric: tabular-nums; } .tile .note { color: var(--muted); font-size: .8rem; }
-.verdict { border-left: 4px solid var(--muted); padding: .5rem .9rem; background: #f6f7f9; font-size: 1.05rem; } .verdict.good { border-color: var(--good); } .verdict.bad { border-color: var(--bad); }
-figure { display: inline-block; vertical-align: top; margin: .5rem 1rem .5rem 0; max-width: 100%; } figure svg { max-width: 100%; height: auto; } figcaption { color: var(--muted); font-size: .85rem; max-width: 40rem; }
-.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 30rem), 1fr)); gap: 0 1.5rem; align-items: end; } .pair figure { margin-right: 0; } .pair figure svg { width: 100%; }
-details { margin: .75rem 0; } summary { cursor: pointer; color: var(--muted); } .files { columns: 2 24rem; padding-left: 1.2rem; color: var(--muted); }
-table { border-collapse: collapse; margin: .75rem 0; font-variant-numeric: tabular-nums; display: block; overflow-x: auto; } th, td { text-align: left; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid var(--line); } th { color: var(--muted); font-weight: 600; font-size: .85rem; }
-pre { background: #f6f7f9; padding: .75rem; white-space: pre-wrap; overflow-wrap: anywhere; font-size: .85rem; }
-@media print { body { margin: 0; max-width: none; } figure { break-inside: avoid; } }
-";
+const STYLE: &str = include_str!("html/report.css");
+
+/// The foot of printed pages: what the report is, and the page of how many.
+const PRINTED_FOOT: &str = "@page { @bottom-left { content: \"FOOT\"; } }";
 
 #[cfg(test)]
 mod tests {

@@ -5,8 +5,11 @@
 
 pub mod axes;
 pub mod diagnosis;
+pub mod document;
 pub mod html;
 pub mod map;
+mod paper;
+pub mod pdf;
 pub mod plots;
 pub mod svg;
 pub mod viewer;

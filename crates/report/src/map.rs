@@ -81,6 +81,11 @@ impl Map<'_> {
         sum / count
     }
 
+    /// Mean of the pixels below the point (`ix`, `iy`) of `width` × `height` points, row 0 being the smallest y.
+    pub fn mean_over(&self, ix: usize, iy: usize, width: usize, height: usize) -> f64 {
+        self.shown(ix, height - 1 - iy, width, height)
+    }
+
     /// Width and height in picture points that keep the sensor's shape within `most`.
     fn extent(&self, most: usize) -> (usize, usize) {
         let [w, h] = self.size_mm;

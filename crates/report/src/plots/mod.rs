@@ -2,6 +2,7 @@
 
 mod cartesian;
 mod chromaticity;
+mod cone;
 mod contour;
 mod isocandela;
 mod isolux;
@@ -10,15 +11,18 @@ mod solid;
 mod spectral_colour;
 mod spectrum;
 mod tm30;
+mod zones;
 
 pub use cartesian::cartesian;
 pub use chromaticity::{Diagram, chromaticity};
+pub use cone::{Cone, cone, cones};
 pub use isocandela::isocandela;
 pub use isolux::{IsoluxOptions, isolux};
 pub use polar::{PolarOptions, polar};
 pub use solid::solid;
 pub use spectrum::{SpectrumOptions, spectrum};
 pub use tm30::tm30;
+pub use zones::zones;
 
 use isolux_photometry::IntensityDistribution;
 

@@ -2,6 +2,8 @@
 //! turned, followed and filtered by wavelength. Drawn by WebGL through the vendored regl 2.1.1 (MIT, `regl-2.1.1.min.js`, byte
 //! for byte as its package has it), and on a 2-D canvas where there is no WebGL, so that a report opens anywhere.
 
+pub mod explorer;
+
 use isolux_photometry::IntensityDistribution;
 use serde::Serialize;
 
