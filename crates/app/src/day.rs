@@ -15,6 +15,7 @@ use isolux_record::run::StopHow;
 use isolux_record::{Job, Run, RunError};
 use isolux_sim::simulation::{Method, Simulation};
 use isolux_spectrum::Quantities;
+use isolux_units::digits::{significant, stated};
 use isolux_virtual::twins::Choice;
 use serde::Serialize;
 
@@ -25,7 +26,7 @@ use crate::control::Control;
 use crate::files::{self, Overwrite};
 use crate::init::DayPlan;
 use crate::progress::{Event, Progress};
-use crate::reduce::{Reduced, no_uncertainty, with_u};
+use crate::reduce::{Reduced, with_u};
 use crate::scan::{Operator, Place, Target};
 use crate::scene::{self, Changes};
 use crate::signals::OnSignals;
@@ -75,8 +76,10 @@ pub(crate) struct Evening {
 
 /// What the diagnosis of the day says.
 pub(crate) struct Diagnosed {
-    /// Its lines.
-    pub words: Vec<String>,
+    /// What was found, in plain sentences.
+    pub plain: String,
+    /// The statistics behind it, one line each.
+    pub details: Vec<String>,
     /// Whether the model was made from the readings that it was compared with: then it is a check of the record, not a test.
     pub same_record: bool,
 }
@@ -125,6 +128,11 @@ pub fn run(
     let force = wishes.force.as_deref();
     let place =
         Place::take(target, force.is_some()).map_err(|failure| go_on(failure, wishes.job.as_deref(), &folder))?;
+    let subject = match &job {
+        Some(job) => job.subject().clone(),
+        None => init::subject::built_in(),
+    };
+    let place = place.of(&subject);
     let scanned = wishes.resume && completed(&folder, wishes.reread)?;
     // What cannot be is refused before anything moves, not after the scan.
     if let Some(job) = &job {
@@ -225,6 +233,7 @@ fn finish(
     });
     let request = reduce::Request {
         accept_drift,
+        subject: job.map(Job::subject),
         ..reduce::Request::default()
     };
     let reduced = reduce::run(folder, &request, overwrite)?;
@@ -244,12 +253,13 @@ fn finish(
     let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
     files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
     evening.diagnosis = Some(Diagnosed {
-        words: diagnose::words(&answer),
+        plain: answer.document.plain.clone(),
+        details: diagnose::statistics(&answer),
         same_record: answer.document.independence == diagnose::Independence::SameRun,
     });
 
     let report = results.join("report.html");
-    files::write(&report, page::page(&evening)?.as_bytes(), overwrite)?;
+    files::write(&report, page::document(&evening)?.html().as_bytes(), overwrite)?;
     Ok(Day {
         sentences: sentences(&evening),
         folder: folder.to_owned(),
@@ -334,8 +344,8 @@ fn scene_of_the_day(file: &Utf8Path, folder: &Utf8Path) -> Result<Scene, Failure
     scene::lit_by(file, &model)
 }
 
-/// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`. `job` is that of a
-/// day that does not hold its own.
+/// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML page or
+/// as PDF. `job` is that of a day that does not hold its own.
 ///
 /// # Errors
 /// Bad input (exit 2) when there is no run, no result, or the file exists; when the results are not of this record; when the
@@ -344,12 +354,18 @@ pub fn report(
     folder: &Utf8Path,
     job: Option<&Utf8Path>,
     out: &Utf8Path,
+    pdf: bool,
     overwrite: Overwrite,
     progress: &dyn Progress,
 ) -> Result<(), Failure> {
     files::refuse_existing(out, overwrite)?;
-    let run = record::read_at_rest(folder)?;
-    let (scene, own_model) = asked::of_report(folder, job)?;
+    let mut run = record::read_at_rest(folder)?;
+    let asked::OfReport {
+        scene,
+        own_model,
+        subject,
+    } = asked::of_report(folder, job)?;
+    run.header.state(&subject);
     record::check_results(&folder.join("results"))?;
     let reduction = stored::reduction(folder, &run)?;
     let reduced = Reduced {
@@ -360,7 +376,18 @@ pub fn report(
     };
     let mut evening = light(folder, reduced, scene.as_deref(), progress)?;
     stored::beside(folder, own_model, &mut evening)?;
-    files::write(out, page::page(&evening)?.as_bytes(), overwrite)
+    let document = page::document(&evening)?;
+    if !pdf {
+        files::write(out, document.html().as_bytes(), overwrite)?;
+        return Ok(());
+    }
+    let paper = document.pdf().map_err(Failure::instrument)?;
+    if !paper.unknown.is_empty() {
+        let letters: String = paper.unknown.iter().collect();
+        let note = format!("the PDF shows ? for characters that its font lacks: {letters}; the HTML report has them");
+        progress.event(Event::Note(&note));
+    }
+    files::write(out, &paper.bytes, overwrite)
 }
 
 /// The last lines of the day.
@@ -383,11 +410,7 @@ fn sentences(evening: &Evening) -> Vec<String> {
     if let Some(cct) = reduction.spectral.as_ref().and_then(|spectral| spectral.cct.as_ref()) {
         lines.push(format!("CCT                   {}", with_u(cct)));
     }
-    let u = facts.u_mean.map_or_else(
-        || format!("{}, {}", facts.unit, no_uncertainty(&facts.u_mean_missing)),
-        |u| format!("± {u:.4} {} (k = 1)", facts.unit),
-    );
-    lines.push(format!("mean on the sensor    {:.4} {u}", facts.mean));
+    lines.push(format!("mean on the sensor    {}", simulate::mean(facts)));
     match &evening.comparison {
         Some(comparison) => lines.extend(comparison.sentences()),
         None if evening.diagnosis.as_ref().is_some_and(|found| found.same_record) => lines.push(
@@ -420,11 +443,11 @@ pub struct Stated {
 }
 
 impl Stated {
-    /// Value ± uncertainty to so many decimals; the value alone where there is none.
-    fn text(&self, decimals: usize) -> String {
+    /// The value with its expanded uncertainty; the value alone to five digits where there is none.
+    fn text(&self, unit: &str) -> String {
         match self.u {
-            Some(u) => format!("{:.decimals$} ± {u:.decimals$}", self.value),
-            None => format!("{:.decimals$}", self.value),
+            Some(u) => stated(self.value, u, unit),
+            None => format!("{} {unit}", significant(self.value, 5)),
         }
     }
 }

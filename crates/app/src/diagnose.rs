@@ -8,6 +8,7 @@ use isolux_diagnose::document::{Document, NoiseEntry, ParameterEntry};
 use isolux_diagnose::search::Settings;
 use isolux_model::Model;
 use isolux_record::observation::{Need, Observations, open};
+use isolux_units::digits::stated;
 use sha2::{Digest as _, Sha256};
 
 use crate::Failure;
@@ -147,23 +148,20 @@ pub(crate) fn reached_by_chance(noise: &NoiseEntry) -> Option<usize> {
     Some(scans.saturating_sub(1))
 }
 
-/// `value ± u unit`, the uncertainty with two digits and the value to its last one.
+/// `value ± U unit (k = 2)` of a parameter.
 pub(crate) fn with_uncertainty(parameter: &ParameterEntry) -> String {
     let unit = if parameter.unit == "1" { "" } else { parameter.unit };
     if !(parameter.u.is_finite() && parameter.u > 0.0) {
         return format!("{} {unit}", digits(parameter.value, 6)).trim_end().to_owned();
     }
-    let places = (1 - parameter.u.log10().floor() as i32).clamp(0, 12) as usize;
-    format!("{:.places$} ± {:.places$} {unit}", parameter.value, parameter.u)
-        .trim_end()
-        .to_owned()
+    stated(parameter.value, parameter.u, unit).replace("  (", " (")
 }
 
 /// The answer in lines for a person, in the order: disagreement, place, ranking, verdict, gap, next, blind spots, diff.
 pub fn words(answer: &Answer) -> Vec<String> {
     let document = &answer.document;
     let (noise, gap) = (&document.noise, &document.gap);
-    let mut lines = Vec::new();
+    let mut lines = vec![format!("found         {}", document.plain)];
     if document.independence == Independence::SameRun {
         lines.push(format!("consistency   {SAME_RECORD}"));
     }
@@ -276,6 +274,48 @@ pub fn words(answer: &Answer) -> Vec<String> {
             .map(|command| format!("reduce        {command}")),
     );
     lines.extend(answer.accepted.iter().map(|path| format!("accepted      {path}")));
+    lines
+}
+
+/// Lines of a terminal.
+const BRIEF: usize = 10;
+
+/// The answer in at most ten lines: what was found, its numbers, what to do next; the rest is in the report.
+pub fn brief(answer: &Answer, out: &Utf8Path) -> Vec<String> {
+    let all = words(answer);
+    let starts = |line: &&String, words: &[&str]| words.iter().any(|word| line.starts_with(word));
+    let commands = ["reduce ", "accepted "];
+    let mut tail: Vec<String> = all.iter().filter(|line| starts(line, &commands)).cloned().collect();
+    tail.push(format!("more          {out}/report.html"));
+    // Parameters stand below their effect; ranked rivals, places, notes and the change of the model file are in the report.
+    let wanted = [
+        "found ",
+        "consistency ",
+        "verdict ",
+        "effect ",
+        "held out ",
+        "next ",
+        "blind ",
+    ];
+    let parameter = |line: &&String| line.starts_with(' ') && line.contains(" = ");
+    let mut lines: Vec<String> = all
+        .iter()
+        .filter(|line| starts(line, &wanted) || parameter(line))
+        .cloned()
+        .collect();
+    lines.truncate(BRIEF - tail.len());
+    lines.extend(tail);
+    lines
+}
+
+/// The lines of [`words`] that are of the record and the search: neither the verdict nor the change of the model file.
+pub fn statistics(answer: &Answer) -> Vec<String> {
+    let mut lines = words(answer);
+    lines.retain(|line| {
+        !["found ", "consistency ", "model "]
+            .iter()
+            .any(|word| line.starts_with(word))
+    });
     lines
 }
 

@@ -26,7 +26,8 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
         "Diagnosis"
     });
     let good = matches!(document.verdict, Verdict::Consistent | Verdict::Named);
-    page.verdict(&document.sentence, good);
+    page.verdict(&document.plain, good);
+    page.paragraph(&capitalised(&document.sentence));
     if same_record {
         page.paragraph(&capitalised(SAME_RECORD));
     }
@@ -147,7 +148,7 @@ pub(crate) fn report(found: &Diagnosis, diff: &[String]) -> Report {
             })
             .collect();
         page.table(
-            &["parameter", "value ± u (k = 1)", "in the model", "plausible", ""],
+            &["parameter", "value ± U (k = 2)", "in the model", "plausible", ""],
             &rows,
         );
     }

@@ -1,9 +1,11 @@
 //! `init`: a station, plan, scene and job file to start from.
 
+pub mod subject;
+
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::{BUILT_IN, Darkroom, Room};
 use isolux_device::Kind;
-use isolux_record::{Plan, Station};
+use isolux_record::{Plan, Station, Subject};
 use isolux_virtual::Instrument;
 use isolux_virtual::station::{CALIBRATION_FILE, calibration, in_memory, station};
 use isolux_virtual::twins::Choice;
@@ -81,17 +83,20 @@ pub fn run(
     folder: &Utf8Path,
     plan: DayPlan,
     instruments: &Instruments,
+    stated: &Subject,
     overwrite: Overwrite,
 ) -> Result<Vec<Utf8PathBuf>, Failure> {
     let (station, calibration) = virtual_station(&instruments.choice()?)?;
     let plan = plan.text();
+    let built_in = subject::built_in();
     let station = format!("{STATION_HEAD}{station}{STATION_TAIL}");
+    let job = JOB.to_owned() + &subject::text(if stated.is_empty() { &built_in } else { stated });
     let files = [
         ("station.toml", Some(station.as_str())),
         (CALIBRATION_FILE, calibration.as_deref()),
         ("plan.toml", Some(plan.as_str())),
         ("scene.toml", Some(SCENE)),
-        ("job.toml", Some(JOB)),
+        ("job.toml", Some(job.as_str())),
     ];
     let files = files.into_iter().filter_map(|(name, text)| Some((name, text?)));
     if folder.is_file() {
@@ -390,7 +395,14 @@ mod tests {
     fn what_is_written_parses_and_fits_together() {
         let keep = tempfile::tempdir().unwrap();
         let folder = Utf8Path::from_path(keep.path()).unwrap().join("bench");
-        run(&folder, DayPlan::Near, &Instruments::default(), Overwrite::Never).unwrap();
+        run(
+            &folder,
+            DayPlan::Near,
+            &Instruments::default(),
+            &Subject::default(),
+            Overwrite::Never,
+        )
+        .unwrap();
         let station = Station::load(&folder.join("station.toml")).unwrap();
         let plan = Plan::load(&folder.join("plan.toml")).unwrap();
         let day = isolux_scan::dry_run(&station, &plan).unwrap();
@@ -401,7 +413,14 @@ mod tests {
             folder.join("plan.toml")
         );
         assert!(
-            run(&folder, DayPlan::Near, &Instruments::default(), Overwrite::Never).is_err(),
+            run(
+                &folder,
+                DayPlan::Near,
+                &Instruments::default(),
+                &Subject::default(),
+                Overwrite::Never
+            )
+            .is_err(),
             "nothing is replaced"
         );
         crate::bench::Source::load(&folder.join("station.toml")).unwrap();
@@ -411,7 +430,14 @@ mod tests {
     fn the_day_is_at_the_distance_that_a_plan_at_ten_metres_is_told_to_take() {
         let keep = tempfile::tempdir().unwrap();
         let folder = Utf8Path::from_path(keep.path()).unwrap().join("bench");
-        run(&folder, DayPlan::Published, &Instruments::default(), Overwrite::Never).unwrap();
+        run(
+            &folder,
+            DayPlan::Published,
+            &Instruments::default(),
+            &Subject::default(),
+            Overwrite::Never,
+        )
+        .unwrap();
         let planned = |name: &str| crate::plan::run(&folder.join("station.toml"), &folder.join(name)).unwrap();
         let published = planned("plan.toml");
         let distances = published.distances.as_ref().unwrap();

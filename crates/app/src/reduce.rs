@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::{BelongsTo, Effect, Emitter, Luminaire, Model, Spectral};
 use isolux_record::observation::ReadingCoordinates;
-use isolux_record::{Reading, ReadingKind, Run};
+use isolux_record::{Reading, ReadingKind, Run, Subject};
 use isolux_reduce::{BenchInverse, Corrected, Correction, Options, Quantity, ReduceError, Reduction, Subtract};
 
 use crate::files::{self, Overwrite};
@@ -28,7 +28,7 @@ pub struct Reduced {
 }
 
 impl Reduced {
-    /// The headline numbers, each with unit and standard uncertainty, the notes, and where the files are.
+    /// The headline numbers, each with unit and expanded uncertainty (k = 2), the notes, and where the files are.
     pub fn sentences(&self) -> Vec<String> {
         let reduction = &self.reduction;
         let mut lines = vec![
@@ -59,32 +59,29 @@ impl Reduced {
     }
 }
 
-/// A quantity as people write it: value and standard uncertainty to two digits of the latter; where something is missing in
-/// the uncertainty, the value and what is missing.
+/// A quantity as reports state it: the value and its expanded uncertainty (k = 2), to the digits of the latter; where something
+/// is missing in the uncertainty, the value and what is missing.
 pub fn with_u(quantity: &Quantity) -> String {
-    let value = value_only(quantity);
+    let said = quantity.rounded();
     match quantity.u {
-        Some(u) => format!("{value} ± {u:.0$} {1} (k = 1)", decimals(quantity), quantity.unit),
-        None => format!("{value} {}, {}", quantity.unit, no_uncertainty(&quantity.missing)),
+        Some(_) => format!("{} ± {} {} (k = 2)", said.value, said.expanded, quantity.unit),
+        None => format!(
+            "{} {}, {}",
+            said.value,
+            quantity.unit,
+            no_uncertainty(&quantity.missing)
+        ),
     }
 }
 
 /// The value alone, to the digits that its known parts leave.
 pub fn value_only(quantity: &Quantity) -> String {
-    format!("{:.1$}", quantity.value, decimals(quantity))
+    quantity.rounded().value
 }
 
 /// Why a number has no ±.
 pub fn no_uncertainty(missing: &[String]) -> String {
     format!("no uncertainty: {}", missing.join("; "))
-}
-
-fn decimals(quantity: &Quantity) -> usize {
-    if quantity.u_of_parts > 0.0 {
-        (1 - quantity.u_of_parts.log10().floor() as i32).clamp(0, 9) as usize
-    } else {
-        3
-    }
 }
 
 /// What is asked of a reduction.
@@ -98,6 +95,8 @@ pub struct Request<'a> {
     pub with: Option<&'a Utf8Path>,
     /// Why a drift beyond the limits of the plan is accepted; none: it is refused.
     pub accept_drift: Option<&'a str>,
+    /// What was measured and for whom, where that is known better than the record knows it.
+    pub subject: Option<&'a Subject>,
 }
 
 /// Reduces the run in `run` and writes its results.
@@ -117,7 +116,10 @@ pub fn run(run: &Utf8Path, request: &Request<'_>, overwrite: Overwrite) -> Resul
     let model = request.with.map(Model::load).transpose().map_err(Failure::bad_input)?;
     // Read before anything is written: the model may lie among the results that are replaced.
     let kept = model.as_ref().map(model_files).transpose()?;
-    let record = record::read_at_rest(run)?;
+    let mut record = record::read_at_rest(run)?;
+    if let Some(subject) = request.subject {
+        record.header.state(subject);
+    }
     let accept_drift = request.accept_drift.map(str::to_owned);
     let reduction =
         reduction(&record, &Options { without, accept_drift }, model).map_err(|error| refused(run, &error))?;

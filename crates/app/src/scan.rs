@@ -4,7 +4,7 @@ mod estimate;
 mod narrator;
 
 use camino::Utf8Path;
-use isolux_record::{Plan, Reading, RunDir, RunLock, RunLockError};
+use isolux_record::{Plan, Reading, RunDir, RunLock, RunLockError, Subject};
 use isolux_scan::{Cancel, Devices, DryRun, Engine, Nobody, ScanErrorKind, dry_run};
 pub use isolux_scan::{Operator, ScanSummary};
 use jiff::Timestamp;
@@ -47,6 +47,8 @@ pub struct Place<'a> {
     lock: RunLock,
     /// From whom it was taken over.
     from: Option<String>,
+    /// What is measured there, and for whom.
+    subject: Subject,
 }
 
 impl<'a> Place<'a> {
@@ -76,7 +78,15 @@ impl<'a> Place<'a> {
             target,
             lock,
             from: from.map(|held| format!("{path} from {held}")),
+            subject: Subject::default(),
         })
+    }
+
+    /// The same place, for a record of `subject`.
+    #[must_use]
+    pub fn of(mut self, subject: &Subject) -> Self {
+        self.subject = subject.clone();
+        self
     }
 }
 
@@ -209,7 +219,8 @@ pub async fn under(
     now_utc: Timestamp,
     progress: &dyn Progress,
 ) -> Result<ScanSummary, Failure> {
-    let header = source.header(devices, plan, now_utc.to_string());
+    let mut header = source.header(devices, plan, now_utc.to_string());
+    header.state(&place.subject);
     let (mut run, resumed) = match place.target {
         Target::New(path) => (RunDir::create(path, header).map_err(record_failure)?, None),
         Target::Resume(path) | Target::Reread(path) => {

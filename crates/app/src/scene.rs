@@ -34,6 +34,34 @@ impl Changes {
     }
 }
 
+/// What a simulation takes for granted where `input` names no sensor and no option says otherwise: each with its value and unit.
+pub(crate) fn assumed(input: &Utf8Path, scene: &Scene, changes: &Changes) -> Vec<String> {
+    if is_scene(input) {
+        return Vec::new();
+    }
+    let by_key = |key: &str| changes.set.iter().any(|pair| pair.trim_start().starts_with(key));
+    let sensor = &scene.sensor;
+    let ([width, height], [nx, ny]) = (sensor.size_mm, sensor.pixels);
+    let parts = [
+        (
+            changes.distance_mm.is_some() || by_key("sensor.distance_mm"),
+            format!("distance {} mm", sensor.pose.distance_mm),
+        ),
+        (
+            changes.sensor_mm.is_some() || by_key("sensor.size_mm"),
+            format!("size {width} × {height} mm"),
+        ),
+        (
+            changes.pixels.is_some() || by_key("sensor.pixels"),
+            format!("{nx} × {ny} pixels"),
+        ),
+    ];
+    parts
+        .into_iter()
+        .filter_map(|(given, text)| (!given).then_some(text))
+        .collect()
+}
+
 /// The scene at `input` with `changes`.
 ///
 /// # Errors

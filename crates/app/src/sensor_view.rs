@@ -49,19 +49,15 @@ pub fn add(page: &mut Page, scene: &Scene, simulation: &Simulation, id: &str) ->
 /// As [`add`].
 pub fn page(scene: &Scene, simulation: &Simulation) -> Result<String, Failure> {
     let facts = &simulation.facts;
-    let unit = if facts.unit == "lx" { "lx" } else { "W/m²" };
+    let unit = simulate::unit(facts);
     let mut page = Page::new("Light on the sensor");
     let tile = |name: &str, value: String, note: String| Tile {
         name: name.to_owned(),
         value,
         note,
     };
-    let u = match facts.u_mean {
-        Some(u) => format!("± {u:.2e} {unit} (k = 1)"),
-        None => format!("no uncertainty: {}", facts.u_mean_missing.join("; ")),
-    };
     page.tiles(&[
-        tile("mean", format!("{:.5} {unit}", facts.mean), u),
+        tile("mean", simulate::mean(facts), String::new()),
         tile("method", facts.method.to_owned(), simulate::numeric(facts, unit)),
         tile(
             "minimum over mean",

@@ -6,6 +6,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_report::map::Map;
 use isolux_sim::direct::DirectError;
 use isolux_sim::simulation::{self, Simulation, SimulationError};
+use isolux_units::digits::{significant, stated};
 
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
@@ -41,6 +42,23 @@ pub struct Request {
     pub html: bool,
 }
 
+/// The mean over the sensor with its expanded uncertainty, or with what is missing in it.
+pub fn mean(facts: &Facts) -> String {
+    let unit = unit(facts);
+    match facts.u_mean {
+        Some(u) => stated(facts.mean, u, unit),
+        None => {
+            let missing = facts.u_mean_missing.join("; ");
+            format!("{} {unit}, no uncertainty: {missing}", significant(facts.mean, 5))
+        }
+    }
+}
+
+/// The unit of the map as people write it.
+pub fn unit(facts: &Facts) -> &'static str {
+    if facts.unit == "lx" { "lx" } else { "W/m²" }
+}
+
 /// What the computation itself adds to the mean, under its own name: never the uncertainty of the value.
 pub fn numeric(facts: &Facts, unit: &str) -> String {
     match facts.rays {
@@ -71,6 +89,17 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
         total: None,
     });
     let mut simulation = solve(&scene, request.method)?;
+    let assumed = scene::assumed(&request.input, &scene, &request.changes);
+    if !assumed.is_empty() {
+        simulation.facts.findings.insert(
+            0,
+            format!(
+                "assumed, because {} names no sensor: {}; --distance-mm, --sensor-mm and --pixels change it",
+                request.input,
+                assumed.join(", ")
+            ),
+        );
+    }
     if let Some((earlier, folder)) = earlier.as_ref().zip(request.against.as_deref()) {
         simulation.facts.against = Some(against::compare(&simulation.facts, earlier, folder)?);
     }

@@ -34,7 +34,7 @@ gamma_deg = 0
 repeats = 10
 "#;
 
-const RESULTS: [&str; 12] = [
+const RESULTS: [&str; 13] = [
     "budget.json",
     "comparison.json",
     "irradiance.npy",
@@ -44,6 +44,7 @@ const RESULTS: [&str; 12] = [
     "luminaire.model.toml",
     "luminaire.spd",
     "luminaire.spdx",
+    "luminaire.xml",
     "provenance.json",
     "report.html",
     "result.json",
@@ -52,7 +53,19 @@ const RESULTS: [&str; 12] = [
 /// A job with the coarse plan and a small sensor, `bench/job.toml`.
 fn job() -> Folder {
     let folder = Folder::new();
-    folder.isolux(&["init", "bench"], 0);
+    folder.isolux(
+        &[
+            "init",
+            "bench",
+            "--luminaire",
+            "maker=ACME",
+            "--luminaire",
+            "name=Spot 12",
+            "--report",
+            "number=R-7",
+        ],
+        0,
+    );
     folder.write("bench/plan.toml", PLAN);
     let scene = folder.read("bench/scene.toml");
     folder.write("bench/scene.toml", &scene.replace("[2048, 2048]", "[64, 64]"));
@@ -90,10 +103,30 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
         "The test: simulated against measured, on the axis at 500 mm",
         "Consistency check of the record",
         "The test of this day is the comparison on the axis, above.",
+        "Photometric report: ACME Spot 12",
+        "Report R-7",
+        "CIE flux code",
+        "beam angle (50 %)",
+        "expanded uncertainty U, k = 2",
+        "not measured",
+        "End of the report.",
     ] {
         assert!(page.contains(words), "{words}");
     }
     assert!(!page.contains("p = 1.000") && !page.contains("simulated scans disagree"));
+    // One ± means one thing, and the station's name is no luminaire.
+    assert!(!last.contains("k = 1") && last.contains("(k = 2)"), "{last}");
+    assert!(!page.contains("virtual darkroom"));
+    let ldt = folder.read("day/results/luminaire.ldt");
+    assert!(
+        ldt.starts_with("ACME\r\n") && ldt.lines().nth(8) == Some("Spot 12"),
+        "{ldt}"
+    );
+    let header = folder.read("day/run.toml");
+    assert!(
+        header.contains("[luminaire]\nmaker = \"ACME\"") && header.contains("number = \"R-7\""),
+        "{header}"
+    );
     // By hand it is the same; against readings of another day it is a test.
     let by_hand = [
         "diagnose",
@@ -229,8 +262,19 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
     folder.isolux(&["report", "day", "--out", "a.html"], 0);
     let page = folder.read("a.html");
     assert!(page.contains("Consistency check of the record") && !page.contains("not shown:"));
-    let mean = folder.json("day/results/result.json")["mean"].as_f64().unwrap();
-    assert!(page.contains(&format!("{mean:.5} W/m²")));
+    let result = folder.json("day/results/result.json");
+    let uniformity = result["uniformity_min_over_mean"].as_f64().unwrap();
+    assert!(page.contains(&format!("{uniformity:.5}")), "{uniformity}");
+    // The same on paper: the same bytes from the same record, the number of the report on it.
+    for out in ["a.pdf", "b.pdf"] {
+        folder.isolux(&["report", "day", "--pdf", "--out", out], 0);
+    }
+    let [paper, again] = ["a.pdf", "b.pdf"].map(|name| std::fs::read(folder.path(name)).unwrap());
+    assert!(
+        paper.starts_with(b"%PDF-") && paper == again && paper.len() > 50_000,
+        "{} bytes",
+        paper.len()
+    );
 
     // The page is of the reduction that lies in the folder; the diagnosis beside it is of the one before.
     let model = folder.read("day/results/luminaire.model.toml");

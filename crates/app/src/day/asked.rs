@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::{Job, RunHeader, Station};
+use isolux_record::{Job, RunHeader, Station, Subject};
 use isolux_virtual::twins::Choice;
 use toml::{Table, Value};
 
@@ -122,6 +122,9 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
         diagnose.insert("observations".into(), Value::Array(observations));
         document.insert("diagnose".into(), diagnose.into());
     }
+    if let Value::Table(subject) = Value::try_from(job.subject()).map_err(Failure::bad_input)? {
+        document.extend(subject);
+    }
     // job.toml last: a folder with it holds what it names.
     kept.push(("job.toml".to_owned(), text(&document.into())?.into_bytes()));
     let sums = record::sums(kept.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())));
@@ -151,15 +154,29 @@ pub(super) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
     Err(unknown(day).help(format!("give the job: isolux run JOB --resume {day}")))
 }
 
-/// The scene that a report shows, and whether the job names a diagnosis of its own. No scene: the run was scanned and
-/// reduced by itself, or played by the built-in virtual darkroom.
+/// What a report takes from the job of its day.
+#[derive(Debug, Default)]
+pub(super) struct OfReport {
+    /// The scene; none: the run was scanned and reduced by itself, or played by the built-in virtual darkroom.
+    pub scene: Option<Utf8PathBuf>,
+    /// Whether the job names a diagnosis of its own.
+    pub own_model: bool,
+    /// What was measured and for whom, where that is known better than the record knows it.
+    pub subject: Subject,
+}
+
+/// What a report of `day` takes from its job.
 ///
 /// # Errors
 /// Bad input (exit 2) for a day that had a job and does not hold it.
-pub(super) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<(Option<Utf8PathBuf>, bool), Failure> {
+pub(super) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfReport, Failure> {
     if let Some(job) = job {
         let job = Job::load(job).map_err(Failure::bad_input)?;
-        return Ok((Some(job.scene().to_owned()), job.diagnose().is_some()));
+        return Ok(OfReport {
+            scene: Some(job.scene().to_owned()),
+            own_model: job.diagnose().is_some(),
+            subject: job.subject().clone(),
+        });
     }
     let folder = day.join(FOLDER);
     let file = folder.join("job.toml");
@@ -171,12 +188,21 @@ pub(super) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<(Optio
         let table: Table = text
             .parse()
             .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
-        return Ok((Some(folder.join("scene.toml")), table.contains_key("diagnose")));
+        let subject = (["luminaire", "report"].into_iter())
+            .filter_map(|name| Some((name.to_owned(), table.get(name)?.clone())))
+            .collect::<Table>();
+        return Ok(OfReport {
+            scene: Some(folder.join("scene.toml")),
+            own_model: table.contains_key("diagnose"),
+            subject: subject
+                .try_into()
+                .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?,
+        });
     }
     if day.join("results/result.json").is_file() && !built_in(day)? {
         return Err(unknown(day).help(format!("give the job: isolux report {day} --job JOB --out FILE")));
     }
-    Ok((None, false))
+    Ok(OfReport::default())
 }
 
 fn unknown(day: &Utf8Path) -> Failure {

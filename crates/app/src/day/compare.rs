@@ -61,12 +61,12 @@ impl Comparison {
     /// The comparison in words.
     pub fn sentences(&self) -> Vec<String> {
         let mut lines = vec![format!(
-            "test, axis at {:.0} mm  measured {} W/m² ({} lx), simulated {} W/m² ({} lx)",
+            "test, axis at {:.0} mm  measured {} or {}, simulated {} or {}",
             self.distance_mm,
-            self.measured_w_m2.text(4),
-            self.measured_lx.text(1),
-            self.simulated_w_m2.text(4),
-            self.simulated_lx.text(1),
+            self.measured_w_m2.text("W/m²"),
+            self.measured_lx.text("lx"),
+            self.simulated_w_m2.text("W/m²"),
+            self.simulated_lx.text("lx"),
         )];
         lines.push(format!("gap                   {}", self.gap_text()));
         if let Some(near) = &self.near_field {

@@ -93,10 +93,14 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, evening: &mut Evening) 
         }
         if own_model || diagnosed_here(&results)? {
             let answer = json(&file)?;
-            evening.diagnosis = answer["sentence"].as_str().map(|sentence| Diagnosed {
-                words: vec![sentence.to_owned()],
-                same_record: answer["independence"] == "same_run",
-            });
+            evening.diagnosis = answer["plain"]
+                .as_str()
+                .or(answer["sentence"].as_str())
+                .map(|plain| Diagnosed {
+                    plain: plain.to_owned(),
+                    details: Vec::new(),
+                    same_record: answer["independence"] == "same_run",
+                });
         } else {
             evening.stale.push("diagnosis.json");
         }

@@ -53,8 +53,9 @@ pub fn run(arguments: &Diagnose) -> Result<(), Failure> {
     if arguments.json {
         screen::say(serde_json::to_string_pretty(&answer.document).map_err(Failure::instrument)?)?;
     } else {
-        diagnose::words(&answer).into_iter().try_for_each(screen::say)?;
-        screen::say(format_args!("written: {}", arguments.out))?;
+        diagnose::brief(&answer, &arguments.out)
+            .into_iter()
+            .try_for_each(screen::say)?;
     }
     if answer.document.verdict == diagnose::Verdict::Unexplained {
         return Err(Failure::no(&answer.document.sentence)

@@ -6,6 +6,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
 use isolux_app::files::Overwrite;
 use isolux_app::init::Part;
+use isolux_app::init::subject::Subject;
 use isolux_app::{Failure, devices, init};
 
 use super::twins::Played;
@@ -15,6 +16,7 @@ use crate::screen;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  isolux init bench && isolux scan bench/station.toml bench/plan.toml --out bench/run\n  \
+isolux init bench --luminaire maker=ACME --luminaire name=\"Spot 12\" --report laboratory=\"Lab, Town\"\n  \
 isolux init --room room.toml      the whole built-in virtual darkroom, every key of it, to change\n  \
 isolux init --bench bench.toml    a bench of your own: asks which instruments and ports there are\n  \
 isolux init --bench bench.toml --open axis.c=zaber:/dev/ttyUSB0?axis=1 --open lamp=hand\n\
@@ -39,6 +41,15 @@ pub struct Init {
     /// Plan of the day: at the distance that `isolux plan` proposes, or the published one at 10 m.
     #[arg(long, default_value = "published-10m", value_parser = ["near", "published-10m"])]
     plan: String,
+    /// What the job says of the luminaire: maker, name, catalogue_number, sample, light_source, driver, burning_position, hours_run.
+    #[arg(long, value_name = "KEY=TEXT", requires = "folder")]
+    luminaire: Vec<String>,
+    /// What the job says of the report: number, laboratory, operator, approved_by, customer, received, method, notes.
+    #[arg(long, value_name = "KEY=TEXT", requires = "folder")]
+    report: Vec<String>,
+    /// Ask for them, one after the other.
+    #[arg(long, requires = "folder", conflicts_with_all = ["luminaire", "report"])]
+    ask: bool,
     /// Print the names as JSON.
     #[arg(long, conflicts_with = "room")]
     json: bool,
@@ -68,11 +79,17 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
         // Before the folder's files are written: all of them or none.
         isolux_app::files::refuse_existing(room, overwrite)?;
     }
+    let subject = if arguments.ask {
+        asked_subject()?
+    } else {
+        init::subject::stated(&arguments.luminaire, &arguments.report)?
+    };
     let mut written = match &arguments.folder {
         Some(folder) => init::run(
             folder,
             init::DayPlan::named(&arguments.plan).unwrap_or_default(),
             &arguments.played.instruments(),
+            &subject,
             overwrite,
         )?,
         None => Vec::new(),
@@ -143,6 +160,41 @@ fn asked(file: &Utf8Path) -> Result<Vec<Part>, Failure> {
         }
     }
     Ok(parts)
+}
+
+/// Asks for what is measured and for whom; an empty answer leaves a key out.
+fn asked_subject() -> Result<Subject, Failure> {
+    if !std::io::stdin().is_terminal() {
+        return Err(Failure::bad_input("--ask asks on a terminal, and this is none")
+            .help("give the texts, as --luminaire maker=ACME --report customer=B"));
+    }
+    screen::say("Empty: not known.")?;
+    let mut stated = [Vec::new(), Vec::new()];
+    for ((_, keys), stated) in init::subject::TABLES.into_iter().zip(&mut stated) {
+        for key in keys {
+            loop {
+                prompt(key.what)?;
+                let mut line = String::new();
+                let read = std::io::stdin().read_line(&mut line).map_err(Failure::bad_input)?;
+                let text = line.trim();
+                if read == 0 {
+                    return Err(Failure::bad_input("the questions were broken off; nothing was written"));
+                }
+                if text.is_empty() {
+                    break;
+                }
+                match key.check(text) {
+                    Ok(()) => {
+                        stated.push(format!("{}={text}", key.name));
+                        break;
+                    }
+                    Err(why) => screen::say(why)?,
+                }
+            }
+        }
+    }
+    let [luminaire, report] = stated;
+    init::subject::stated(&luminaire, &report)
 }
 
 fn prompt(name: &str) -> Result<(), Failure> {

@@ -65,9 +65,11 @@ pub fn run(arguments: &Investigate) -> Result<(), Failure> {
     if arguments.json {
         screen::say(serde_json::to_string_pretty(&answer.document).map_err(Failure::instrument)?)?;
     } else {
-        diagnose::words(&answer).into_iter().try_for_each(screen::say)?;
         let names: Vec<&str> = runs.iter().map(|run| run.as_str()).collect();
-        screen::say(format_args!("from {}; written: {}", names.join(", "), arguments.out))?;
+        diagnose::brief(&answer, &arguments.out)
+            .into_iter()
+            .try_for_each(screen::say)?;
+        screen::say(format_args!("from {}", names.join(", ")))?;
     }
     if answer.document.verdict == diagnose::Verdict::Unexplained {
         return Err(Failure::no(&answer.document.sentence));

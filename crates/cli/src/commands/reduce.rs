@@ -46,6 +46,7 @@ pub fn run(arguments: &Reduce) -> Result<(), Failure> {
             without: &arguments.without,
             with: arguments.with.as_deref(),
             accept_drift: arguments.accept_drift.as_deref(),
+            subject: None,
         },
         overwrite,
     )?;

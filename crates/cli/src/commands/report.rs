@@ -7,15 +7,18 @@ use isolux_app::{Failure, day};
 
 use crate::screen;
 
-/// Writes the report of a reduced run as one HTML file.
+/// Writes the report of a reduced run as one HTML file, or as PDF.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: isolux report run --out run.html")]
+#[command(after_help = "Examples:\n  isolux report run --out run.html\n  isolux report run --pdf --out run.pdf")]
 pub struct Report {
     /// The run directory.
     run: Utf8PathBuf,
-    /// The HTML file to write.
+    /// The file to write.
     #[arg(long)]
     out: Utf8PathBuf,
+    /// PDF on A4, with its fonts, in place of HTML.
+    #[arg(long)]
+    pdf: bool,
     /// The job of a day that does not hold its own.
     #[arg(long)]
     job: Option<Utf8PathBuf>,
@@ -28,7 +31,8 @@ pub struct Report {
 pub fn run(arguments: &Report) -> Result<(), Failure> {
     let overwrite = Overwrite::asked(arguments.force);
     let job = arguments.job.as_deref();
-    day::report(&arguments.run, job, &arguments.out, overwrite, &screen::Bars::default())?;
+    let progress = screen::Bars::default();
+    day::report(&arguments.run, job, &arguments.out, arguments.pdf, overwrite, &progress)?;
     screen::say(&arguments.out)?;
     Ok(())
 }

@@ -173,15 +173,8 @@ fn method(arguments: &Simulate) -> Result<Method, Failure> {
 }
 
 fn print(facts: &Facts, arguments: &Simulate) -> Result<(), Failure> {
-    let unit = if facts.unit == "lx" { "lx" } else { "W/m²" };
-    match facts.u_mean {
-        Some(u) => screen::say(format_args!("mean        {:.6} ± {u:.2e} {unit} (k = 1)", facts.mean))?,
-        None => screen::say(format_args!(
-            "mean        {:.6} {unit}, no uncertainty: {}",
-            facts.mean,
-            facts.u_mean_missing.join("; ")
-        ))?,
-    }
+    let unit = simulate::unit(facts);
+    screen::say(format_args!("mean        {}", simulate::mean(facts)))?;
     screen::say(format_args!("computation {}", simulate::numeric(facts, unit)))?;
     if let (Some(accuracy), Some(bound)) = (facts.accuracy, facts.pixel_error_bound) {
         screen::say(format_args!(

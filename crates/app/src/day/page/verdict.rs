@@ -1,0 +1,138 @@
+//! The first page: what was measured, and the numbers that a reader looks for.
+
+use isolux_reduce::Quantity;
+use isolux_report::document::{Block, Section};
+use isolux_report::html::Tile;
+use isolux_report::plots::{PolarOptions, polar};
+
+use super::{Evening, angle, identity, plane_at};
+use crate::reduce::no_uncertainty;
+use crate::simulate;
+
+/// How every number of the report is stated (JCGM 100; EN ISO/IEC 17025, 7.8.3.1).
+const STATEMENT: &str = "± is the expanded uncertainty U = k·u of the value with k = 2, about 95 % coverage for a normal distribution, \
+    evaluated by JCGM 100; the parts are under “Uncertainty”. A number without ± has no evaluated uncertainty, for the reason given \
+    beside it.";
+
+pub(super) fn section(evening: &Evening) -> Section {
+    let mut section = Section::default();
+    if let Some(comparison) = &evening.comparison {
+        let (sentence, good) = comparison.verdict();
+        section.add(Block::Verdict(sentence, good));
+    }
+    if let Some(accepted) = &evening.reduced.reduction.accepted {
+        section.add(Block::Verdict(isolux_reduce::note(accepted), false));
+    }
+    section.add(Block::Tiles(tiles(evening)));
+    section.paragraph(STATEMENT);
+    let reduction = &evening.reduced.reduction;
+    let options = PolarOptions {
+        title: String::new(),
+        per_lamp_flux_lm: Some(reduction.flux.value),
+    };
+    section.figures([(
+        polar(&reduction.grid.distribution, &options),
+        "Luminous intensity: C0–C180 solid red, C90–C270 dashed blue, in cd/klm.",
+    )]);
+    section.subheading("Item and report");
+    identity(evening, &mut section);
+    section
+}
+
+/// A headline number: the value with its uncertainty, or why there is none.
+fn tile(name: &str, quantity: &Quantity) -> Tile {
+    let said = quantity.rounded();
+    let (value, note) = match quantity.u {
+        Some(_) => (
+            format!("{} ± {} {}", said.value, said.expanded, quantity.unit),
+            "k = 2".to_owned(),
+        ),
+        None => (
+            format!("{} {}", said.value, quantity.unit),
+            no_uncertainty(&quantity.missing),
+        ),
+    };
+    Tile {
+        name: name.to_owned(),
+        value,
+        note,
+    }
+}
+
+fn tiles(evening: &Evening) -> Vec<Tile> {
+    let reduction = &evening.reduced.reduction;
+    let distribution = &reduction.grid.distribution;
+    let plain = |name: &str, value: String, note: &str| Tile {
+        name: name.to_owned(),
+        value,
+        note: note.to_owned(),
+    };
+    let mut tiles = vec![tile("luminous flux", &reduction.flux)];
+    let (c_deg, gamma_deg) = reduction.i_max_deg;
+    let mut largest = tile("largest luminous intensity", &reduction.i_max);
+    let direction = if gamma_deg == 0.0 {
+        "at γ 0°".to_owned()
+    } else {
+        format!("at C {}, γ {}", angle(c_deg), angle(gamma_deg))
+    };
+    largest.note = format!("{direction}; {}", largest.note);
+    tiles.push(largest);
+    match &reduction.electrical {
+        Some(line) => {
+            tiles.push(tile("active power", &line.power));
+            tiles.push(tile("luminous efficacy", &line.luminous_efficacy));
+        }
+        None => {
+            tiles.push(plain("active power", "not measured".to_owned(), "no power meter"));
+            tiles.push(plain("luminous efficacy", "not measured".to_owned(), "no power meter"));
+        }
+    }
+    for (name, field) in [("beam angle (50 %)", false), ("field angle (10 %)", true)] {
+        let of = |c_deg: f64| {
+            let plane = plane_at(distribution, c_deg)?;
+            let found = if field {
+                distribution.field_angle(plane)
+            } else {
+                distribution.beam_angle(plane)
+            };
+            Some(format!("{:.1}°", found?.full_angle_deg()))
+        };
+        let said = |c_deg: f64| of(c_deg).unwrap_or_else(|| "none".to_owned());
+        tiles.push(plain(
+            name,
+            format!("{} / {}", said(0.0), said(90.0)),
+            "C0–C180 / C90–C270; U not evaluated",
+        ));
+    }
+    if let Some(spectral) = &reduction.spectral {
+        match &spectral.cct {
+            Some(cct) => tiles.push(tile("correlated colour temperature", cct)),
+            None => tiles.push(plain(
+                "correlated colour temperature",
+                "none".to_owned(),
+                "too far from the Planckian locus",
+            )),
+        }
+    }
+    if let Some(colour) = &evening.colour {
+        let not_evaluated = "U not evaluated";
+        tiles.extend(colour.duv.map(|duv| plain("Duv", format!("{duv:+.4}"), not_evaluated)));
+        tiles.extend(colour.ra.map(|ra| plain("Ra", format!("{ra:.0}"), not_evaluated)));
+        tiles.extend(
+            colour
+                .rf
+                .zip(colour.rg)
+                .map(|(rf, rg)| plain("Rf / Rg", format!("{rf:.0} / {rg:.0}"), "TM-30; U not evaluated")),
+        );
+    } else {
+        tiles.push(plain("colour", "not measured".to_owned(), "no spectrum"));
+    }
+    let mean = simulate::mean(&evening.simulation.facts);
+    let (value, note) = mean.split_once(", ").unwrap_or((&mean, ""));
+    tiles.push(plain(
+        "mean on the sensor, simulated",
+        value.replace(" (k = 2)", ""),
+        if note.is_empty() { "k = 2" } else { note },
+    ));
+    tiles
+}
