@@ -78,6 +78,8 @@ pub(crate) struct Evening {
 pub(crate) struct Diagnosed {
     /// What was found, in plain sentences.
     pub plain: String,
+    /// Whether nothing disagrees.
+    pub good: bool,
     /// The statistics behind it, one line each.
     pub details: Vec<String>,
     /// Whether the model was made from the readings that it was compared with: then it is a check of the record, not a test.
@@ -254,6 +256,7 @@ fn finish(
     files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
     evening.diagnosis = Some(Diagnosed {
         plain: answer.document.plain.clone(),
+        good: answer.document.verdict == diagnose::Verdict::Consistent,
         details: diagnose::statistics(&answer),
         same_record: answer.document.independence == diagnose::Independence::SameRun,
     });

@@ -98,6 +98,7 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, evening: &mut Evening) 
                 .or(answer["sentence"].as_str())
                 .map(|plain| Diagnosed {
                     plain: plain.to_owned(),
+                    good: answer["verdict"] == "consistent",
                     details: Vec::new(),
                     same_record: answer["independence"] == "same_run",
                 });

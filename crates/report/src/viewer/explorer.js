@@ -65,7 +65,7 @@
   function draw() {
     const context = sections.getContext("2d");
     const { width, height } = sections;
-    const [left, top, right, bottom] = [62, 14, width - 8, height - 26];
+    const [left, top, right, bottom] = [62, 14, width - 18, height - 26];
     context.clearRect(0, 0, width, height);
     context.fillStyle = context.strokeStyle = getComputedStyle(element).color;
     context.font = "11px sans-serif";

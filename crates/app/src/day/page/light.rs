@@ -8,7 +8,7 @@ use isolux_report::plots::{
 use isolux_units::digits::significant;
 use serde_json::Value;
 
-use super::{Evening, angle, plane_at, quantities};
+use super::{Evening, angle, direction, plane_at, quantities};
 use crate::reduce::with_u;
 
 /// Step of the zones of flux.
@@ -90,10 +90,9 @@ pub(super) fn distribution(evening: &Evening) -> Section {
         rows,
     );
     section.paragraph(format!(
-        "Largest intensity {} at C {}, γ {}; on the axis {} cd.",
+        "Largest intensity {} {}; on the axis {} cd.",
         with_u(&reduction.i_max),
-        angle(c_deg),
-        angle(gamma_deg),
+        direction(c_deg, gamma_deg),
         significant(shown.intensity_cd_at(0.0, 0.0), 4)
     ));
     if let Some(cones) = cones(shown) {

@@ -97,3 +97,12 @@ fn plane_at(distribution: &IntensityDistribution, c_deg: f64) -> Option<usize> {
 fn angle(degrees: f64) -> String {
     format!("{}°", (degrees * 100.0).round() / 100.0)
 }
+
+/// A direction in words; on the axis every C is the same.
+fn direction(c_deg: f64, gamma_deg: f64) -> String {
+    if gamma_deg == 0.0 {
+        "at γ 0°".to_owned()
+    } else {
+        format!("at C {}, γ {}", angle(c_deg), angle(gamma_deg))
+    }
+}

@@ -126,6 +126,7 @@ pub(super) fn comparison(evening: &Evening) -> Option<Section> {
 pub(super) fn diagnosis(evening: &Evening) -> Option<Section> {
     let Diagnosed {
         plain,
+        good,
         details,
         same_record,
     } = evening.diagnosis.as_ref()?;
@@ -139,7 +140,7 @@ pub(super) fn diagnosis(evening: &Evening) -> Option<Section> {
     } else {
         section = Section::new("Diagnosis");
     }
-    section.add(Block::Verdict(plain.clone(), *same_record));
+    section.add(Block::Verdict(plain.clone(), *good));
     if !details.is_empty() {
         section.add(Block::Details("Statistics".to_owned(), details.clone()));
     }

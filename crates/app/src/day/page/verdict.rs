@@ -5,13 +5,13 @@ use isolux_report::document::{Block, Section};
 use isolux_report::html::Tile;
 use isolux_report::plots::{PolarOptions, polar};
 
-use super::{Evening, angle, identity, plane_at};
+use super::{Evening, direction, identity, plane_at};
 use crate::reduce::no_uncertainty;
 use crate::simulate;
 
 /// How every number of the report is stated (JCGM 100; EN ISO/IEC 17025, 7.8.3.1).
 const STATEMENT: &str = "± is the expanded uncertainty U = k·u of the value with k = 2, about 95 % coverage for a normal distribution, \
-    evaluated by JCGM 100; the parts are under “Uncertainty”. A number without ± has no evaluated uncertainty, for the reason given \
+    evaluated by JCGM 100; the parts are under “Corrections and uncertainty”. A number without ± has no evaluated uncertainty, for the reason given \
     beside it.";
 
 pub(super) fn section(evening: &Evening) -> Section {
@@ -70,12 +70,7 @@ fn tiles(evening: &Evening) -> Vec<Tile> {
     let mut tiles = vec![tile("luminous flux", &reduction.flux)];
     let (c_deg, gamma_deg) = reduction.i_max_deg;
     let mut largest = tile("largest luminous intensity", &reduction.i_max);
-    let direction = if gamma_deg == 0.0 {
-        "at γ 0°".to_owned()
-    } else {
-        format!("at C {}, γ {}", angle(c_deg), angle(gamma_deg))
-    };
-    largest.note = format!("{direction}; {}", largest.note);
+    largest.note = format!("{}; {}", direction(c_deg, gamma_deg), largest.note);
     tiles.push(largest);
     match &reduction.electrical {
         Some(line) => {
