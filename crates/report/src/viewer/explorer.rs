@@ -24,10 +24,9 @@ pub fn add(page: &mut Page, map: &Map<'_>, summary: &[(String, String)], digits:
     }
     let tall = 420.0 * map.size_mm[1] / map.size_mm[0].max(map.size_mm[1]);
     let wide = 420.0 * map.size_mm[0] / map.size_mm[0].max(map.size_mm[1]);
-    let rows: String = summary
-        .iter()
-        .map(|(name, value)| format!("<tr><td>{}</td><td>{}</td></tr>", escape(name), escape(value)))
-        .collect();
+    let rows = summary.iter().fold(String::new(), |rows, (name, value)| {
+        rows + &format!("<tr><td>{}</td><td>{}</td></tr>", escape(name), escape(value))
+    });
     page.raw(&format!(
         "<div class=\"explorer\" id=\"{id}\"><div><canvas tabindex=\"0\" role=\"img\" aria-label=\"map of the sensor; arrow keys move \
          the place that is read\" width=\"{wide:.0}\" height=\"{tall:.0}\"></canvas><p><label><input type=\"checkbox\" name=\"log\"> \
