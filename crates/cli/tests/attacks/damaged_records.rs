@@ -100,9 +100,15 @@ impl Days {
     /// The report without its list of files and without the paragraphs on the record.
     fn shown(&self) -> String {
         let page = self.folder.read("page.html");
-        // The list of files says what is of another time; it holds no number.
-        let (before, list) = page.split_once("<h2>Files</h2>").unwrap();
-        let page = format!("{before}{}", list.split_once("<h2>").map_or("", |(_, rest)| rest));
+        // Hashes and the list of files say what is of another time; they hold no number.
+        let (before, _) = page.split_once("<h2>Provenance</h2>").unwrap();
+        // Warm-up and stabilisation are told by the journal, without which every number is the same.
+        let (until, after) = before.split_once("<h3>Stability</h3>").unwrap();
+        let page: String = until
+            .lines()
+            .filter(|line| !line.contains("<td>stabilisation</td>"))
+            .chain(after.split_once("Drift:").map(|(_, rest)| rest))
+            .collect();
         let notices = ["events.jsonl", "is ignored", "are ignored", "was never stopped"];
         page.split("<p>")
             .map(|paragraph| match paragraph.split_once("</p>") {
