@@ -45,13 +45,11 @@ pub struct Request {
 /// The mean over the sensor with its expanded uncertainty, or with what is missing in it.
 pub fn mean(facts: &Facts) -> String {
     let unit = unit(facts);
-    match facts.u_mean {
-        Some(u) => stated(facts.mean, u, unit),
-        None => {
-            let missing = facts.u_mean_missing.join("; ");
-            format!("{} {unit}, no uncertainty: {missing}", significant(facts.mean, 5))
-        }
+    if let Some(u) = facts.u_mean {
+        return stated(facts.mean, u, unit);
     }
+    let missing = facts.u_mean_missing.join("; ");
+    format!("{} {unit}, no uncertainty: {missing}", significant(facts.mean, 5))
 }
 
 /// The unit of the map as people write it.

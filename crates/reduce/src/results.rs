@@ -138,7 +138,6 @@ fn header(state: &str, reduction: &Reduction, run: &Run) -> eulumdat::Header {
             watts: watts(reduction),
             colour: colour.map_or_else(String::new, |cct| format!("{:.0} K", cct.value)),
             rendering: ra(reduction).map_or_else(String::new, |ra| format!("{ra:.0}")),
-            ..eulumdat::LampSet::default()
         }],
         ..eulumdat::Header::default()
     }

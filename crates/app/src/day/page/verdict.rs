@@ -72,14 +72,12 @@ fn tiles(evening: &Evening) -> Vec<Tile> {
     let mut largest = tile("largest luminous intensity", &reduction.i_max);
     largest.note = format!("{}; {}", direction(c_deg, gamma_deg), largest.note);
     tiles.push(largest);
-    match &reduction.electrical {
-        Some(line) => {
-            tiles.push(tile("active power", &line.power));
-            tiles.push(tile("luminous efficacy", &line.luminous_efficacy));
-        }
-        None => {
-            tiles.push(plain("active power", "not measured".to_owned(), "no power meter"));
-            tiles.push(plain("luminous efficacy", "not measured".to_owned(), "no power meter"));
+    if let Some(line) = &reduction.electrical {
+        tiles.push(tile("active power", &line.power));
+        tiles.push(tile("luminous efficacy", &line.luminous_efficacy));
+    } else {
+        for name in ["active power", "luminous efficacy"] {
+            tiles.push(plain(name, "not measured".to_owned(), "no power meter"));
         }
     }
     for (name, field) in [("beam angle (50 %)", false), ("field angle (10 %)", true)] {
