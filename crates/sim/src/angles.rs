@@ -1,10 +1,5 @@
 //! Azimuth and polar angle in the vector units: arc tangents without a call or a branch, in f64.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "lanes and planes index several arrays at once"
-)]
-
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use glam::DVec3;

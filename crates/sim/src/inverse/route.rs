@@ -37,7 +37,7 @@ const PATIENT: Patience = Patience {
 /// Largest share of the distance that a product rule reaches.
 const WIDEST: f64 = 0.3;
 
-impl<'a> Item<'a> {
+impl Item<'_> {
     /// Mean over the window shifted by `shift`, lx.
     pub fn over(&self, shift: DVec3, scratch: &mut Scratch) -> Estimate {
         let pixel = self.window.shifted(shift);
