@@ -72,6 +72,7 @@ async function refusals(port, url) {
     ["a command without the cookie", { method: "POST", path: "/api/command", body: stop, headers: { Host: own, Origin: `http://${own}`, ...json } }, 401],
     ["events without the cookie", { path: "/api/events", headers: { Host: own } }, 401],
     ["the stream without the cookie", { path: "/api/stream", headers: { Host: own } }, 401],
+    ["results without the cookie", { path: "/results/report.html", headers: { Host: own } }, 401],
     ["the report without the cookie", { path: "/report", headers: { Host: own } }, 401],
     ["a command by GET", { path: "/api/command?command=stop", headers: { Host: own } }, 401],
     ["the page without the code", { path: "/", headers: { Host: own } }, 401],
@@ -97,6 +98,9 @@ async function refusals(port, url) {
   assert.equal((await raw(port, { path: "/api/events", headers: inside })).status, 200);
   const evil = await raw(port, { method: "POST", path: "/api/command", body: stop, headers: { ...inside, Origin: "http://evil.example", ...json } });
   assert.equal(evil.status, 403, "the cookie does not help another site");
+  for (const path of ["/results/..%2Frun.toml", "/results/%2Fetc%2Fpasswd", "/../run.toml"]) {
+    assert.equal((await raw(port, { path, headers: inside })).status, 404, path);
+  }
   const nonsense = await raw(port, { method: "POST", path: "/api/command", body: "{\"command\":\"dance\"}", headers: { ...inside, Origin: `http://${own}`, ...json } });
   assert.equal(nonsense.status, 400);
 }
@@ -167,6 +171,16 @@ try {
   assert.ok(bytes < 2_000_000, `${bytes} bytes`);
   step("idle in three themes");
   await themes(page, "idle");
+
+  step("a spectrum is inspected and drawn, and nonsense is told");
+  const table = ["wavelength_nm,value", ...Array.from({ length: 81 }, (_, at) => `${380 + 5 * at},${1 + at % 7}`)].join("\n");
+  await page.setInputFiles("#file", { name: "lamp.csv", mimeType: "text/csv", buffer: Buffer.from(table) });
+  await page.waitForSelector(".drawn img");
+  assert.ok(await page.evaluate(() => [...document.querySelectorAll(".drawn img")].every((image) => image.complete && image.naturalWidth > 0)), "the pictures are drawn");
+  assert.match(await page.locator("#inspected").textContent(), /lamp\.csv: spectrum/);
+  await themes(page, "inspected");
+  await page.setInputFiles("#file", { name: "lamp.ldt", mimeType: "", buffer: Buffer.from([0, 1, 2]) });
+  await page.waitForFunction(() => /lamp\.ldt.*error/.test(document.getElementById("inspected").textContent), null, { timeout: PATIENCE });
 
   step("a scan is started by a click");
   await page.selectOption("#job", "job.toml");

@@ -32,6 +32,14 @@ pub fn runs(folder: &Utf8Path) -> Vec<String> {
     runs.into_iter().map(|(_, name)| name).collect()
 }
 
+/// Names of the files in `folder`, by name; none where there is no such folder.
+pub fn files(folder: &Utf8Path) -> Vec<String> {
+    let files = entries(folder).into_iter().filter(|path| path.is_file());
+    let mut names: Vec<String> = files.filter_map(|path| path.file_name().map(str::to_owned)).collect();
+    names.sort();
+    names
+}
+
 /// Whether `name` is the name of something that lies in a folder, and no path that leads out of it.
 pub fn is_name(name: &str) -> bool {
     let path = Utf8Path::new(name);

@@ -1,5 +1,6 @@
 //! `inspect`: facts, quantities and findings of photometric and spectral files.
 
+mod dropped;
 mod mismatch;
 pub(crate) mod rays;
 mod source;
@@ -12,6 +13,7 @@ use serde_json::{Map, Value};
 use self::source::Source;
 use crate::files;
 
+pub use dropped::{Dropped, dropped};
 pub use mismatch::Meter;
 
 /// What is said of one photometry or spectrum; serialises to the object of `inspect --json`.

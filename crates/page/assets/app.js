@@ -2,6 +2,7 @@
 
 import { Curve, Reference, Spectrum, WarmUp } from "./charts.js";
 import { command } from "./commands.js";
+import { acceptDrops } from "./dropped.js";
 import { Grid } from "./grid.js";
 import { Polar } from "./polar.js";
 import { Sensor } from "./sensor.js";
@@ -102,6 +103,8 @@ function commands() {
   $("start-group").hidden = !status?.jobs.length;
   $("show-group").hidden = !status?.runs.length || !status.jobs.length;
   $("report").hidden = !status?.report;
+  $("inspect").hidden = !status || status.running;
+  results(status?.results ?? []);
   options($("job"), status?.jobs ?? []);
   options($("shown"), status?.runs ?? []);
   const notice = status?.elsewhere ? `This scan is made by ${status.elsewhere}. From here it can only be stopped.` : (answered ?? status?.notice);
@@ -109,6 +112,19 @@ function commands() {
   if (notice) text("notice", notice);
   $("question").hidden = !status?.question;
   if (status?.question) text("question-words", status.question.words);
+}
+
+function results(names) {
+  const shown = names.join();
+  if (results.shown === shown) return;
+  results.shown = shown;
+  $("results").hidden = names.length === 0;
+  $("result-files").replaceChildren(...names.map((name) => {
+    const link = Object.assign(document.createElement("a"), { href: `/results/${encodeURIComponent(name)}`, textContent: name, download: name });
+    const item = document.createElement("li");
+    item.append(link);
+    return item;
+  }));
 }
 
 function options(select, names) {
@@ -215,6 +231,8 @@ addEventListener("keydown", (event) => {
   else return;
   event.preventDefault();
 });
+
+acceptDrops($("inspect"), $("file"), $("inspected"));
 
 // The stream.
 subscribe(({ fresh, events, status: now }) => {

@@ -39,6 +39,7 @@ assets! {
     "grid.js" SCRIPT;
     "charts.js" SCRIPT;
     "sensor.js" SCRIPT;
+    "dropped.js" SCRIPT;
     "commands.js" SCRIPT;
     "words.js" SCRIPT;
     "vendor/uPlot.iife.min.js" SCRIPT;

@@ -128,6 +128,13 @@ impl Desk {
         std::fs::read(Utf8Path::new(&run).join("results/report.html")).ok()
     }
 
+    /// A file of the results of the run that is shown.
+    pub fn result(&self, name: &str) -> Option<Vec<u8>> {
+        let status = self.hub.status_now();
+        let known = status.results.iter().any(|one| one == name);
+        known.then(|| std::fs::read(Utf8Path::new(&status.run?).join("results").join(name)).ok())?
+    }
+
     /// A scan of this process is on, under `control`, until [`ended`](Self::ended).
     pub fn began(&self, control: &Control) {
         *locked(&self.control) = Some(control.clone());
@@ -328,10 +335,12 @@ impl Desk {
 
     fn refresh_report(&self) {
         let status = self.hub.status_now();
-        let report = status
+        let results = status
             .run
-            .is_some_and(|run| Utf8Path::new(&run).join("results/report.html").is_file());
-        self.hub.status(|status| status.report = report);
+            .map_or_else(Vec::new, |run| folder::files(&Utf8Path::new(&run).join("results")));
+        let report = results.iter().any(|name| name == "report.html");
+        self.hub
+            .status(|status| (status.report, status.results) = (report, results));
     }
 
     /// A scan that another process has begun is shown as soon as it is seen; at first the newest run.

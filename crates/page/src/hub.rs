@@ -36,6 +36,8 @@ pub struct Status {
     pub notice: Option<String>,
     /// The report of the run that is shown, once there is one.
     pub report: bool,
+    /// Files of the results of the run that is shown.
+    pub results: Vec<String>,
     /// The sensor by the scan so far: counted up with each new map, 0 without one.
     pub sensor: u64,
 }

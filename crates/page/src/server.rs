@@ -5,12 +5,15 @@ use std::time::Duration;
 
 use axum::Router;
 use axum::body::Bytes;
-use axum::extract::{Query, Request, State};
-use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, HeaderName, LOCATION, SET_COOKIE};
+use axum::extract::{DefaultBodyLimit, Path, Query, Request, State};
+use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE, HeaderName, LOCATION, SET_COOKIE};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse as _, Response};
 use axum::routing::{get, post};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use isolux_app::inspect::dropped;
 use serde::Deserialize;
 
 use crate::assets::asset;
@@ -24,6 +27,9 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; i
 /// The report is one file with its style and its viewer in it. It may run in a frame of its own alone.
 const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; \
     img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts";
+
+/// A dropped file may be so large, as text of base64.
+const LARGEST_DROP: usize = 48 << 20;
 
 /// What every route needs.
 pub struct Shared {
@@ -42,6 +48,8 @@ pub fn router(shared: Arc<Shared>) -> Router {
         .route("/api/events", get(events))
         .route("/api/sensor", get(sensor))
         .route("/api/command", post(command))
+        .route("/api/inspect", post(inspect).layer(DefaultBodyLimit::max(LARGEST_DROP)))
+        .route("/results/{name}", get(result))
         .route("/report", get(report))
         .route_layer(from_fn_with_state(shared.clone(), inside));
     Router::new()
@@ -168,6 +176,45 @@ async fn report(State(shared): State<Arc<Shared>>) -> Response {
 
 fn json(text: String) -> Response {
     ([(CONTENT_TYPE, "application/json")], text).into_response()
+}
+
+/// A file of the results of the run that is shown, to be kept.
+async fn result(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
+    match shared.desk.result(&name) {
+        Some(bytes) => {
+            let kept = format!("attachment; filename=\"{name}\"");
+            let headers = [
+                (CONTENT_TYPE, "application/octet-stream".to_owned()),
+                (CONTENT_DISPOSITION, kept),
+            ];
+            (headers, bytes).into_response()
+        }
+        None => (StatusCode::NOT_FOUND, "the results have no such file\n").into_response(),
+    }
+}
+
+/// A file that was dropped on the page.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Drop {
+    name: String,
+    base64: String,
+}
+
+/// What is said of a dropped file, and its pictures.
+async fn inspect(body: Bytes) -> Response {
+    let told = tokio::task::spawn_blocking(move || {
+        let file: Drop = serde_json::from_slice(&body).map_err(|error| error.to_string())?;
+        let bytes = STANDARD.decode(&file.base64).map_err(|error| error.to_string())?;
+        let told = dropped(&file.name, &bytes).map_err(|failure| failure.message)?;
+        serde_json::to_string(&told).map_err(|error| error.to_string())
+    })
+    .await;
+    match told {
+        Ok(Ok(text)) => json(text),
+        Ok(Err(why)) => (StatusCode::BAD_REQUEST, format!("{why}\n")).into_response(),
+        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "a defect of the program\n").into_response(),
+    }
 }
 
 /// A command; the answer says what is done about it. What becomes of it is told by the stream.
