@@ -9,10 +9,18 @@
 //! scatter; D are third differences along γ and along C, and v is the variance that the light itself has there: the squares
 //! of the raw differences around a direction, less what rounding and scatter alone give. A cut-off or a narrow beam has
 //! large differences, and the sum leaves it as it was read; where the readings differ by no more than they are rounded, it
-//! follows a smooth curve through their intervals. Without the middle term, the smoothest distribution inside the intervals
+//! follows a smooth curve through their intervals. Without the second term, the smoothest distribution inside the intervals
 //! lies on their ends and flattens every maximum by half a digit. A negative intensity is as good as another.
+//!
+//! The mean of all half-planes is known better than each of them, and what a lamp has along γ it mostly has in all of them.
+//! Both sums are therefore taken twice: of the mean over the half-planes, with the s and v of that mean, and of what each
+//! half-plane differs from it, with its own. Taken of each half-plane alone, the sums bend a curvature that all
+//! half-planes have by as much as one of them is uncertain, which is more than their mean is.
 
 mod boxed;
+
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 use isolux_photometry::IntensityDistribution;
 use serde::Serialize;
@@ -26,12 +34,16 @@ const SCATTER_WIDTH: f64 = 2.0;
 const AROUND: (usize, usize) = (3, 4);
 /// Least variance of the light's differences, relative to that of rounding and scatter.
 const LEAST_VARIANCE: f64 = 1e-3;
+/// Standard deviations of the mean of so few squares that are added to the variance of the light in the mean of all half-planes:
+/// where that came out too small by chance, a curve that all half-planes have would be bent straight.
+const DOUBT: f64 = 2.0;
 /// Half-planes further apart than this do not tell of each other.
 const LARGEST_STEP_C_DEG: f64 = 45.0;
 /// Multiplications that a step of the solver may take; grids beyond it stay raw.
 const MOST_WORK: f64 = 4e9;
-/// The value of the sum is within this of its least value, for each direction: in units of the intervals' half widths the
-/// solution is then within 10⁻³ (rms) of the exact one, as the second term is at least 3 times the square of that distance.
+/// The value of the sum is within this of its least value, for each direction: in units of the intervals' half widths what
+/// a half-plane differs from the mean of all N is then within 10⁻³ (rms) of the exact one, and the mean within 10⁻³·√N, as the
+/// second term is at least 3 times the squares of these distances.
 const GAP: f64 = 1e-6;
 
 /// What smoothing did.
@@ -83,14 +95,22 @@ pub fn smooth(grid: &Grid) -> Result<(IntensityDistribution, Smoothing), SmoothE
             g[node] += weight * value;
         }
     }
-    for node in 0..count {
+    for (node, half) in nodes.half_cd.iter().enumerate() {
         // A direction without rounding and scatter is what was read.
-        let closeness = if nodes.u_cd[node] > 0.0 {
-            nodes.half_cd[node] / nodes.u_cd[node]
-        } else {
-            1.0
-        };
-        h.add_square(&[(node, closeness)]);
+        if *half == 0.0 {
+            h.add_square(&[(node, 1.0)]);
+        }
+    }
+    for ring in &nodes.rings {
+        for (terms, u_cd) in ring.modes(&nodes.u_cd) {
+            if u_cd > 0.0 {
+                let scaled: Vec<(usize, f64)> = terms
+                    .iter()
+                    .map(|&(node, weight)| (node, weight * nodes.half_cd[node] / u_cd))
+                    .collect();
+                h.add_square(&scaled);
+            }
+        }
     }
     let solution = boxed::solve(&h, &g, GAP * count as f64).ok_or(SmoothError::NotConverged)?;
     let change: Vec<f64> = solution.iter().zip(&nodes.half_cd).map(|(x, half)| x * half).collect();
@@ -124,6 +144,31 @@ struct Nodes {
     u_cd: Vec<f64>,
     /// Half the width of the interval.
     half_cd: Vec<f64>,
+    /// The directions of each γ.
+    rings: Vec<Ring>,
+}
+
+/// The directions of one γ; one alone at a pole.
+struct Ring {
+    nodes: Range<usize>,
+    /// Standard uncertainty of their mean: equal roundings do not average.
+    u_mean_cd: f64,
+}
+
+impl Ring {
+    /// The mean of the ring and what each of its directions differs from it: terms and standard uncertainty of each.
+    fn modes(&self, u_cd: &[f64]) -> Vec<(Vec<(usize, f64)>, f64)> {
+        let share = 1.0 / self.nodes.len() as f64;
+        let mean = self.nodes.clone().map(|node| (node, share)).collect();
+        let mut modes = vec![(mean, self.u_mean_cd)];
+        if self.nodes.len() > 1 {
+            modes.extend(self.nodes.clone().map(|own| {
+                let weight = |node: usize| if node == own { 1.0 - share } else { -share };
+                (self.nodes.clone().map(|node| (node, weight(node))).collect(), u_cd[own])
+            }));
+        }
+        modes
+    }
 }
 
 impl Nodes {
@@ -135,28 +180,42 @@ impl Nodes {
             raw_cd: Vec::new(),
             u_cd: Vec::new(),
             half_cd: Vec::new(),
+            rings: Vec::new(),
         };
         for (ig, &gamma) in gammas.iter().enumerate() {
             let place = |ic: usize| ic * gammas.len() + ig;
-            let sample = |ic: usize| &grid.nodes[grid.sample_of[place(ic)]];
+            let first = nodes.raw_cd.len();
+            let samples: Vec<usize> = (0..planes).map(|ic| grid.sample_of[place(ic)]).collect();
+            let (mut digit, noise) = of_mean(grid, &samples);
             if is_pole(gamma) {
-                // The mean of all half-planes: their scatter averages, equal roundings do not.
-                let digit = (0..planes).map(|ic| sample(ic).u_digit_cd).fold(0.0, f64::max);
-                let noise2: f64 = (0..planes).map(|ic| sample(ic).u_noise_cd.powi(2)).sum();
-                (0..planes).for_each(|ic| nodes.of_place[place(ic)] = nodes.raw_cd.len());
-                nodes.push(raw.intensity_cd()[ig], digit, noise2.sqrt() / planes as f64);
+                // Of one direction, all readings are rounded alike.
+                digit = samples.iter().map(|&at| grid.nodes[at].u_digit_cd).fold(0.0, f64::max);
+                (0..planes).for_each(|ic| nodes.of_place[place(ic)] = first);
+                nodes.push(raw.intensity_cd()[ig], digit, noise);
             } else {
-                for ic in 0..planes {
+                for (ic, &at) in samples.iter().enumerate() {
                     nodes.of_place[place(ic)] = nodes.raw_cd.len();
-                    nodes.push(
-                        raw.intensity_cd()[place(ic)],
-                        sample(ic).u_digit_cd,
-                        sample(ic).u_noise_cd,
-                    );
+                    let sample = &grid.nodes[at];
+                    nodes.push(raw.intensity_cd()[place(ic)], sample.u_digit_cd, sample.u_noise_cd);
                 }
             }
+            nodes.rings.push(Ring {
+                nodes: first..nodes.raw_cd.len(),
+                u_mean_cd: digit.hypot(noise),
+            });
         }
         nodes
+    }
+
+    /// Variance that rounding and scatter give a row that has equal weights all around every γ.
+    fn variance_of_rings(&self, row: &Row) -> f64 {
+        let mut of_rings: BTreeMap<usize, f64> = BTreeMap::new();
+        for &(node, weight) in &row.terms {
+            let ring = self.rings.partition_point(|ring| ring.nodes.end <= node);
+            *of_rings.entry(ring).or_default() += weight;
+        }
+        let of_ring = |(ring, weight): (usize, f64)| (weight * self.rings[ring].u_mean_cd).powi(2);
+        of_rings.into_iter().map(of_ring).sum()
     }
 
     fn push(&mut self, raw_cd: f64, u_digit_cd: f64, u_noise_cd: f64) {
@@ -166,6 +225,25 @@ impl Nodes {
         self.half_cd
             .push(3.0_f64.sqrt() * u_digit_cd + SCATTER_WIDTH * u_noise_cd);
     }
+}
+
+/// What the mean of these samples is uncertain by, by rounding and by scatter: those with the same display are rounded alike,
+/// and one that stands for several directions is wrong in all of them.
+fn of_mean(grid: &Grid, samples: &[usize]) -> (f64, f64) {
+    let share = 1.0 / samples.len() as f64;
+    let mut shares: BTreeMap<usize, f64> = BTreeMap::new();
+    for &sample in samples {
+        *shares.entry(sample).or_default() += share;
+    }
+    let mut alike: BTreeMap<Result<i64, usize>, f64> = BTreeMap::new();
+    let mut noise2 = 0.0;
+    for (at, share) in shares {
+        let sample = &grid.nodes[at];
+        *alike.entry(sample.display.ok_or(at)).or_default() += share * sample.u_digit_cd;
+        noise2 += (share * sample.u_noise_cd).powi(2);
+    }
+    let digit2: f64 = alike.values().map(|u_cd| u_cd * u_cd).sum();
+    (digit2.sqrt(), noise2.sqrt())
 }
 
 /// One difference of neighbours.
@@ -179,6 +257,32 @@ struct Row {
 }
 
 impl Row {
+    const fn new(terms: Vec<(usize, f64)>, at: (usize, usize)) -> Self {
+        Self {
+            terms,
+            at,
+            variance: 0.0,
+        }
+    }
+
+    /// The mean of the rows of all half-planes.
+    fn mean(rows: &[Self]) -> Self {
+        let mut terms: BTreeMap<usize, f64> = BTreeMap::new();
+        for &(node, weight) in rows.iter().flat_map(|row| &row.terms) {
+            *terms.entry(node).or_default() += weight / rows.len() as f64;
+        }
+        Self::new(terms.into_iter().collect(), (0, rows[0].at.1))
+    }
+
+    /// What the row of one half-plane differs from their mean.
+    fn less(&self, mean: &Self) -> Self {
+        let mut terms: BTreeMap<usize, f64> = mean.terms.iter().map(|(node, weight)| (*node, -weight)).collect();
+        for &(node, weight) in &self.terms {
+            *terms.entry(node).or_default() += weight;
+        }
+        Self::new(terms.into_iter().collect(), self.at)
+    }
+
     fn width(&self) -> usize {
         let nodes = || self.terms.iter().map(|(node, _)| *node);
         nodes().max().unwrap_or(0) - nodes().min().unwrap_or(0)
@@ -195,12 +299,8 @@ fn differences(grid: &Grid, nodes: &Nodes) -> Vec<Row> {
     let (c_deg, gammas) = (raw.c_deg(), raw.gamma_deg());
     let (planes, last) = (c_deg.len(), gammas.len() - 1);
     let node = |ic: usize, ig: usize| nodes.of_place[ic * gammas.len() + ig];
-    let row = |along: [(usize, f64); 4], at: (usize, usize)| Row {
-        terms: third_difference(along),
-        at,
-        variance: 0.0,
-    };
-    let mut along_gamma = Vec::new();
+    // Of each window of four γ the differences of all half-planes that have it.
+    let mut windows: BTreeMap<usize, Vec<Row>> = BTreeMap::new();
     for ic in 0..planes {
         let opposite = c_deg.iter().position(|c| ((c - c_deg[ic]).abs() - 180.0).abs() < 1e-9);
         let opposite = if planes == 1 { Some(0) } else { opposite };
@@ -216,14 +316,30 @@ fn differences(grid: &Grid, nodes: &Nodes) -> Vec<Row> {
             }
         }
         for (first, four) in meridian.windows(4).enumerate() {
-            along_gamma.push(row(
-                [four[0], four[1], four[2], four[3]],
+            windows.entry(first + 1 - before).or_default().push(Row::new(
+                third_difference([four[0], four[1], four[2], four[3]]),
                 (ic, (first + 1).saturating_sub(before)),
             ));
         }
     }
-    let mut rows = along_gamma;
-    signal_variance(&mut rows, nodes, (planes, gammas.len()));
+    let (mut means, mut rows) = (Vec::new(), Vec::new());
+    for of_planes in windows.into_values() {
+        if of_planes.len() < planes {
+            rows.extend(of_planes);
+            continue;
+        }
+        let mean = Row::mean(&of_planes);
+        if planes > 1 {
+            rows.extend(of_planes.iter().map(|row| row.less(&mean)));
+        }
+        means.push(mean);
+    }
+    let alone = |row: &Row| -> f64 { row.terms.iter().map(|(node, a)| (a * nodes.u_cd[*node]).powi(2)).sum() };
+    signal_variance(&mut rows, nodes, (planes, gammas.len()), 0.0, alone);
+    signal_variance(&mut means, nodes, (1, gammas.len()), DOUBT, |row| {
+        nodes.variance_of_rings(row)
+    });
+    rows.extend(means);
     let step = |ic: usize| (c_deg[(ic + 1) % planes] - c_deg[ic]).rem_euclid(360.0);
     if planes >= 6 && (0..planes).all(|ic| step(ic) <= LARGEST_STEP_C_DEG) {
         let mut around = Vec::new();
@@ -234,11 +350,12 @@ fn differences(grid: &Grid, nodes: &Nodes) -> Vec<Row> {
                         let (turn, plane) = ((ic + k) / planes, (ic + k) % planes);
                         (node(plane, ig), c_deg[plane] + 360.0 * turn as f64)
                     };
-                    around.push(row([at(0), at(1), at(2), at(3)], ((ic + 1) % planes, ig)));
+                    let four = [at(0), at(1), at(2), at(3)];
+                    around.push(Row::new(third_difference(four), ((ic + 1) % planes, ig)));
                 }
             }
         }
-        signal_variance(&mut around, nodes, (planes, gammas.len()));
+        signal_variance(&mut around, nodes, (planes, gammas.len()), 0.0, alone);
         rows.extend(around);
     }
     rows.retain(|row| row.variance > 0.0);
@@ -261,11 +378,16 @@ fn third_difference(along: [(usize, f64); 4]) -> Vec<(usize, f64)> {
     terms
 }
 
-/// The variance of the light's own differences at every row: how much larger the squares around it are than rounding and
-/// scatter make them.
-fn signal_variance(rows: &mut [Row], nodes: &Nodes, (planes, gammas): (usize, usize)) {
+/// The variance of the light's own differences at every row: how much larger the squares around it are than `noise2`, what
+/// rounding and scatter make them, with so many standard deviations of that estimate.
+fn signal_variance(
+    rows: &mut [Row],
+    nodes: &Nodes,
+    (planes, gammas): (usize, usize),
+    doubt: f64,
+    noise2: impl Fn(&Row) -> f64,
+) {
     let mut excess: Vec<Option<(f64, f64)>> = vec![None; planes * gammas];
-    let noise2 = |row: &Row| -> f64 { row.terms.iter().map(|(node, a)| (a * nodes.u_cd[*node]).powi(2)).sum() };
     for row in rows.iter() {
         let noise2 = noise2(row);
         if noise2 > 0.0 {
@@ -289,7 +411,7 @@ fn signal_variance(rows: &mut [Row], nodes: &Nodes, (planes, gammas): (usize, us
         }
         let noise2 = noise2(row);
         row.variance = if count > 0.0 {
-            noise2 * (sum / count - 1.0).max(LEAST_VARIANCE)
+            noise2 * (sum / count - 1.0 + doubt * f64::sqrt(2.0 / count)).max(LEAST_VARIANCE)
         } else {
             0.0
         };
