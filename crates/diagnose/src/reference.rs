@@ -3,7 +3,8 @@
 //! The covariance of whitened rows is I + Σ b·bᵀ, one b a direction of the distribution. Each term in turn is whitened in closed form, what comes
 //! after it being whitened with it; the vectors stay short, because a direction touches the readings near it alone.
 
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -45,19 +46,17 @@ impl Reference {
             whiten(&mut dense);
             for mut column in dense.column_iter_mut() {
                 let values = column.as_mut_slice();
-                let mut touched: BTreeSet<usize> = BTreeSet::new();
+                let mut reach = Reach::new(rows, prepared.terms.len());
                 for (i, value) in values.iter().enumerate() {
                     if *value != 0.0 {
-                        touched.extend(&at_row[i]);
+                        reach.row(i, 0, &at_row[i]);
                     }
                 }
-                let mut next = touched.first().copied();
-                while let Some(term) = next {
+                while let Some(term) = reach.next() {
                     without(&prepared.terms[term], values);
                     for &(i, _) in &prepared.terms[term] {
-                        touched.extend(at_row[i].iter().filter(|later| **later > term));
+                        reach.row(i, term + 1, &at_row[i]);
                     }
-                    next = touched.range(term + 1..).next().copied();
                 }
                 let limit = SMALL * values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
                 let term: Vec<(usize, f64)> = values
@@ -87,6 +86,41 @@ impl Reference {
                 without(term, column);
             }
         });
+    }
+}
+
+/// The terms that a column meets, in order. The list of each row is looked through once, when the row is first reached: where
+/// readings that are rounded alike tie the rows together, a column meets nearly all terms, and each of them nearly all rows.
+struct Reach {
+    rows: Vec<bool>,
+    terms: Vec<bool>,
+    waiting: BinaryHeap<Reverse<usize>>,
+}
+
+impl Reach {
+    fn new(rows: usize, terms: usize) -> Self {
+        Self {
+            rows: vec![false; rows],
+            terms: vec![false; terms],
+            waiting: BinaryHeap::new(),
+        }
+    }
+
+    /// Reaches a row from whose terms those from `first` on are still to come.
+    fn row(&mut self, row: usize, first: usize, terms: &[usize]) {
+        if std::mem::replace(&mut self.rows[row], true) {
+            return;
+        }
+        for &term in terms.iter().filter(|term| **term >= first) {
+            if !std::mem::replace(&mut self.terms[term], true) {
+                self.waiting.push(Reverse(term));
+            }
+        }
+    }
+
+    /// The next term.
+    fn next(&mut self) -> Option<usize> {
+        self.waiting.pop().map(|Reverse(term)| term)
     }
 }
 
