@@ -16,6 +16,9 @@ use crate::whitening::without;
 const ALIKE: f64 = 0.25;
 /// A rounding below this share of the stated uncertainty does not matter.
 const NEGLIGIBLE: f64 = 0.1;
+/// Scatter below this share of a digit, other than rounding, leaves a level on one digit but near the ends of that digit, where
+/// readings that show different digits are off by opposite amounts and not alike at all.
+const QUIET: f64 = 0.15;
 /// Least share of a row's variance that is its own.
 const OWN: f64 = 0.1;
 
@@ -29,7 +32,7 @@ pub struct Rounding {
 }
 
 impl Rounding {
-    /// Groups the rows by meter range and expected `level`; rows without a digit stay on their own.
+    /// Groups the rows by meter range, expected `level` and, where they scatter by less than the display, by what they show; rows without a digit stay on their own.
     pub fn new(rows: &[Row], level: &[f64]) -> Self {
         let mut groups: HashMap<_, Vec<(usize, f64)>> = HashMap::new();
         let mut digits: HashMap<_, Vec<(usize, f64)>> = HashMap::new();
@@ -39,10 +42,12 @@ impl Rounding {
                 let place = level / row.digit;
                 let whose = (row.file, row.range.to_bits(), row.digit.to_bits());
                 let cell = ((place + 0.5) / ALIKE).floor() as i64;
-                groups.entry((whose, cell)).or_default().push((i, common));
+                let own = (row.u * row.u - common * common).max(0.0).sqrt();
+                let shown = (own < QUIET * row.digit).then(|| (row.measured / row.digit).round() as i64);
+                groups.entry((whose, cell, shown)).or_default().push((i, common));
                 let off = (place - (place + 0.5).floor()) * row.digit;
                 let digit = (place + 0.5).floor() as i64;
-                digits.entry((whose, digit)).or_default().push((i, off));
+                digits.entry((whose, digit, shown)).or_default().push((i, off));
             }
         }
         let sorted = |groups: Vec<Vec<(usize, f64)>>| {
@@ -149,6 +154,23 @@ mod tests {
         rounding.whiten(&row_scale, &mut column);
         let u_level = 1.0 / column.norm();
         assert!((0.0028..0.0032).contains(&u_level), "{u_level}");
+    }
+
+    #[test]
+    fn a_level_at_the_end_of_a_digit_is_shown_as_either_and_no_contradiction() {
+        let shown = |i: usize| 0.01 + 0.01 * (i % 2) as f64;
+        let rows: Vec<Row> = (0..100)
+            .map(|i| Row {
+                digit: 0.01,
+                range: 1.0,
+                ..Row::bare(Source::Reading, shown(i), 0.003)
+            })
+            .collect();
+        let rounding = Rounding::new(&rows, &[0.0152; 100]);
+        let row_scale = DVector::from_element(100, 1.0 / 0.003);
+        let mut off = DMatrix::from_fn(100, 1, |i, _| (shown(i) - 0.0152) * row_scale[i]);
+        rounding.whiten(&row_scale, &mut off);
+        assert!(off.norm_squared() < 10.0, "{} σ²", off.norm_squared());
     }
 
     #[test]
