@@ -67,6 +67,7 @@ pub fn write(inspection: &Inspection, folder: &Utf8Path, overwrite: Overwrite) -
             let options = PolarOptions {
                 title: name.clone(),
                 per_lamp_flux_lm: distribution.lamp_flux_lm,
+                doubtful_cd: None,
             };
             let isolux = IsoluxOptions::at_one_metre(intensity, &name);
             DISTRIBUTION

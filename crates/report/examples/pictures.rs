@@ -43,6 +43,7 @@ fn main() -> std::io::Result<()> {
     let options = PolarOptions {
         title: "Street light, made up".into(),
         per_lamp_flux_lm: Some(d.flux().value()),
+        doubtful_cd: None,
     };
     let spectrum = SpectrumOptions {
         title: "Cool white LED, made up".into(),

@@ -3,6 +3,7 @@
 use isolux_photometry::IntensityDistribution;
 
 use super::PolarOptions;
+use super::polar::{DOUBTFUL, runs};
 use crate::axes::{Frame, Scale};
 use crate::svg::{Anchor, Stroke, Svg, colour};
 
@@ -13,13 +14,21 @@ pub fn cartesian(distribution: &IntensityDistribution, options: &PolarOptions) -
     let rotational = super::alike(distribution);
     let mut svg = Svg::new(720.0, 440.0, &format!("Intensity over γ {}", options.title));
     svg.text((390.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
+    // What cannot be told from no light asks for no axis below zero.
+    let certain = |cd: &f64| {
+        if cd.abs() <= options.doubtful_cd.unwrap_or(0.0) {
+            0.0
+        } else {
+            cd * factor
+        }
+    };
     let frame = Frame {
         left: 78.0,
         top: 44.0,
         width: 618.0,
         height: 310.0,
         x: Scale::linear(if rotational { 0.0 } else { -last }, last).every(if last > 60.0 { 30.0 } else { 10.0 }),
-        y: Scale::around(distribution.intensity_cd().iter().map(|v| v * factor), true),
+        y: Scale::around(distribution.intensity_cd().iter().map(certain), true),
     };
     frame.draw(
         &mut svg,
@@ -30,6 +39,17 @@ pub fn cartesian(distribution: &IntensityDistribution, options: &PolarOptions) -
         },
         &format!("intensity in {unit}"),
     );
+    if let Some(limit) = options.doubtful_cd {
+        let from = if rotational { 0.0 } else { -last };
+        let corners = [(from, limit), (last, limit), (last, -limit), (from, -limit)];
+        let (low, high) = frame.y.range();
+        let inside = |value: f64| value.clamp(low, high);
+        svg.polygon(
+            corners.map(|(gamma, cd)| frame.at(gamma, inside(factor * cd))),
+            colour::MUTED,
+            0.3,
+        );
+    }
     let steps = (2.0 * last).ceil().max(1.0) as i32;
     let planes: &[(f64, f64, &str, Stroke<'_>)] = if rotational {
         &[(0.0, 0.0, "all C planes", Stroke::solid(colour::C0, 2.0))]
@@ -41,14 +61,17 @@ pub fn cartesian(distribution: &IntensityDistribution, options: &PolarOptions) -
     };
     for (k, &(near, far, name, stroke)) in planes.iter().enumerate() {
         let from = if rotational { 0 } else { -steps };
-        svg.polyline(
-            (from..=steps).map(|i| {
+        let points: Vec<(f64, (f64, f64))> = (from..=steps)
+            .map(|i| {
                 let gamma = last * f64::from(i) / f64::from(steps);
                 let c = if i < 0 { far } else { near };
-                frame.at(gamma, factor * distribution.intensity_cd_at(c, gamma.abs()))
-            }),
-            stroke,
-        );
+                let value = distribution.intensity_cd_at(c, gamma.abs());
+                (value, frame.at(gamma, factor * value))
+            })
+            .collect();
+        for (doubtful, run) in runs(&points, options.doubtful_cd) {
+            svg.polyline(run, if doubtful { DOUBTFUL } else { stroke });
+        }
         let x = 90.0 + 150.0 * k as f64;
         svg.line((x, 416.0), (x + 34.0, 416.0), stroke);
         svg.text((x + 42.0, 420.0), 12.0, Anchor::Start, colour::INK, name);

@@ -12,6 +12,31 @@ pub struct PolarOptions {
     pub title: String,
     /// Lamp flux in lm: the scale is then cd/klm, otherwise cd.
     pub per_lamp_flux_lm: Option<f64>,
+    /// Intensities up to this many cd cannot be told from no light: that range is shaded, and what of a curve lies in it is dotted.
+    pub doubtful_cd: Option<f64>,
+}
+
+/// What of a curve cannot be told from no light.
+pub(super) const DOUBTFUL: Stroke<'static> = Stroke {
+    colour: colour::MUTED,
+    width: 1.4,
+    dash: "1.5 3",
+};
+
+/// The runs of a curve, as `(doubtful, points)`; neighbouring runs share a point, so that no gap opens between them.
+pub(super) fn runs<P: Copy>(points: &[(f64, P)], doubtful_cd: Option<f64>) -> Vec<(bool, Vec<P>)> {
+    let doubtful = |value: f64| doubtful_cd.is_some_and(|limit| value.abs() <= limit);
+    let mut runs: Vec<(bool, Vec<P>)> = Vec::new();
+    for &(value, point) in points {
+        match runs.last_mut() {
+            Some((known, run)) if *known == doubtful(value) => run.push(point),
+            last => {
+                let before = last.and_then(|(_, run)| run.last().copied());
+                runs.push((doubtful(value), before.into_iter().chain([point]).collect()));
+            }
+        }
+    }
+    runs
 }
 
 impl PolarOptions {
@@ -94,6 +119,11 @@ pub fn polar(distribution: &IntensityDistribution, options: &PolarOptions) -> St
         spoke += if widest > 105.0 { 30.0 } else { 15.0 };
     }
 
+    if let Some(limit) = options.doubtful_cd {
+        let rim = |i: i32| at(f64::from(i).abs() * widest / 90.0, f64::from(i).signum(), limit);
+        svg.polygon((-90..=90).map(rim).chain([centre]), colour::MUTED, 0.3);
+    }
+
     let planes: [(f64, f64, Stroke<'_>); 2] = if distribution.is_rotational() {
         [(0.0, 180.0, Stroke::solid(colour::C0, 2.2)); 2]
     } else {
@@ -120,9 +150,11 @@ pub fn polar(distribution: &IntensityDistribution, options: &PolarOptions) -> St
             .into_iter()
             .rev()
             .chain(curve(right, 1.0))
-            .map(|(g, s, v)| at(g, s, v))
+            .map(|(g, s, v)| (v, at(g, s, v)))
             .collect();
-        svg.polyline(points, stroke);
+        for (doubtful, run) in runs(&points, options.doubtful_cd) {
+            svg.polyline(run, if doubtful { DOUBTFUL } else { stroke });
+        }
     }
     // Ring values last and on white, so that no curve hides them.
     for ring in 1..=rings as usize {
@@ -179,9 +211,34 @@ mod tests {
             &PolarOptions {
                 title: "a < b".into(),
                 per_lamp_flux_lm: Some(1000.0),
+                doubtful_cd: None,
             },
         );
         assert!(out.contains(colour::C0) && out.contains("stroke-dasharray") && out.contains("cd/klm"));
         assert!(out.contains("a &lt; b") && !out.contains("NaN"));
+        assert!(!out.contains(DOUBTFUL.dash), "nothing is said to be doubtful");
+    }
+
+    #[test]
+    fn what_cannot_be_told_from_no_light_is_dotted_and_nothing_else() {
+        let points: Vec<(f64, usize)> = [9.0, 2.0, 1.0, -1.0, -3.0].into_iter().zip(0..).collect();
+        assert_eq!(
+            runs(&points, Some(1.5)),
+            [(false, vec![0, 1]), (true, vec![1, 2, 3]), (false, vec![3, 4])]
+        );
+        assert_eq!(runs(&points, None), [(false, vec![0, 1, 2, 3, 4])]);
+        let gamma: Vec<f64> = (0..=180).map(f64::from).collect();
+        let row = gamma.iter().map(|g| 100.0 * g.to_radians().cos().max(0.0)).collect();
+        let lambertian = IntensityDistribution::new(vec![0.0], gamma, row).unwrap();
+        let options = PolarOptions {
+            doubtful_cd: Some(0.5),
+            ..PolarOptions::default()
+        };
+        for out in [
+            polar(&lambertian, &options),
+            super::super::cartesian(&lambertian, &options),
+        ] {
+            assert!(out.contains(DOUBTFUL.dash) && out.contains("fill-opacity=\"0.3\""));
+        }
     }
 }

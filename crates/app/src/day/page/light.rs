@@ -20,6 +20,7 @@ pub(super) fn distribution(evening: &Evening) -> Section {
     let options = PolarOptions {
         title: String::new(),
         per_lamp_flux_lm: Some(reduction.flux.value),
+        doubtful_cd: Some(doubtful_cd(evening)),
     };
     let mut section = Section::new("Luminous intensity distribution");
     section.figures([
@@ -123,17 +124,22 @@ pub(super) fn distribution(evening: &Evening) -> Section {
     section
 }
 
-/// In words, what of a polar curve is below the uncertainty.
-fn below(evening: &Evening) -> String {
+/// Two standard uncertainties of a direction without light: intensities up to this cannot be told from none.
+pub(super) fn doubtful_cd(evening: &Evening) -> f64 {
     let reduction = &evening.reduced.reduction;
     let nodes = reduction.grid.nodes.iter();
     let own = nodes
         .map(|node| node.u_noise_cd.hypot(node.u_digit_cd))
         .fold(f64::INFINITY, f64::min);
     let common = reduction.common.dark_noise_cd.hypot(reduction.common.dark_digit_cd);
-    let per_klm = 2000.0 * own.hypot(common) / reduction.flux.value;
+    2.0 * own.hypot(common)
+}
+
+/// The same in words.
+fn below(evening: &Evening) -> String {
+    let per_klm = 1000.0 * doubtful_cd(evening) / evening.reduced.reduction.flux.value;
     format!(
-        "What is nearer to the centre than {} cd/klm is within the expanded uncertainty (k = 2) of no light.",
+        "Dotted grey, within the shade: below {} cd/klm, the expanded uncertainty (k = 2) of no light.",
         significant(per_klm, 2)
     )
 }

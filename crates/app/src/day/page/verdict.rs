@@ -29,6 +29,7 @@ pub(super) fn section(evening: &Evening) -> Section {
     let options = PolarOptions {
         title: String::new(),
         per_lamp_flux_lm: Some(reduction.flux.value),
+        doubtful_cd: Some(super::light::doubtful_cd(evening)),
     };
     section.figures([(
         polar(&reduction.grid.distribution, &options),
