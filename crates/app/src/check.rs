@@ -12,7 +12,7 @@ use crate::bench::{self, Source};
 use crate::catalogue::Catalogue;
 use crate::files::Overwrite;
 use crate::hand::{self, Lux};
-use crate::progress::Silent;
+use crate::progress::Progress;
 use crate::stage::{self, Stage};
 
 /// What was found at one place of the station.
@@ -62,6 +62,7 @@ pub fn run(
     record: Option<&Utf8Path>,
     overwrite: Overwrite,
     force: Option<&str>,
+    progress: &dyn Progress,
 ) -> Result<Report, Failure> {
     let source = Source::load(station)?;
     if let Some(path) = record {
@@ -69,7 +70,7 @@ pub fn run(
     }
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
-        let stage = Stage::recording(&source.station, &source.file, record, &Silent)?;
+        let stage = Stage::recording(&source.station, &source.file, record, progress)?;
         stage.claim(&source.station, force).await?;
         let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
         let mut report = Report {

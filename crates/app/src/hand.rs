@@ -13,7 +13,7 @@ use tokio::time::Instant;
 
 use crate::bench::Source;
 use crate::catalogue::Catalogue;
-use crate::progress::{Event, Progress, Silent};
+use crate::progress::{Event, Progress};
 use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
 use crate::{Failure, FailureKind};
@@ -88,8 +88,8 @@ pub struct WarmedUp {
 /// # Errors
 /// Exit 2 for the station, 3 for an instrument that fails or belongs to another process, or an axis not at rest, 130 when
 /// interrupted.
-pub fn home(station: &Utf8Path, force: Option<&str>) -> Result<Position, Failure> {
-    by_hand(station, force, async |source, devices| {
+pub fn home(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<Position, Failure> {
+    by_hand(station, force, progress, async |source, devices| {
         Ok(position(Axes::new(devices, &source.station).home().await?))
     })
 }
@@ -102,6 +102,7 @@ pub fn switch(
     station: &Utf8Path,
     outputs: &[(Output, bool)],
     force: Option<&str>,
+    progress: &dyn Progress,
 ) -> Result<Vec<(Output, bool)>, Failure> {
     let known = Station::load(station).map_err(Failure::bad_input)?;
     let lamp = known.lamp_switch();
@@ -122,7 +123,7 @@ pub fn switch(
         })
         .help("nothing was switched"));
     }
-    by_hand(station, force, async |_, devices| {
+    by_hand(station, force, progress, async |_, devices| {
         let mut states = Vec::new();
         for (output, on) in outputs {
             let part = match output {
@@ -149,6 +150,7 @@ pub fn move_to(
     gamma_deg: Option<f64>,
     distance_mm: Option<f64>,
     force: Option<&str>,
+    progress: &dyn Progress,
 ) -> Result<Position, Failure> {
     let limits = Station::load(station).map_err(Failure::bad_input)?;
     for (name, angle, [low, high]) in [
@@ -178,7 +180,7 @@ pub fn move_to(
             }
         }
     }
-    by_hand(station, force, async |source, devices| {
+    by_hand(station, force, progress, async |source, devices| {
         let mut axes = Axes::new(devices, &source.station);
         let mut at = position(axes.pose().await?);
         if let (Some(distance_mm), Some(rail)) = (distance_mm, &devices.rail) {
@@ -220,8 +222,8 @@ pub(crate) fn in_words(reading: &Electrical) -> String {
 ///
 /// # Errors
 /// As [`home`].
-pub fn read(station: &Utf8Path, count: u32, force: Option<&str>) -> Result<Vec<Lux>, Failure> {
-    by_hand(station, force, async |source, devices| {
+pub fn read(station: &Utf8Path, count: u32, force: Option<&str>, progress: &dyn Progress) -> Result<Vec<Lux>, Failure> {
+    by_hand(station, force, progress, async |source, devices| {
         readings(
             devices.meter.as_ref(),
             devices.power.as_deref(),
@@ -237,7 +239,7 @@ pub fn read(station: &Utf8Path, count: u32, force: Option<&str>) -> Result<Vec<L
 /// # Errors
 /// As [`home`]; exit 1 when it does not become stable.
 pub fn warm_up(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<WarmedUp, Failure> {
-    by_hand(station, force, async |source, devices| {
+    by_hand(station, force, progress, async |source, devices| {
         let mut axes = Axes::new(devices, &source.station);
         let homed = devices.axis_c.position().await.map_err(device("axis.c"))?.homed
             && devices.axis_gamma.position().await.map_err(device("axis.gamma"))?.homed;
@@ -325,12 +327,13 @@ pub(crate) async fn readings(
 pub(crate) fn by_hand<T>(
     station: &Utf8Path,
     force: Option<&str>,
+    progress: &dyn Progress,
     step: impl AsyncFnOnce(&Source, &Devices) -> Result<T, ScanError>,
 ) -> Result<T, Failure> {
     let source = Source::load(station)?;
     let in_memory = stage::is_virtual(&source.station);
     stage::play(in_memory, async {
-        let stage = Stage::of(&source.station, &source.file, &Silent)?;
+        let stage = Stage::of(&source.station, &source.file, progress)?;
         let cancel = OnSignals::listen()?;
         stage.claim(&source.station, force).await?;
         let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);

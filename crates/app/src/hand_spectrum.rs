@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::Failure;
 use crate::hand::{by_hand, device};
+use crate::progress::Progress;
 
 /// One spectrum.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,8 +41,8 @@ pub struct Reading {
 ///
 /// # Errors
 /// Exit 2 where the station has no spectroradiometer, or nothing to make dark with; else as [`home`](crate::hand::home).
-pub fn read(station: &Utf8Path, force: Option<&str>) -> Result<Reading, Failure> {
-    let taken = by_hand(station, force, async |_, devices| take(devices).await)?;
+pub fn read(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<Reading, Failure> {
+    let taken = by_hand(station, force, progress, async |_, devices| take(devices).await)?;
     let Some((light, dark, properties, factors)) = taken else {
         return Err(Failure::bad_input(format!(
             "{station}: the station has no [spectroradiometer]"

@@ -46,7 +46,7 @@ fn read(driver: &str, edit: fn(String) -> String) -> (Result<Reading, isolux_app
         })
     });
     ready.recv().unwrap();
-    let reading = hand_spectrum::read(&path, None);
+    let reading = hand_spectrum::read(&path, None, &isolux_app::progress::Silent);
     done.send(()).unwrap();
     let (lux, open) = serving.join().unwrap();
     (reading, lux, open)

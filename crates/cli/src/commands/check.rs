@@ -31,7 +31,13 @@ pub struct Check {
 pub fn run(arguments: &Check) -> Result<(), Failure> {
     let overwrite = Overwrite::asked(arguments.overwrite);
     let force = arguments.takeover.reason();
-    let report = check::run(&arguments.station, arguments.record.as_deref(), overwrite, force)?;
+    let report = check::run(
+        &arguments.station,
+        arguments.record.as_deref(),
+        overwrite,
+        force,
+        &screen::Bars::default(),
+    )?;
     if arguments.json {
         screen::say(serde_json::to_string(&report).map_err(Failure::instrument)?)?;
     } else {

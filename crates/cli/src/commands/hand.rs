@@ -119,7 +119,7 @@ pub struct Warmup {
 
 /// Runs `home`.
 pub fn home(arguments: &Home) -> Result<(), Failure> {
-    let at = hand::home(&arguments.station, arguments.takeover.reason())?;
+    let at = hand::home(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
     tell(arguments.json, &at, || {
         format!("homed: C {:.4}°, γ {:.4}°", at.c_deg, at.gamma_deg)
     })
@@ -133,6 +133,7 @@ pub fn move_to(arguments: &Move) -> Result<(), Failure> {
         arguments.gamma,
         arguments.distance_mm,
         arguments.takeover.reason(),
+        &Bars::default(),
     )?;
     tell(arguments.json, &at, || {
         let distance = at
@@ -155,7 +156,12 @@ pub fn switch(arguments: &Switch) -> Result<(), Failure> {
         .into_iter()
         .filter_map(|(output, word)| Some((output, on(word.as_ref()?))))
         .collect();
-    let states = hand::switch(&arguments.station, &asked, arguments.takeover.reason())?;
+    let states = hand::switch(
+        &arguments.station,
+        &asked,
+        arguments.takeover.reason(),
+        &Bars::default(),
+    )?;
     let facts: std::collections::BTreeMap<&str, bool> =
         states.iter().map(|(output, on)| (output.name(), *on)).collect();
     tell(arguments.json, &facts, || {
@@ -192,10 +198,15 @@ pub fn stop(arguments: &Stop) -> Result<(), Failure> {
 /// Runs `read`.
 pub fn read(arguments: &Read) -> Result<(), Failure> {
     if arguments.spectrum {
-        let reading = hand_spectrum::read(&arguments.station, arguments.takeover.reason())?;
+        let reading = hand_spectrum::read(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
         return tell(arguments.json, &reading, || colorimetry(&reading));
     }
-    let readings = hand::read(&arguments.station, arguments.count, arguments.takeover.reason())?;
+    let readings = hand::read(
+        &arguments.station,
+        arguments.count,
+        arguments.takeover.reason(),
+        &Bars::default(),
+    )?;
     tell(arguments.json, &readings, || {
         let lines: Vec<String> = readings
             .iter()
