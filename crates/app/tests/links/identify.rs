@@ -1,6 +1,7 @@
 //! `devices --identify` against every twin of the table: each is found by its own driver, nothing is set, nothing moves.
 
 use isolux_app::files::Overwrite;
+use isolux_app::progress::Silent;
 use isolux_app::{catalogue, check, identify, init, stage};
 use isolux_darkroom::Darkroom;
 use isolux_transport::{Links, SystemLinks};
@@ -114,7 +115,7 @@ fn a_station_that_states_another_serial_number_is_told() {
     let checked = |section: &str, serial: &str| {
         let stated = format!("[{section}]\nserial = {serial:?}\n");
         std::fs::write(&path, text.replacen(&format!("[{section}]\n"), &stated, 1)).unwrap();
-        let report = check::run(&path, None, Overwrite::Never, None).unwrap();
+        let report = check::run(&path, None, Overwrite::Never, None, &Silent).unwrap();
         let found = report.instruments.into_iter().find(|found| found.role == section);
         found.unwrap_or_else(|| panic!("{section}"))
     };
