@@ -22,6 +22,13 @@ const QUIET: f64 = 0.15;
 /// Least share of a row's variance that is its own.
 const OWN: f64 = 0.1;
 
+/// Whether a row scatters by so much less than its digit that the display does not show it: what such rows differ by is
+/// their rounding, which their neighbours in time at the same light have too, however independent the meter's noise is.
+pub fn hides_noise(row: &Row) -> bool {
+    let rounding = row.digit / 12_f64.sqrt();
+    (row.u * row.u - rounding * rounding).max(0.0).sqrt() < QUIET * row.digit
+}
+
 /// Rows that are rounded alike.
 #[derive(Debug, Clone, Default)]
 pub struct Rounding {
@@ -42,8 +49,7 @@ impl Rounding {
                 let place = level / row.digit;
                 let whose = (row.file, row.range.to_bits(), row.digit.to_bits());
                 let cell = ((place + 0.5) / ALIKE).floor() as i64;
-                let own = (row.u * row.u - common * common).max(0.0).sqrt();
-                let shown = (own < QUIET * row.digit).then(|| (row.measured / row.digit).round() as i64);
+                let shown = hides_noise(row).then(|| (row.measured / row.digit).round() as i64);
                 groups.entry((whose, cell, shown)).or_default().push((i, common));
                 let off = (place - (place + 0.5).floor()) * row.digit;
                 let digit = (place + 0.5).floor() as i64;

@@ -6,9 +6,10 @@ use crate::evidence::ln_sum_exp;
 use crate::forward::{Forward, Hypothesis};
 use crate::noise::{NoiseTest, noisy_rho};
 use crate::rivals::Rival;
+use crate::rounding::hides_noise;
 use crate::scan::{Found, p_value};
 use crate::shrinkage::weights;
-use crate::table::Row;
+use crate::table::{Row, Source};
 use crate::whitening::Sequence;
 
 mod bench;
@@ -55,13 +56,7 @@ impl Default for Settings {
 
 /// Searches. None where the model cannot even predict these rows.
 pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Settings) -> Option<Outcome> {
-    let run: Vec<usize> = rows.iter().map(|row| row.file).collect();
-    let ordered = |row: &Row| match row.source {
-        crate::table::Source::Reading => row.time_s,
-        _ => f64::NAN,
-    };
-    let time: Vec<f64> = rows.iter().map(ordered).collect();
-    let sequence = Sequence::by_time(&run, &time);
+    let sequence = in_time(rows);
     let mut bench = Bench::new(forward, rows, &sequence, settings)?;
     let baseline = bench.baseline.clone();
     let scan = bench.scan(&baseline, &[], None);
@@ -210,6 +205,18 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
     })
 }
 
+/// The rows in time. Those that show no noise say nothing of its serial correlation: twenty dark readings of one digit are
+/// one rounding.
+fn in_time(rows: &[Row]) -> Sequence {
+    let run: Vec<usize> = rows.iter().map(|row| row.file).collect();
+    let ordered = |row: &Row| match row.source {
+        Source::Reading if !hides_noise(row) => row.time_s,
+        _ => f64::NAN,
+    };
+    let time: Vec<f64> = rows.iter().map(ordered).collect();
+    Sequence::by_time(&run, &time)
+}
+
 /// What a test of the noise found, as structure without a name.
 fn no_noise(test: &NoiseTest, rows: usize) -> Option<Unexplained> {
     let first = test.findings.first()?;
@@ -245,3 +252,22 @@ fn nothing_is_likelier(rivalry: &Rivalry) -> bool {
 /// A name beside a pattern without one must explain this many times what the pattern explains: a generic pattern is but a
 /// likeness of the unknown, and what it misses looks like anything.
 const BESIDE_SHARE: f64 = 2.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn readings_that_show_their_digit_alone_are_no_neighbours_in_time() {
+        let neighbours = |digit: f64| {
+            let row = |i: i32| Row {
+                digit,
+                time_s: f64::from(i),
+                ..Row::bare(Source::Reading, 0.01, 0.003)
+            };
+            in_time(&(0..20).map(row).collect::<Vec<_>>()).has_neighbours()
+        };
+        // u = 0.003: digit/√12 = 0.0029 and a scatter of 0.0008, or digit/√12 = 0.0014 and a scatter of 0.0026.
+        assert!(!neighbours(0.01) && neighbours(0.005) && neighbours(0.0));
+    }
+}
