@@ -251,15 +251,17 @@ fn finish(
     let model = results.join("luminaire.model.toml");
     let asked = job.and_then(|job| wanted(job, &results, overwrite));
     let request = asked.unwrap_or_else(|| diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
-    let answer = diagnose::run(&request, progress)?;
-    let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
-    files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
-    evening.diagnosis = Some(Diagnosed {
-        plain: answer.document.plain.clone(),
-        good: answer.document.verdict == diagnose::Verdict::Consistent,
-        details: diagnose::statistics(&answer),
-        same_record: answer.document.independence == diagnose::Independence::SameRun,
-    });
+    // A record of which every reading made the distribution has none that could check it.
+    if let Ok(answer) = diagnose::attempt(&request, progress)? {
+        let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
+        files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
+        evening.diagnosis = Some(Diagnosed {
+            plain: answer.document.plain.clone(),
+            good: answer.document.verdict == diagnose::Verdict::Consistent,
+            details: diagnose::statistics(&answer),
+            same_record: answer.document.independence == diagnose::Independence::SameRun,
+        });
+    }
 
     let report = results.join("report.html");
     files::write(&report, page::document(&evening)?.html().as_bytes(), overwrite)?;
@@ -419,6 +421,9 @@ fn sentences(evening: &Evening) -> Vec<String> {
         None if evening.diagnosis.as_ref().is_some_and(|found| found.same_record) => lines.push(
             "test                  none: no spectrum was taken at a short distance, and the diagnosis checks the record against itself"
                 .to_owned(),
+        ),
+        None if evening.diagnosis.is_none() => lines.push(
+            "test                  none: no spectrum was taken at a short distance, and every reading made the distribution".to_owned(),
         ),
         None => {}
     }

@@ -1,7 +1,7 @@
 //! `isolux diagnose`: where a model and observations disagree, which effect is missing, and the model that has it.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_diagnose::diagnosis::{self, Diagnosis, digits};
+use isolux_diagnose::diagnosis::{self, DiagnoseError, Diagnosis, digits};
 pub use isolux_diagnose::document::Independence;
 pub use isolux_diagnose::document::Verdict;
 use isolux_diagnose::document::{Document, NoiseEntry, ParameterEntry};
@@ -15,6 +15,7 @@ use crate::Failure;
 use crate::diagnosis_report::report;
 use crate::files::{self, Overwrite};
 use crate::overlap::{self, Given};
+use crate::own_readings;
 use crate::progress::{Event, Progress};
 
 /// What is asked.
@@ -54,8 +55,16 @@ pub struct Answer {
 /// # Errors
 /// Bad input (exit 2) with file and line; nothing is written then.
 pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure> {
+    attempt(request, progress)?.map_err(Failure::bad_input)
+}
+
+/// As [`run`]; the inner error says that too few readings are left without those that made the model's distribution.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn attempt(request: &Request, progress: &dyn Progress) -> Result<Result<Answer, String>, Failure> {
     let model = Model::load(&request.model).map_err(Failure::bad_input)?;
-    let (observations, sha256, held_out, overlaps) = observed(request)?;
+    let (observations, sha256, held_out, left_out) = observed(request, &model)?;
     let accepted = request.accept.then(|| next_version(&request.model));
     if let Some(path) = &accepted {
         files::refuse_existing(path, request.overwrite)?;
@@ -70,9 +79,20 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
         seed: request.seed,
         ..Settings::default()
     };
-    let mut found = diagnosis::diagnose(&model, &observations, held_out.as_ref(), &sha256, &settings)
-        .map_err(|error| Failure::bad_input(format!("{}: {error}", names(&request.observations))))?;
-    found.document.notes.extend(overlaps);
+    let mut found = match diagnosis::diagnose(&model, &observations, held_out.as_ref(), &sha256, &settings) {
+        Err(DiagnoseError::Nothing | DiagnoseError::TooFew { .. } | DiagnoseError::Dark)
+            if same_record && !left_out.is_empty() =>
+        {
+            let none = format!(
+                "{}; what is left is too little to check the model with",
+                left_out.join("; ")
+            );
+            progress.event(Event::Ended(&none));
+            return Ok(Err(none));
+        }
+        found => found.map_err(|error| Failure::bad_input(format!("{}: {error}", names(&request.observations))))?,
+    };
+    found.document.notes.extend(left_out);
     progress.event(Event::Ended(&found.document.sentence));
     let out = files::output_folder(&request.out, request.overwrite)?;
     let diff = diff(
@@ -86,12 +106,12 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
     let reduce_with = run_directory(&request.observations, &observations)
         .filter(|_| !found.of_bench.is_empty())
         .map(|run| format!("isolux reduce {run} --with {}", out.join("model.after.toml")));
-    Ok(Answer {
+    Ok(Ok(Answer {
         diff,
         document: found.document,
         accepted,
         reduce_with,
-    })
+    }))
 }
 
 /// Refuses a model or observations that no diagnosis could use, without diagnosing.
@@ -99,15 +119,15 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Answer, Failure
 /// # Errors
 /// Bad input (exit 2) with file and line.
 pub(crate) fn check(request: &Request) -> Result<(), Failure> {
-    Model::load(&request.model).map_err(Failure::bad_input)?;
-    observed(request).map(|_| ())
+    let model = Model::load(&request.model).map_err(Failure::bad_input)?;
+    observed(request, &model).map(|_| ())
 }
 
 /// Sets that are fitted, the fingerprint of their data, the set that is predicted, and notes.
 type Observed = (Vec<Observations>, String, Option<Observations>, Vec<String>);
 
-/// The observations of a request, no reading twice among them.
-fn observed(request: &Request) -> Result<Observed, Failure> {
+/// The observations of a request, no reading twice among them and none that made the distribution of `model`.
+fn observed(request: &Request, model: &Model) -> Result<Observed, Failure> {
     let paths: Vec<&Utf8PathBuf> = request.observations.iter().chain(&request.held_out).collect();
     let sha256 = paths
         .iter()
@@ -130,6 +150,18 @@ fn observed(request: &Request) -> Result<Observed, Failure> {
             notes.extend(overlap::beyond(&mut later, earlier, role)?);
         }
         given.push(later);
+    }
+    for given in &mut given {
+        notes.extend(own_readings::leave_out(model, given));
+    }
+    if let Some(held) = given.last().filter(|_| request.held_out.is_some())
+        && matches!(&held.set, Observations::Readings(readings) if readings.rows().is_empty())
+    {
+        let message = format!(
+            "{}, given as --held-out, made the model's distribution and holds no other readings",
+            held.path
+        );
+        return Err(Failure::bad_input(message));
     }
     let held_out = request.held_out.is_some().then(|| given.pop()).flatten();
     let fitted = sha256[..request.observations.len()].join("+");

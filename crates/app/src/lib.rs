@@ -29,6 +29,7 @@ pub mod log;
 mod memory;
 pub mod operator;
 mod overlap;
+mod own_readings;
 pub mod owner;
 pub mod plan;
 pub mod plot;

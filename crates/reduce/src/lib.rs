@@ -127,6 +127,8 @@ pub struct Reduction {
     pub closing: Option<Closing>,
     /// Apparent intensity on the axis at other distances.
     pub other_distances: Vec<Apparent>,
+    /// Numbers of the readings that the distribution was made of.
+    pub made_of: Vec<u64>,
     /// Readings that were used, and all of them.
     pub readings: (usize, usize),
     /// What a person should know.
@@ -278,6 +280,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         sensor_irradiance,
         closing: Closing::of(&samples),
         accepted,
+        made_of: samples::made_of(&rows),
         readings: (used, all.len()),
         notes,
         without: options.without.clone(),

@@ -399,6 +399,12 @@ fn model_toml(reduction: &Reduction, diameter_mm: Option<f64>, run_files: &[(Str
             text.push_str(&format!("readings_sha256 = \"{hash}\"\n"));
         }
     }
+    // First and last of each run of numbers.
+    let runs = reduction.made_of.chunk_by(|a, b| a + 1 == *b);
+    let runs: Vec<String> = runs
+        .map(|run| format!("[{}, {}]", run[0], run[run.len() - 1]))
+        .collect();
+    text.push_str(&format!("distribution_rows = [{}]\n", runs.join(", ")));
     if !reduction.removed_effects.is_empty() {
         text.push_str(&format!("removed = {:?}\n", reduction.removed_effects));
     }

@@ -53,7 +53,7 @@ pub fn samples(
     rows: &[&Reading],
     mut correct: impl FnMut(&Reading, f64) -> Corrected,
 ) -> Result<Vec<Sample>, ReduceError> {
-    let full_circle = rows.iter().any(|row| row.c_target_deg == 0.0);
+    let closing = closing(rows);
     let mut keyed: Vec<((bool, f64, f64), &Reading)> = Vec::with_capacity(rows.len());
     for &row in rows {
         let off_c = (row.c_deg - row.c_target_deg).abs();
@@ -65,8 +65,7 @@ pub fn samples(
             });
         }
         let (c, gamma) = unsigned(row.c_target_deg, row.gamma_target_deg);
-        let closing = full_circle && row.c_target_deg == 360.0 && row.gamma_target_deg >= 0.0;
-        keyed.push(((closing, c, gamma), row));
+        keyed.push(((closing(row), c, gamma), row));
     }
     keyed.sort_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2)));
     let mut samples = Vec::new();
@@ -95,6 +94,19 @@ pub fn samples(
         }),
         None => Ok(samples),
     }
+}
+
+/// Whether a row belongs to the closing half-plane, a check of the one at C 0°.
+fn closing(rows: &[&Reading]) -> impl Fn(&Reading) -> bool + use<> {
+    let full_circle = rows.iter().any(|row| row.c_target_deg == 0.0);
+    move |row| full_circle && row.c_target_deg == 360.0 && row.gamma_target_deg >= 0.0
+}
+
+/// Numbers of the readings that make the distribution, in their order: those with a value, without the closing half-plane.
+pub fn made_of(rows: &[&Reading]) -> Vec<u64> {
+    let closing = closing(rows);
+    let usable = |row: &&&Reading| row.quality == Quality::Ok && row.illuminance_lx.is_some() && !closing(row);
+    rows.iter().filter(usable).map(|row| row.index).collect()
 }
 
 fn mean(

@@ -373,6 +373,34 @@ fn readings_are_intervals_and_the_raw_distribution_stays_beside_the_smoothed_one
 }
 
 #[test]
+fn the_model_says_which_readings_its_distribution_was_made_of() {
+    let mut rows = day(rounded, 0.0);
+    // A direction's second reading failed, and made nothing.
+    rows.insert(
+        92,
+        Reading {
+            quality: Quality::Failed,
+            illuminance_lx: None,
+            ..rows[91].clone()
+        },
+    );
+    let run = run(rows);
+    let result = reduce(&run, &Options::default(), None).unwrap();
+    let files = crate::files(&result, &run, &[], "isolux test").unwrap();
+    let model = files.iter().find(|file| file.name == "luminaire.model.toml").unwrap();
+    let model: toml::Table = std::str::from_utf8(&model.bytes).unwrap().parse().unwrap();
+    // A visit to the reference point, 91 γ, and so on; neither the closing half-plane nor what is dark.
+    let first = |plane: i64| 92 * plane + if plane == 0 { 1 } else { 2 };
+    let expected: Vec<toml::Value> = (0..24)
+        .map(|plane| toml::Value::from(vec![first(plane), first(plane) + 90]))
+        .collect();
+    assert_eq!(
+        model["luminaire"]["provenance"]["distribution_rows"].as_array(),
+        Some(&expected)
+    );
+}
+
+#[test]
 fn the_drift_that_was_taken_out_stands_in_the_model() {
     let falling = run(day(rounded, -0.01));
     let result = reduce(&falling, &Options::default(), None).unwrap();
