@@ -15,7 +15,7 @@ use crate::progress::{Event, Progress};
 
 /// What is wanted of a capture.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wishes {
+pub struct Options {
     /// Unit of the maps.
     pub unit: CaptureUnit,
     /// Bins along x and y; none: as many as the scene's pixels, at most 64.
@@ -122,12 +122,12 @@ pub fn capture(
     darkroom: &Utf8Path,
     scene: &Utf8Path,
     out: &Utf8Path,
-    wishes: &Wishes,
+    options: &Options,
     progress: &dyn Progress,
 ) -> Result<Captured, Failure> {
     let values = out.with_extension("csv");
-    files::refuse_existing(out, wishes.overwrite)?;
-    files::refuse_existing(&values, wishes.overwrite)?;
+    files::refuse_existing(out, options.overwrite)?;
+    files::refuse_existing(&values, options.overwrite)?;
     if out == values {
         return Err(Failure::bad_input(format!(
             "{out}: the maps' poses go to a .toml, their values to a .csv beside it"
@@ -135,7 +135,7 @@ pub fn capture(
         .help("give --out maps.toml"));
     }
     let room = Room::new(document(darkroom, progress)?);
-    let (frame, shots, unit) = shots(scene, wishes, progress)?;
+    let (frame, shots, unit) = shots(scene, options, progress)?;
     if frame.bins.iter().any(|bins| *bins > MOST_BINS) {
         let message = format!(
             "{} × {} bins are more than {MOST_BINS} a side",
@@ -184,11 +184,11 @@ pub fn capture(
         CaptureUnit::WattPerSquareMetre => Some(room.document().camera.full_scale_lx * room.spectrum().watt_per_lux()),
     };
     let table = table.into_inner().map_err(Failure::instrument)?;
-    files::write(&values, &table, wishes.overwrite)?;
+    files::write(&values, &table, options.overwrite)?;
     files::write(
         out,
         poses(&frame, unit, full_scale, &shots).as_bytes(),
-        wishes.overwrite,
+        options.overwrite,
     )?;
     Ok(Captured {
         maps: shots.into_iter().map(|shot| shot.name).collect(),
@@ -224,7 +224,7 @@ pub fn document(path: &Utf8Path, progress: &dyn Progress) -> Result<Darkroom, Fa
 
 fn shots(
     scene: &Utf8Path,
-    wishes: &Wishes,
+    options: &Options,
     progress: &dyn Progress,
 ) -> Result<(SensorFrame, Vec<Shot>, CaptureUnit), Failure> {
     let text = read_text(scene).map_err(Failure::bad_input)?;
@@ -235,10 +235,10 @@ fn shots(
                 file: scene,
                 text: &text,
             },
-            wishes,
+            options,
             progress,
         )?;
-        return Ok((frame, shots, wishes.unit));
+        return Ok((frame, shots, options.unit));
     }
     let maps = MapSet::open(scene, Need::Coordinates).map_err(Failure::bad_input)?;
     let shots = maps
@@ -267,12 +267,16 @@ fn shots(
     };
     let frame = SensorFrame {
         size_mm: maps.sensor_mm(),
-        bins: wishes.bins.unwrap_or_else(|| maps.bins()),
+        bins: options.bins.unwrap_or_else(|| maps.bins()),
     };
     Ok((frame, shots, unit))
 }
 
-fn of_scene(source: Source<'_>, wishes: &Wishes, progress: &dyn Progress) -> Result<(SensorFrame, Vec<Shot>), Failure> {
+fn of_scene(
+    source: Source<'_>,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<(SensorFrame, Vec<Shot>), Failure> {
     let document: SceneDocument = source.parse("isolux-scene/1").map_err(Failure::bad_input)?;
     let sensor = &document.sensor;
     let (size_mm, pixels) = (sensor.size_mm.both(), sensor.pixels.both());
@@ -301,10 +305,10 @@ fn of_scene(source: Source<'_>, wishes: &Wishes, progress: &dyn Progress) -> Res
     ] {
         within(key, value, low, high)?;
     }
-    if !(1e-9..=1e9).contains(&wishes.exposure) {
+    if !(1e-9..=1e9).contains(&options.exposure) {
         return Err(Failure::bad_input(format!(
             "exposure {} is not within 1e-9 to 1e9",
-            wishes.exposure
+            options.exposure
         )));
     }
     if sensor.background_w_m2 != 0.0 {
@@ -318,13 +322,13 @@ fn of_scene(source: Source<'_>, wishes: &Wishes, progress: &dyn Progress) -> Res
         tilt_y_deg: sensor.tilt_y_deg,
         rot_z_deg: sensor.rot_z_deg,
         offset_mm: sensor.offset_mm,
-        exposure: wishes.exposure,
+        exposure: options.exposure,
         lamp: true,
         capped: false,
         time_s: sensor.time_s,
     };
-    let bins = wishes.bins.unwrap_or_else(|| pixels.map(|count| count.min(64)));
-    let shots = match wishes.series {
+    let bins = options.bins.unwrap_or_else(|| pixels.map(|count| count.min(64)));
+    let shots = match options.series {
         Series::Single { lamp, capped } => {
             vec![Shot {
                 name: "scene".to_owned(),
@@ -458,8 +462,8 @@ mod tests {
     const SCENE: &str = "format = \"isolux-scene/1\"\nmodel = \"ring.model.toml\"\n[sensor]\nsize_mm = [24.576, 24.576]\n\
                          pixels = [2048, 2048]\ndistance_mm = 500.0\n";
 
-    fn wishes() -> Wishes {
-        Wishes {
+    fn asked() -> Options {
+        Options {
             unit: CaptureUnit::Lux,
             bins: Some([6, 4]),
             series: Series::Designed,
@@ -476,12 +480,12 @@ mod tests {
         (folder, path)
     }
 
-    fn run(path: &Utf8Path, scene: &str, out: &str, wishes: &Wishes) -> Result<Captured, Failure> {
+    fn run(path: &Utf8Path, scene: &str, out: &str, options: &Options) -> Result<Captured, Failure> {
         capture(
             &path.join("darkroom.toml"),
             &path.join(scene),
             &path.join(out),
-            wishes,
+            options,
             &Silent,
         )
     }
@@ -489,14 +493,14 @@ mod tests {
     #[test]
     fn a_scene_becomes_maps_that_read_back() {
         let (_keep, path) = folder(SCENE, "seed = 3\n[flaws]\nonly = true\n");
-        let captured = run(&path, "scene.toml", "maps.toml", &wishes()).unwrap();
+        let captured = run(&path, "scene.toml", "maps.toml", &asked()).unwrap();
         assert_eq!(captured.maps.len(), 9);
         assert!((captured.mean[0] - 1330.0).abs() < 20.0, "{:?}", captured.mean);
         let maps = MapSet::open(&path.join("maps.toml"), Need::Values).unwrap();
         assert_eq!(maps.cells().len(), 9 * 24);
         assert_eq!(maps.maps()[3].distance_mm, 150.0);
         // The poses of a maps.toml can be taken again; the same room gives the same bytes.
-        let again = Wishes { bins: None, ..wishes() };
+        let again = Options { bins: None, ..asked() };
         run(&path, "maps.toml", "again.toml", &again).unwrap();
         let named = std::fs::read_to_string(path.join("maps.toml")).unwrap();
         std::fs::write(path.join("named.toml"), named.replace("\"full\"", "\"x,y\"")).unwrap();
@@ -506,7 +510,7 @@ mod tests {
         let bytes = |name: &str| std::fs::read(path.join(name)).unwrap();
         assert_eq!(bytes("maps.csv"), bytes("again.csv"));
         assert!(
-            run(&path, "scene.toml", "maps.toml", &wishes()).is_err(),
+            run(&path, "scene.toml", "maps.toml", &asked()).is_err(),
             "nothing is overwritten"
         );
     }
@@ -519,7 +523,7 @@ mod tests {
             (SCENE.to_owned(), "[lamp]\nflux = 1.0\n".to_owned(), "darkroom.toml:2"),
         ] {
             let (_keep, path) = folder(&scene, &darkroom);
-            let failure = run(&path, "scene.toml", "maps.toml", &wishes()).unwrap_err();
+            let failure = run(&path, "scene.toml", "maps.toml", &asked()).unwrap_err();
             assert_eq!(failure.kind, crate::FailureKind::BadInput);
             assert!(failure.message.contains(words), "{}", failure.message);
             assert!(!path.join("maps.toml").exists() && !path.join("maps.csv").exists());

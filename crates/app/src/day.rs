@@ -35,7 +35,7 @@ use crate::{Failure, bench, diagnose, init, record, reduce, scan, simulate};
 
 /// What a day is made of.
 #[derive(Debug, Clone, Default)]
-pub struct Wishes {
+pub struct Options {
     /// The job; without one the built-in virtual darkroom with its plan.
     pub job: Option<Utf8PathBuf>,
     /// Plan of the built-in virtual darkroom; a resumed day keeps its own.
@@ -63,7 +63,7 @@ pub struct Day {
 }
 
 /// Everything that the report shows, computed from the record.
-pub(crate) struct Evening {
+pub(crate) struct DayResults {
     pub reduced: Reduced,
     pub scene: Scene,
     pub simulation: Simulation,
@@ -86,7 +86,7 @@ pub(crate) struct Diagnosed {
     pub same_record: bool,
 }
 
-impl Evening {
+impl DayResults {
     /// What the reading of the strongest direction is uncertain by on its own, by rounding and scatter, relative to it.
     fn u_direction_rel(&self) -> Option<f64> {
         let nodes = self.reduced.reduction.grid.nodes.iter();
@@ -102,40 +102,40 @@ impl Evening {
 /// Bad input (exit 2) before anything moves; 1 when the lamp does not become stable; 3 when an instrument fails or an axis
 /// cannot be verified at rest; 130 when interrupted. What was recorded until then stays readable.
 pub fn run(
-    wishes: &Wishes,
+    options: &Options,
     operator: Option<&dyn Operator>,
     control: &Control,
     progress: &dyn Progress,
 ) -> Result<Day, Failure> {
-    let folder = match &wishes.out {
+    let folder = match &options.out {
         Some(folder) => folder.clone(),
         None => fresh_folder(),
     };
-    let job = match &wishes.job {
+    let job = match &options.job {
         Some(file) => Some(Job::load(file).map_err(Failure::bad_input)?),
-        None if wishes.resume => asked::kept(&folder)?,
+        None if options.resume => asked::kept(&folder)?,
         None => None,
     };
-    let plan = if wishes.resume && job.is_none() {
-        asked::built_in_plan(&folder)?.unwrap_or(wishes.plan)
+    let plan = if options.resume && job.is_none() {
+        asked::built_in_plan(&folder)?.unwrap_or(options.plan)
     } else {
-        wishes.plan
+        options.plan
     };
-    let target = match (wishes.resume, wishes.reread) {
+    let target = match (options.resume, options.reread) {
         (true, true) => Target::Reread(&folder),
         (true, false) => Target::Resume(&folder),
         (false, _) => Target::New(&folder),
     };
-    // Held to the end of the evening: two that make the results of one day at once would mix them.
-    let force = wishes.force.as_deref();
+    // Held to the end of the day_results: two that make the results of one day at once would mix them.
+    let force = options.force.as_deref();
     let place =
-        Place::take(target, force.is_some()).map_err(|failure| go_on(failure, wishes.job.as_deref(), &folder))?;
+        Place::take(target, force.is_some()).map_err(|failure| go_on(failure, options.job.as_deref(), &folder))?;
     let subject = match &job {
         Some(job) => job.subject().clone(),
         None => init::subject::built_in(),
     };
     let place = place.of(&subject);
-    let scanned = wishes.resume && completed(&folder, wishes.reread)?;
+    let scanned = options.resume && completed(&folder, options.reread)?;
     // What cannot be is refused before anything moves, not after the scan.
     if let Some(job) = &job {
         before::check(job, scanned.then_some(folder.as_path()), operator.is_some())?;
@@ -144,15 +144,15 @@ pub fn run(
         Some(job) if scanned => asked::keep(&folder, job)?,
         None if scanned => {}
         Some(job) => {
-            let keeping = asked::Keeping::new(&folder, job, progress);
+            let keeping = asked::JobRecorder::new(&folder, job, progress);
             scan::run_in(&place, job.station(), job.plan(), force, operator, control, &keeping)
-                .map_err(|failure| go_on(failure, wishes.job.as_deref(), &folder))?;
+                .map_err(|failure| go_on(failure, options.job.as_deref(), &folder))?;
             keeping.end()?;
         }
         None => virtual_scan(&place, plan, control, progress).map_err(|failure| go_on(failure, None, &folder))?,
     }
-    // What a day that broke off in the evening had made of its record is made again.
-    let overwrite = if wishes.resume {
+    // What a day that broke off in the day_results had made of its record is made again.
+    let overwrite = if options.resume {
         Overwrite::Force
     } else {
         Overwrite::Never
@@ -160,11 +160,11 @@ pub fn run(
     finish(
         &folder,
         job.as_ref(),
-        wishes.accept_drift.as_deref(),
+        options.accept_drift.as_deref(),
         overwrite,
         progress,
     )
-    .map_err(|failure| resume_with_reason(failure, wishes.job.as_deref(), &folder))
+    .map_err(|failure| resume_with_reason(failure, options.job.as_deref(), &folder))
 }
 
 /// The failure of the gate with the command that accepts it.
@@ -241,21 +241,26 @@ fn finish(
     let reduced = reduce::run(folder, &request, overwrite)?;
     progress.event(Event::Ended(&format!("flux {}", with_u(&reduced.reduction.flux))));
 
-    let mut evening = light(folder, reduced, job.map(Job::scene), progress)?;
-    simulate::write(&results, &evening.simulation, evening.u_direction_rel(), overwrite)?;
-    if let Some(comparison) = &evening.comparison {
+    let mut day_results = light(folder, reduced, job.map(Job::scene), progress)?;
+    simulate::write(
+        &results,
+        &day_results.simulation,
+        day_results.u_direction_rel(),
+        overwrite,
+    )?;
+    if let Some(comparison) = &day_results.comparison {
         let text = format!("{:#}\n", serde_json::to_value(comparison).map_err(Failure::instrument)?);
         files::write(&results.join("comparison.json"), text.as_bytes(), overwrite)?;
     }
 
     let model = results.join("luminaire.model.toml");
     let asked = job.and_then(|job| wanted(job, &results, overwrite));
-    let request = asked.unwrap_or_else(|| diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
+    let request = options.unwrap_or_else(|| diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
     // A record of which every reading made the distribution has none that could check it.
     if let Ok(answer) = diagnose::attempt(&request, progress)? {
         let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
         files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
-        evening.diagnosis = Some(Diagnosed {
+        day_results.diagnosis = Some(Diagnosed {
             plain: answer.document.plain.clone(),
             good: answer.document.verdict == diagnose::Verdict::Consistent,
             details: diagnose::statistics(&answer),
@@ -264,9 +269,9 @@ fn finish(
     }
 
     let report = results.join("report.html");
-    files::write(&report, page::document(&evening)?.html().as_bytes(), overwrite)?;
+    files::write(&report, page::document(&day_results)?.html().as_bytes(), overwrite)?;
     Ok(Day {
-        sentences: sentences(&evening),
+        sentences: sentences(&day_results),
         folder: folder.to_owned(),
         report,
     })
@@ -306,7 +311,7 @@ fn light(
     reduced: Reduced,
     sensor: Option<&Utf8Path>,
     progress: &dyn Progress,
-) -> Result<Evening, Failure> {
+) -> Result<DayResults, Failure> {
     progress.event(Event::Began {
         step: "simulate",
         total: None,
@@ -332,7 +337,7 @@ fn light(
         .as_ref()
         .map(|spectral| isolux_spectrum::quantities(&spectral.spectrum));
     let comparison = compare::on_axis(folder, &reduced)?;
-    Ok(Evening {
+    Ok(DayResults {
         reduced,
         scene,
         simulation,
@@ -379,9 +384,9 @@ pub fn report(
         folder: folder.join("results"),
         files: Vec::new(),
     };
-    let mut evening = light(folder, reduced, scene.as_deref(), progress)?;
-    stored::beside(folder, own_model, &mut evening)?;
-    let document = page::document(&evening)?;
+    let mut day_results = light(folder, reduced, scene.as_deref(), progress)?;
+    stored::beside(folder, own_model, &mut day_results)?;
+    let document = page::document(&day_results)?;
     if !pdf {
         files::write(out, document.html().as_bytes(), overwrite)?;
         return Ok(());
@@ -396,9 +401,9 @@ pub fn report(
 }
 
 /// The last lines of the day.
-fn sentences(evening: &Evening) -> Vec<String> {
-    let reduction = &evening.reduced.reduction;
-    let facts = &evening.simulation.facts;
+fn sentences(day_results: &DayResults) -> Vec<String> {
+    let reduction = &day_results.reduced.reduction;
+    let facts = &day_results.simulation.facts;
     let mut lines = vec![format!("luminous flux         {}", with_u(&reduction.flux))];
     lines.extend(
         reduction
@@ -416,13 +421,13 @@ fn sentences(evening: &Evening) -> Vec<String> {
         lines.push(format!("CCT                   {}", with_u(cct)));
     }
     lines.push(format!("mean on the sensor    {}", simulate::mean(facts)));
-    match &evening.comparison {
+    match &day_results.comparison {
         Some(comparison) => lines.extend(comparison.sentences()),
-        None if evening.diagnosis.as_ref().is_some_and(|found| found.same_record) => lines.push(
+        None if day_results.diagnosis.as_ref().is_some_and(|found| found.same_record) => lines.push(
             "test                  none: no spectrum was taken at a short distance, and the diagnosis checks the record against itself"
                 .to_owned(),
         ),
-        None if evening.diagnosis.is_none() => lines.push(
+        None if day_results.diagnosis.is_none() => lines.push(
             "test                  none: no spectrum was taken at a short distance, and every reading made the distribution".to_owned(),
         ),
         None => {}

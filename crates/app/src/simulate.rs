@@ -110,7 +110,7 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
     };
     let folder = files::output_folder(&request.out, request.overwrite)?;
     if request.overwrite == Overwrite::Force {
-        take_away(&folder)?;
+        remove_old(&folder)?;
     }
     write_map(&folder, &simulation, None, request.overwrite)?;
     let (map, facts) = (&simulation.map, &simulation.facts);
@@ -261,7 +261,7 @@ fn write_facts(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite)
 
 /// Takes the files of an earlier simulation out of `folder`, `result.json` first: what this one does not write would pass for
 /// its own. The map stays until it is replaced and marks the folder as one of a simulation.
-fn take_away(folder: &Utf8Path) -> Result<(), Failure> {
+fn remove_old(folder: &Utf8Path) -> Result<(), Failure> {
     if !folder.join("irradiance.npy").is_file() {
         return Ok(());
     }

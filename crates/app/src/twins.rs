@@ -18,7 +18,7 @@ use crate::{Failure, FailureKind, capture};
 
 /// Which twins, and how.
 #[derive(Debug, Clone)]
-pub struct Wishes {
+pub struct Options {
     /// `darkroom.toml`; none: the built-in darkroom.
     pub darkroom: Option<Utf8PathBuf>,
     /// The twins to serve.
@@ -75,24 +75,24 @@ pub struct Reachable {
 /// # Errors
 /// Bad input (exit 2) with file and line; exit 3 when the system refuses ports or ptys; exit 130 when interrupted.
 pub fn serve(
-    wishes: &Wishes,
+    options: &Options,
     progress: &dyn Progress,
     ready: impl FnOnce(&[Reachable]) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let document = match &wishes.darkroom {
+    let document = match &options.darkroom {
         Some(path) => capture::document(path, progress)?,
         None => Darkroom::built_in().map_err(Failure::bad_input)?,
     };
-    let mut choice = wishes.instruments.choice()?;
+    let mut choice = options.instruments.choice()?;
     // What a room has only where it is chosen is chosen by asking for it alone.
-    match wishes.twins {
+    match options.twins {
         Twins::PowerMeter => choice.add(Instrument::Powermeter),
         Twins::Supply => choice.add(Instrument::Supply),
         Twins::All | Twins::Axes | Twins::LuxMeter | Twins::Spectroradiometer => {}
     }
-    if let Some(path) = &wishes.station_out {
-        files::refuse_existing(path, wishes.overwrite)?;
-        files::refuse_existing(&beside(path), wishes.overwrite)?;
+    if let Some(path) = &options.station_out {
+        files::refuse_existing(path, options.overwrite)?;
+        files::refuse_existing(&beside(path), options.overwrite)?;
     }
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -101,7 +101,7 @@ pub fn serve(
     let signals = OnSignals::listen()?;
     runtime.block_on(async {
         let room = VirtualRoom::open_with(document.clone(), &choice);
-        let mut instruments: Vec<Instrument> = match wishes.twins {
+        let mut instruments: Vec<Instrument> = match options.twins {
             Twins::All => room.instruments().collect(),
             Twins::Axes => vec![Instrument::Axes, Instrument::Outputs],
             Twins::LuxMeter => vec![Instrument::Luxmeter],
@@ -110,7 +110,7 @@ pub fn serve(
             Twins::Supply => vec![Instrument::Supply],
         };
         if matches!(
-            wishes.twins,
+            options.twins,
             Twins::LuxMeter | Twins::Spectroradiometer | Twins::PowerMeter
         ) {
             // Nobody is there to switch the lamp on.
@@ -121,7 +121,7 @@ pub fn serve(
             };
             room.with_world(|world, now_s| world.set_switches(lit, now_s));
         }
-        let (usb, mut attach) = match wishes.usbip_port {
+        let (usb, mut attach) = match options.usbip_port {
             Some(port) => {
                 let (outlet, port, serving) = usb(&room, port).await?;
                 instruments.retain(|instrument| *instrument != outlet.instrument);
@@ -130,7 +130,7 @@ pub fn serve(
             }
             None => (None, None),
         };
-        let offer = wishes.tcp_port.map_or(Offer::Pty, |port| Offer::Tcp { port });
+        let offer = options.tcp_port.map_or(Offer::Pty, |port| Offer::Tcp { port });
         let (mut outlets, _serving) = outlet::offer(&room, &instruments, offer).await.map_err(|error| {
             Failure::instrument(format!("cannot offer the twins: {error}"))
                 .help("try --tcp 0 for any free port on the loopback address")
@@ -139,9 +139,9 @@ pub fn serve(
             outlets.push(outlet);
             serving
         });
-        if let Some(path) = &wishes.station_out {
-            write_calibration(path, document.clone(), &outlets, wishes.overwrite)?;
-            files::write(path, station(&document, &outlets).as_bytes(), wishes.overwrite)?;
+        if let Some(path) = &options.station_out {
+            write_calibration(path, document.clone(), &outlets, options.overwrite)?;
+            files::write(path, station(&document, &outlets).as_bytes(), options.overwrite)?;
         }
         let mut reachables: Vec<Reachable> = outlets.iter().map(reachable).collect();
         if let Some(usb) = reachables.last_mut() {
@@ -149,14 +149,14 @@ pub fn serve(
         }
         ready(&reachables)?;
         let over = async {
-            match wishes.lasts {
+            match options.lasts {
                 Some(lasts) => tokio::time::sleep(lasts).await,
                 None => std::future::pending().await,
             }
         };
         tokio::select! {
             () = over => Ok(()),
-            () = orders(&room, wishes.faults, progress) => Ok(()),
+            () = orders(&room, options.faults, progress) => Ok(()),
             _ = signals.cancelled() => Err(Failure {
                 kind: FailureKind::Interrupted,
                 message: "interrupted, the twins have gone".to_owned(),

@@ -36,7 +36,7 @@ fn main() -> ExitCode {
     match began.and_then(|()| commands::run(arguments.command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            screen::complain(&failure);
+            screen::report_failure(&failure);
             ExitCode::from(failure.kind.exit_code())
         }
     }
@@ -49,7 +49,7 @@ fn explained(told: &clap::Error) -> ExitCode {
     match told.print() {
         Err(error) if !told.use_stderr() => {
             let failure = screen::unwritten(&error);
-            screen::complain(&failure);
+            screen::report_failure(&failure);
             ExitCode::from(failure.kind.exit_code())
         }
         _ => ExitCode::from(code),

@@ -34,7 +34,7 @@ pub fn unwritten(error: &std::io::Error) -> Failure {
 }
 
 /// Prints why a command failed and what to do about it.
-pub fn complain(failure: &Failure) {
+pub fn report_failure(failure: &Failure) {
     if failure.kind == FailureKind::Closed {
         return;
     }

@@ -1,4 +1,4 @@
-//! Days that break off: by SIGINT and kill in the scan and in the evening, by faults of the instruments. What was read stays
+//! Days that break off: by SIGINT and kill in the scan and in the day_results, by faults of the instruments. What was read stays
 //! readable, the axes stand, and the day is taken up again to its end.
 
 #![cfg(unix)]

@@ -144,7 +144,7 @@ fn the_plan_that_a_diagnosis_writes_settles_it() {
     let mut rivals = set(&first);
     rivals.sort_unstable();
     assert_eq!(rivals, ["backlash", "gamma_zero"], "{first:#}");
-    // A block that would leave the two within the noise of their difference costs an evening and settles nothing.
+    // A block that would leave the two within the noise of their difference costs an day_results and settles nothing.
     let suggested = first["next_measurement"].as_array().unwrap();
     assert!(
         suggested

@@ -9,7 +9,7 @@ use isolux_model::{Effect, Model, UncertaintyScale};
 use isolux_record::observation::Observations;
 use nalgebra::DVector;
 
-use crate::believed::Believed;
+use crate::assumed::AssumedModel;
 use crate::document::{Document, EffectEntry, Independence, NoiseEntry, UnexplainedEntry};
 use crate::forward::Forward;
 use crate::next::{self, Next};
@@ -99,15 +99,15 @@ pub fn diagnose(
     if rows.is_empty() {
         return Err(DiagnoseError::Nothing);
     }
-    let believed = Believed::new(model.clone(), parts);
-    if rows.len() <= believed.nuisances() + 2 {
+    let assumed = AssumedModel::new(model.clone(), parts);
+    if rows.len() <= assumed.nuisances() + 2 {
         return Err(DiagnoseError::TooFew {
             rows: rows.len(),
-            parameters: believed.nuisances(),
+            parameters: assumed.nuisances(),
         });
     }
-    let zero = vec![0.0; believed.nuisances()];
-    let as_given = believed.predict(&zero, &[]).ok_or(DiagnoseError::NoPrediction)?;
+    let zero = vec![0.0; assumed.nuisances()];
+    let as_given = assumed.predict(&zero, &[]).ok_or(DiagnoseError::NoPrediction)?;
     if as_given.iter().all(|value| *value == 0.0) {
         return Err(DiagnoseError::Dark);
     }
@@ -115,9 +115,9 @@ pub fn diagnose(
         fit_scale: model.u_scale() == UncertaintyScale::Fit,
         ..*settings
     };
-    let outcome = search(&believed, &rows, &settings).ok_or(DiagnoseError::NoPrediction)?;
+    let outcome = search(&assumed, &rows, &settings).ok_or(DiagnoseError::NoPrediction)?;
 
-    let effects = effect_entries(&believed, &outcome);
+    let effects = effect_entries(&assumed, &outcome);
     let verdict = verdict(&outcome, &effects);
     let measured = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.measured));
     let sigma = DVector::from_iterator(rows.len(), rows.iter().map(|row| outcome.noise.scale * row.u));
@@ -130,7 +130,7 @@ pub fn diagnose(
     }
     explained.component_div_assign(&sigma);
     let gap = gap(
-        &believed,
+        &assumed,
         &outcome,
         &rows,
         &scaled(&as_given),
@@ -152,18 +152,18 @@ pub fn diagnose(
         entries: next_measurement,
         plans,
         note,
-    } = next::suggest(&believed, &outcome, &rows);
+    } = next::suggest(&assumed, &outcome, &rows);
     notes.extend(note);
-    let baseline = believed
+    let baseline = assumed
         .model(&outcome.baseline.nuisance, &[])
         .ok_or(DiagnoseError::NoPrediction)?;
-    let after = model_after(&believed, &outcome, &effects, sha256, &settings).ok_or(DiagnoseError::NoPrediction)?;
+    let after = model_after(&assumed, &outcome, &effects, sha256, &settings).ok_or(DiagnoseError::NoPrediction)?;
     let of_bench = outcome
         .after
         .hypotheses
         .iter()
-        .filter(|member| believed.belongs_to_bench(member.effect))
-        .map(|member| believed.spec(member.effect).name)
+        .filter(|member| assumed.belongs_to_bench(member.effect))
+        .map(|member| assumed.spec(member.effect).name)
         .collect();
     let independence = independence(model, sha256);
     let sentence = sentence(verdict, &effects, unexplained.as_ref(), &outcome, independence);
@@ -173,7 +173,7 @@ pub fn diagnose(
         plain,
         sentence,
         places: places(&outcome),
-        ranked: ranked(&believed, &outcome),
+        ranked: ranked(&assumed, &outcome),
         effects,
         unexplained,
         noise: NoiseEntry {
@@ -186,7 +186,7 @@ pub fn diagnose(
         gap,
         independence,
         next_measurement,
-        blind_spots: blind_spots(&believed, &outcome),
+        blind_spots: blind_spots(&assumed, &outcome),
         model_baseline: "model.baseline.toml".to_owned(),
         model_after: "model.after.toml".to_owned(),
         notes,
@@ -210,17 +210,17 @@ pub fn diagnose(
 }
 
 fn model_after(
-    believed: &Believed,
+    assumed: &AssumedModel,
     outcome: &Outcome,
     entries: &[EffectEntry],
     sha256: &str,
     settings: &Settings,
 ) -> Option<Model> {
-    let model = believed.model(&outcome.after.nuisance, &outcome.after.hypotheses)?;
+    let model = assumed.model(&outcome.after.nuisance, &outcome.after.hypotheses)?;
     let mut effects: Vec<Effect> = model.effects().to_vec();
     let hypotheses = &outcome.after.hypotheses;
     for (number, entry) in entries.iter().enumerate() {
-        let effect = &mut effects[believed.place(hypotheses, number)];
+        let effect = &mut effects[assumed.place(hypotheses, number)];
         let number = |value: f64| toml::Value::Float(value);
         let u: toml::Table = entry
             .parameters

@@ -156,7 +156,7 @@ pub fn fit<F: Forward + ?Sized>(
                 let weight = 1.0 / (high - low).powi(2);
                 normal[(k, k)] += weight;
                 gradient[k] -= weight * (state.1[i].shape[j] - 0.5 * (low + high));
-                let spread = forward.effects()[state.1[i].effect].believed[j];
+                let spread = forward.effects()[state.1[i].effect].assumed[j];
                 let beyond = spread.beyond(state.1[i].shape[j]);
                 if beyond != 0.0 {
                     normal[(k, k)] += spread.sigma().powi(-2);
@@ -285,7 +285,7 @@ fn penalty<F: Forward + ?Sized>(forward: &F, hypotheses: &[Hypothesis]) -> f64 {
         {
             let (low, high) = searchable.bounds[j];
             sum += ((value - 0.5 * (low + high)) / (high - low)).powi(2);
-            sum += searchable.believed[j].beyond(*value).powi(2);
+            sum += searchable.assumed[j].beyond(*value).powi(2);
         }
         sum += searchable.implausibility(&hypothesis.linear);
     }

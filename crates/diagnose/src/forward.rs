@@ -15,7 +15,7 @@ pub struct Hypothesis {
     pub shape: Vec<f64>,
 }
 
-/// What is believed of one shape parameter: any value of a range alike.
+/// What is assumed of one shape parameter: any value of a range alike.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// The middle; none where every value is as likely (an azimuth).
@@ -73,8 +73,8 @@ pub struct Searchable {
     pub shapes: Vec<Vec<f64>>,
     /// Lowest and highest value of each shape parameter in a fit.
     pub bounds: Vec<(f64, f64)>,
-    /// Where each shape parameter is believed to lie before any data.
-    pub believed: Vec<Spread>,
+    /// Where each shape parameter is assumed to lie before any data.
+    pub assumed: Vec<Spread>,
     /// Difference at which the derivative to each shape parameter is taken.
     pub shape_step: Vec<f64>,
     /// Where the one shape is the frequency (in 1/s) of an oscillation 1 + p sin 2πft + q cos 2πft of all light: the time of every
@@ -113,7 +113,7 @@ impl Searchable {
         }
     }
 
-    /// How far these amplitudes lie beyond what is plausible, squared, in plausible amplitudes: what was believed of them before
+    /// How far these amplitudes lie beyond what is plausible, squared, in plausible amplitudes: what was assumed of them before
     /// any data falls like a normal law there.
     pub fn implausibility(&self, linear: &[f64]) -> f64 {
         self.beyond(linear).iter().map(|(share, _)| share * share).sum()
@@ -146,7 +146,7 @@ impl Searchable {
 pub trait Forward: Sync {
     /// Number of nuisance parameters; all zero is the model as it came.
     fn nuisances(&self) -> usize;
-    /// 1/σ² of what is believed of each nuisance parameter before any data; 0 where nothing is.
+    /// 1/σ² of what is assumed of each nuisance parameter before any data; 0 where nothing is.
     fn nuisance_weights(&self) -> Vec<f64> {
         vec![0.0; self.nuisances()]
     }

@@ -1,8 +1,8 @@
 //! Where simulation and measurement disagree, which physical effect is missing, how sure that is, and what to measure
 //! next.
 
+pub mod assumed;
 pub mod basis;
-pub mod believed;
 pub mod diagnosis;
 pub mod dictionary;
 pub mod document;

@@ -5,7 +5,7 @@ mod noise;
 mod readings;
 mod separation;
 
-use crate::believed::{Believed, Part};
+use crate::assumed::{AssumedModel, Part};
 use crate::document::NextEntry;
 use crate::forward::Hypothesis;
 use crate::search::{Label, Outcome};
@@ -37,7 +37,7 @@ struct Block {
 
 /// Where what is left is no noise, the measurement that would show its cause; and for the first effect whose set holds more than one name those
 /// that would tell its two most probable apart.
-pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
+pub fn suggest(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> Next {
     let mut next = Next::default();
     if let Some(test) = outcome.noise_test.as_ref().filter(|test| test.disagrees()) {
         noise::suggest(&mut next, test, rows);
@@ -45,7 +45,7 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
     let Some((number, pair)) = rivals_of(outcome) else {
         return next;
     };
-    let name = |hypothesis: &Hypothesis| believed.spec(hypothesis.effect).name.to_owned();
+    let name = |hypothesis: &Hypothesis| assumed.spec(hypothesis.effect).name.to_owned();
     let splits = [name(&pair[0]), name(&pair[1])];
     let others: Vec<Hypothesis> = outcome
         .after
@@ -57,10 +57,10 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
         .collect();
     let of_readings = rows.iter().all(|row| row.source == Source::Reading);
     let with_repeats = |repeats: usize| {
-        let mut entries: Vec<(NextEntry, Block)> = blocks(believed, outcome, rows, repeats)
+        let mut entries: Vec<(NextEntry, Block)> = blocks(assumed, outcome, rows, repeats)
             .into_iter()
             .filter_map(|block| {
-                let expected_sigma = separation(believed, outcome, rows, &block, &others, &pair)?;
+                let expected_sigma = separation(assumed, outcome, rows, &block, &others, &pair)?;
                 let entry = NextEntry {
                     what: block.what,
                     splits: splits.clone(),
@@ -76,7 +76,7 @@ pub fn suggest(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> Next {
         // A shape may go far from where its tangent leads: what counts is how far apart the two stay when refitted in full. Refits of
         // maps take too long for that.
         for (entry, block) in entries.iter_mut().filter(|_| of_readings) {
-            let refitted = refitted_separation(believed, outcome, rows, block, &others, &pair);
+            let refitted = refitted_separation(assumed, outcome, rows, block, &others, &pair);
             entry.expected_sigma = refitted.unwrap_or(0.0).min(entry.expected_sigma);
         }
         entries.sort_by(|a, b| b.0.expected_sigma.total_cmp(&a.0.expected_sigma));
@@ -147,12 +147,12 @@ fn rivals_of(outcome: &Outcome) -> Option<(usize, [Hypothesis; 2])> {
 }
 
 /// The blocks that a bench or a camera could measure and these data lack.
-fn blocks(believed: &Believed, outcome: &Outcome, rows: &[Row], repeats: usize) -> Vec<Block> {
+fn blocks(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row], repeats: usize) -> Vec<Block> {
     let mut blocks = Vec::new();
     if rows.iter().any(|row| row.source == Source::Reading) {
         reading_blocks(outcome, rows, repeats, &mut blocks);
     }
-    for part in believed.parts() {
+    for part in assumed.parts() {
         if let Part::Maps(maps) = part {
             map_blocks(outcome, rows, maps, &mut blocks);
             break;

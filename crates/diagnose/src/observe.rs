@@ -6,7 +6,7 @@ use isolux_model::SensorPose;
 use isolux_record::ReadingKind;
 use isolux_record::observation::{Cell, MapPose, MapSet, Observations, Readings, SpectraSet};
 
-use crate::believed::Part;
+use crate::assumed::Part;
 use crate::table::{Light, Row, Source};
 
 /// One observation file, ready to be fitted.

@@ -27,7 +27,7 @@ pub enum Who {
     },
 }
 
-/// A candidate pattern: its columns in the dictionary and what is believed of it before any data.
+/// A candidate pattern: its columns in the dictionary and what is assumed of it before any data.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// Who makes it.
@@ -84,7 +84,7 @@ pub struct Seen {
     columns: Range<usize>,
     ln_prior: f64,
     one_sided: bool,
-    /// Significance of its plausible maximum; infinite where nothing is believed of its size.
+    /// Significance of its plausible maximum; infinite where nothing is assumed of its size.
     reach: f64,
 }
 

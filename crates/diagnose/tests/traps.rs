@@ -40,7 +40,7 @@ fn searchable(name: &'static str, step: f64, plausible: f64, one_sided: bool, sh
         one_sided,
         never_negative: false,
         bounds: vec![(30.0, 3000.0); k],
-        believed: vec![Spread::over(60.0, 1800.0); k],
+        assumed: vec![Spread::over(60.0, 1800.0); k],
         shape_step: vec![1.0; k],
         fixed: vec![false; k],
         oscillates: None,
@@ -270,11 +270,11 @@ fn noise_of_the_reference_is_no_effect() {
     assert!(alarms[1] <= 1, "{} of 8 stated", alarms[1]);
 }
 
-/// Two names that explain the same stay in one set, however much more is believed of the one: no claim is surer than the data.
+/// Two names that explain the same stay in one set, however much more is assumed of the one: no claim is surer than the data.
 #[test]
 fn no_prior_settles_what_the_data_cannot() {
     let mut toy = Toy::new(8, false, true);
-    // Backlash in one direction of travel is a zero error. Sixty shapes that are all alike, and small for what it mostly is: believed 300 times less.
+    // Backlash in one direction of travel is a zero error. Sixty shapes that are all alike, and small for what it mostly is: assumed 300 times less.
     toy.effects[BACKLASH] = Searchable {
         fixed: vec![true],
         least: 10.0,

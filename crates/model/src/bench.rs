@@ -8,7 +8,7 @@ use crate::effects::{Act, Axes, DetectorView, LampLaw, Mounting, PairLaw};
 use crate::floor::OverFloor;
 use crate::luminaire::angles_deg;
 use crate::model::Model;
-use crate::shine::Shine;
+use crate::prepared::PreparedModel;
 
 /// How the luminaire hangs on a bench that turns it: the optical axis points to (cos γ, sin γ, 0) of the bench, the
 /// half-plane C contains +X, and C + 90° points up.
@@ -158,16 +158,16 @@ impl<'m> Chain<'m> {
             .product()
     }
 
-    fn direct_lx(&self, shine: &Shine<'_>, at: &ReadingCoordinates) -> f64 {
+    fn direct_lx(&self, prepared: &PreparedModel<'_>, at: &ReadingCoordinates) -> f64 {
         let axes = self.axes(at);
         let mounting = self.mounting(&axes);
-        let mut direct_lx = shine.illuminance_lx(mounting.detector_mm, mounting.facing);
+        let mut direct_lx = prepared.illuminance_lx(mounting.detector_mm, mounting.facing);
         for (law, index) in &self.aperture {
             let radius_mm = law(self.values[*index]);
             if radius_mm != 0.0 {
                 let angle = radius_mm / axes.distance_mm;
                 // The second term is the flat disc's: at its edge cos³ ε of the incidence.
-                direct_lx += angle * angle * (laplacian(shine, &mounting) / 8.0 - 0.75 * direct_lx);
+                direct_lx += angle * angle * (laplacian(prepared, &mounting) / 8.0 - 0.75 * direct_lx);
             }
         }
         direct_lx * self.detector_factor(&axes, &mounting)
@@ -205,7 +205,7 @@ impl Model {
     /// The illuminance in lx that the meter would show at each of these coordinates, noise apart.
     pub fn predict_readings(&self, readings: &[ReadingCoordinates]) -> Vec<f64> {
         let chain = Chain::new(self);
-        let shine = Shine::new(self);
+        let prepared = PreparedModel::new(self);
         let directions = self.directions();
         let floor_lx = |at: &ReadingCoordinates| -> f64 {
             if chain.floor.is_empty() {
@@ -240,7 +240,7 @@ impl Model {
             .map(|at| {
                 let mut light_lx = match at.kind {
                     ReadingKind::Lit => {
-                        let direct_lx = chain.direct_lx(&shine, at);
+                        let direct_lx = chain.direct_lx(&prepared, at);
                         (direct_lx + floor_lx(at)) * chain.lamp_factor(at.time_s) + chain.ambient_lx()
                     }
                     ReadingKind::Baffled => floor_lx(at) * chain.lamp_factor(at.time_s) + chain.ambient_lx(),
@@ -358,7 +358,7 @@ fn is_luminaires(effect: &crate::Effect) -> bool {
 }
 
 /// ∇²E over the sphere of directions, by second differences in two perpendicular great circles.
-fn laplacian(shine: &Shine<'_>, mounting: &Mounting) -> f64 {
+fn laplacian(prepared: &PreparedModel<'_>, mounting: &Mounting) -> f64 {
     let distance_mm = mounting.detector_mm.length();
     let centre = mounting.detector_mm / distance_mm;
     let aside = centre.any_orthonormal_vector();
@@ -366,8 +366,8 @@ fn laplacian(shine: &Shine<'_>, mounting: &Mounting) -> f64 {
     let step = LAPLACE_STEP_DEG.to_radians();
     let at = |tangent: DVec3| {
         let direction = step.cos() * centre + step.sin() * tangent;
-        shine.illuminance_lx(distance_mm * direction, direction)
+        prepared.illuminance_lx(distance_mm * direction, direction)
     };
-    let here = shine.illuminance_lx(mounting.detector_mm, centre);
+    let here = prepared.illuminance_lx(mounting.detector_mm, centre);
     (at(aside) + at(-aside) + at(across) + at(-across) - 4.0 * here) / (step * step)
 }

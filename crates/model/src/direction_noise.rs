@@ -7,7 +7,7 @@ use isolux_record::ReadingKind;
 use isolux_record::observation::{MapSet, ReadingCoordinates};
 
 use crate::model::Model;
-use crate::shine::Shine;
+use crate::prepared::PreparedModel;
 
 /// What one direction of the distribution, wrong by one standard uncertainty, does to predictions. Directions are independent of each other.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,13 +25,13 @@ impl Model {
     /// Errors of the readings that come from the noise of single directions of the distribution, where the model states it
     /// (`luminaire.u.direction_rel`, `direction_cd`); empty where it does not.
     pub fn direction_errors_of_readings(&self, readings: &[ReadingCoordinates]) -> Vec<DirectionError> {
-        self.direction_errors(|shine, u_cd| {
+        self.direction_errors(|prepared, u_cd| {
             let places = self.detector_places(readings);
             let lamp: Vec<f64> = readings.iter().map(|at| self.lamp_factor(at.time_s)).collect();
             let mut errors = Errors::default();
             for (number, ((at, (point_mm, facing)), lamp)) in readings.iter().zip(places).zip(lamp).enumerate() {
                 if at.kind == ReadingKind::Lit {
-                    shine.shares(point_mm, facing, |direction, lx_per_cd| {
+                    prepared.shares(point_mm, facing, |direction, lx_per_cd| {
                         errors.add(direction, number, lx_per_cd * lamp * u_cd(direction));
                     });
                 }
@@ -42,11 +42,11 @@ impl Model {
 
     /// The same of the cells of maps, in their unit.
     pub fn direction_errors_of_maps(&self, maps: &MapSet) -> Vec<DirectionError> {
-        self.direction_errors(|shine, u_cd| {
+        self.direction_errors(|prepared, u_cd| {
             let mut errors = Errors::default();
             for (number, place) in self.cell_places(maps).into_iter().enumerate() {
                 if let Some((point_mm, facing, unit_per_lx)) = place {
-                    shine.shares(point_mm, facing, |direction, lx_per_cd| {
+                    prepared.shares(point_mm, facing, |direction, lx_per_cd| {
                         errors.add(direction, number, lx_per_cd * unit_per_lx * u_cd(direction));
                     });
                 }
@@ -57,7 +57,7 @@ impl Model {
 
     fn direction_errors(
         &self,
-        collect: impl FnOnce(&Shine<'_>, &dyn Fn(usize) -> f64) -> Errors,
+        collect: impl FnOnce(&PreparedModel<'_>, &dyn Fn(usize) -> f64) -> Errors,
     ) -> Vec<DirectionError> {
         let Some(u) = self.uncertainty().filter(|u| u.of_direction_cd(1.0) > 0.0) else {
             return Vec::new();
@@ -74,7 +74,7 @@ impl Model {
             };
             u.of_direction_cd(distribution.intensity_cd()[direction]) / readings.sqrt()
         };
-        collect(&Shine::new(self), &u_cd).into_vec()
+        collect(&PreparedModel::new(self), &u_cd).into_vec()
     }
 }
 

@@ -19,10 +19,10 @@ mod model;
 pub mod optics;
 mod photometric_file;
 mod pose;
+mod prepared;
 mod refined;
 mod scene;
 mod sector;
-mod shine;
 mod spectrum;
 
 pub use bench::{CorrectedReading, NoInverse};

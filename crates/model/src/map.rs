@@ -6,7 +6,7 @@ use isolux_record::observation::{Cell, MapPose, MapSet, MapUnit};
 use crate::effects::{Act, LampLaw, PairLaw, Pixel, Placement};
 use crate::model::Model;
 use crate::pose::SensorPose;
-use crate::shine::Shine;
+use crate::prepared::PreparedModel;
 
 /// A bin counts as a point where (side/distance)² is below this: its mean differs from its middle by about 0.7 times that.
 const POINT_LIKE: f64 = 5e-6;
@@ -58,7 +58,7 @@ impl Model {
     /// [`Model::ler_lm_per_w`] first.
     pub fn predict_maps(&self, maps: &MapSet) -> Vec<f64> {
         let chain = Chain::new(self);
-        let shine = Shine::new(self);
+        let prepared = PreparedModel::new(self);
         let ler = self.ler_lm_per_w();
         // From lx to the unit of the maps.
         let scale = match maps.unit() {
@@ -92,7 +92,7 @@ impl Model {
             of_map[cell.map as usize].push(index);
         }
         for (map, indices) in maps.maps().iter().zip(&of_map) {
-            let bench = Bench::new(&chain, &shine, map, maps);
+            let bench = Bench::new(&chain, &prepared, map, maps);
             let mut exposure = map.exposure;
             for (law, values) in &chain.exposure {
                 exposure = law(values, exposure);
@@ -134,7 +134,7 @@ impl Model {
     /// of the maps, the sensor's own factors apart; none where no light of the lamp comes.
     pub(crate) fn cell_places(&self, maps: &MapSet) -> Vec<Option<(DVec3, DVec3, f64)>> {
         let chain = Chain::default();
-        let shine = Shine::new(self);
+        let prepared = PreparedModel::new(self);
         let scale = match maps.unit() {
             MapUnit::Relative => self.refined().map_gain,
             MapUnit::Lux => 1.0,
@@ -143,7 +143,7 @@ impl Model {
         let benches: Vec<Bench<'_>> = maps
             .maps()
             .iter()
-            .map(|map| Bench::new(&chain, &shine, map, maps))
+            .map(|map| Bench::new(&chain, &prepared, map, maps))
             .collect();
         let place = |index: usize| {
             let number = maps.cells()[index].map as usize;
@@ -199,7 +199,7 @@ impl Model {
 /// One sensor before the luminaire.
 struct Bench<'a> {
     chain: &'a Chain<'a>,
-    shine: &'a Shine<'a>,
+    prepared: &'a PreparedModel<'a>,
     rotation: DMat3,
     centre_mm: DVec3,
     facing: DVec3,
@@ -215,7 +215,7 @@ const FOUR: &[[f64; 2]] = &[[-G, -G], [G, -G], [-G, G], [G, G]];
 const G: f64 = 0.577_350_269_189_625_8;
 
 impl<'a> Bench<'a> {
-    fn new(chain: &'a Chain<'a>, shine: &'a Shine<'a>, map: &MapPose, maps: &MapSet) -> Self {
+    fn new(chain: &'a Chain<'a>, prepared: &'a PreparedModel<'a>, map: &MapPose, maps: &MapSet) -> Self {
         let pose = SensorPose {
             distance_mm: map.distance_mm,
             tilt_x_deg: map.tilt_x_deg,
@@ -239,7 +239,7 @@ impl<'a> Bench<'a> {
         let point_like = bin_mm.max_element() / centre_mm.length();
         Self {
             chain,
-            shine,
+            prepared,
             rotation: turn * placement.pose.rotation(),
             centre_mm,
             facing: -(turn * placement.pose.normal()),
@@ -261,7 +261,7 @@ impl<'a> Bench<'a> {
             .map(|node| {
                 let place = middle + 0.5 * self.bin_mm * DVec2::from_array(*node);
                 let point_mm = self.rotation * place.extend(0.0) + self.centre_mm;
-                let illuminance_lx = self.shine.illuminance_lx(point_mm, self.facing);
+                let illuminance_lx = self.prepared.illuminance_lx(point_mm, self.facing);
                 if self.chain.pixel.is_empty() {
                     return illuminance_lx;
                 }

@@ -23,7 +23,7 @@ use desk::{Desk, Order};
 use guard::Guard;
 use hub::Told;
 use isolux_app::control::{Control, Pace};
-use isolux_app::day::{self, Wishes};
+use isolux_app::day::{self, Options};
 use isolux_app::live::{Live, State};
 use isolux_app::progress::{Event, Progress};
 use isolux_app::signals::OnSignals;
@@ -202,14 +202,14 @@ fn next(orders: &Receiver<Order>) -> Result<Option<Order>, Failure> {
 }
 
 fn carry_out(page: &Page, order: &Order, beside: &dyn Progress) {
-    let wishes = Wishes {
+    let asked = Options {
         job: order.job.clone(),
         out: Some(order.out.clone()),
-        ..Wishes::default()
+        ..Options::default()
     };
     let (operator, control) = (page.desk.operator(), page.desk.accepted());
     let outcome = page.show(&control, beside, |progress| {
-        day::run(&wishes, Some(&operator), &control, progress)
+        day::run(&asked, Some(&operator), &control, progress)
     });
     match outcome {
         Ok(day) => {

@@ -9,7 +9,7 @@ use crate::rules::Estimate;
 
 /// When an integral is given up, with the bound that it has then.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Patience {
+pub(crate) struct WorkLimit {
     /// Cells in all.
     pub cells: usize,
     /// Tolerances that the bound may still be away by when the first cells have been doubled.
@@ -17,12 +17,12 @@ pub(crate) struct Patience {
 }
 
 /// Integral of `f` over the rectangles `starts` (from and to along each coordinate), until the bound is below `relative` of it or
-/// below `floor` (absolute), or `patience` ends. `f` is given the rectangle's number too.
+/// below `floor` (absolute), or `work_limit` ends. `f` is given the rectangle's number too.
 pub(crate) fn integral(
     starts: &[[[f64; 2]; 2]],
     relative: f64,
     floor: f64,
-    patience: Patience,
+    work_limit: WorkLimit,
     mut f: impl FnMut(usize, [f64; 2]) -> f64,
 ) -> Estimate {
     let mut cells = BinaryHeap::new();
@@ -36,8 +36,8 @@ pub(crate) fn integral(
         cells.push(cell);
     }
     let look = 2 * cells.len() + 100;
-    while bound > floor.max(relative * value.abs()) && cells.len() < patience.cells {
-        if cells.len() == look && bound > patience.hopeless * floor.max(relative * value.abs()) {
+    while bound > floor.max(relative * value.abs()) && cells.len() < work_limit.cells {
+        if cells.len() == look && bound > work_limit.hopeless * floor.max(relative * value.abs()) {
             break;
         }
         let Some(worst) = cells.pop() else { break };
@@ -147,7 +147,7 @@ impl Cell {
 mod tests {
     use super::*;
 
-    const PATIENCE: Patience = Patience {
+    const PATIENCE: WorkLimit = WorkLimit {
         cells: 1000,
         hopeless: f64::INFINITY,
     };

@@ -107,8 +107,8 @@ impl Setup {
         let ler_lm_per_w = model.ler_lm_per_w();
         let station = Station::new(&scene.optics, spectrum, ler_lm_per_w.is_some())?;
         // Through plates the light seems nearer; the plates are parallel to the sensor.
-        let nearer_mm = station.as_ref().map_or(0.0, Station::nearer_mm);
-        let centre = centre - rotation * DVec3::Z * nearer_mm;
+        let apparent_shift_mm = station.as_ref().map_or(0.0, Station::apparent_shift_mm);
+        let centre = centre - rotation * DVec3::Z * apparent_shift_mm;
         let sensor = Sensor::place(given.size_mm, given.pixels, rotation, centre)?;
         let mut findings = Vec::new();
         let distribution = model.distribution()?;
@@ -118,8 +118,8 @@ impl Setup {
         let source = source(scene, &distribution);
         refuse_impossible(&source, &sensor)?;
         range(&distribution, &sensor, &mut findings)?;
-        if nearer_mm > 0.0 {
-            widest(&sensor, nearer_mm, &mut findings);
+        if apparent_shift_mm > 0.0 {
+            widest(&sensor, apparent_shift_mm, &mut findings);
         }
         let hall = match (given.background_w_m2, ler_lm_per_w) {
             (0.0, _) => 0.0,
@@ -158,7 +158,7 @@ impl Setup {
 }
 
 /// A finding where the refraction in plates is no longer that of light near the normal: its shift grows with the angle.
-fn widest(sensor: &Sensor, nearer_mm: f64, findings: &mut Vec<String>) {
+fn widest(sensor: &Sensor, apparent_shift_mm: f64, findings: &mut Vec<String>) {
     let (nx, ny) = (sensor.nx as f64, sensor.ny as f64);
     let cosine = [[0.0, 0.0], [nx, 0.0], [nx, ny], [0.0, ny]]
         .map(|[x, y]| sensor.point(x, y))
@@ -166,10 +166,10 @@ fn widest(sensor: &Sensor, nearer_mm: f64, findings: &mut Vec<String>) {
         .map(|place| place.dot(sensor.toward) / place.length())
         .fold(1.0_f64, f64::min);
     // With n = 1.5 the shift at angle θ is larger than on the axis by about 0.67·sin²θ; E follows twice the relative shift of distance.
-    let error = 2.0 * 0.67 * (1.0 - cosine * cosine) * nearer_mm / sensor.centre().length();
+    let error = 2.0 * 0.67 * (1.0 - cosine * cosine) * apparent_shift_mm / sensor.centre().length();
     if error > 1e-4 {
         findings.push(format!(
-            "the windows' shift of {nearer_mm:.3} mm is that of light near their normal; at the corners, {:.1}° from it, the map may be low by {:.2} %",
+            "the windows' shift of {apparent_shift_mm:.3} mm is that of light near their normal; at the corners, {:.1}° from it, the map may be low by {:.2} %",
             cosine.clamp(-1.0, 1.0).acos().to_degrees(),
             100.0 * error
         ));

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::cubature::{self, Patience};
+use crate::cubature::{self, WorkLimit};
 use crate::patch::{self, Light, Patch, Scratch};
 use crate::rules::Estimate;
 
@@ -85,12 +85,12 @@ pub(crate) fn mean(
 }
 
 /// For the chords' own places: bounds fall with the cells to the power of 2 to 3.
-const SHORT: Patience = Patience {
+const SHORT: WorkLimit = WorkLimit {
     cells: 2000,
     hopeless: 200.0,
 };
 /// For leaves.
-const LONG: Patience = Patience {
+const LONG: WorkLimit = WorkLimit {
     cells: 3000,
     hopeless: f64::INFINITY,
 };

@@ -16,7 +16,7 @@ pub struct LinkFaults {
 
 /// What becomes of one reply.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Fate {
+pub enum Delivery {
     /// It is sent, `delay_s` later than it should be.
     Sent {
         /// The bytes, as the link leaves them.
@@ -46,7 +46,7 @@ impl LinkFaults {
     }
 
     /// What becomes of `bytes` at `now_s`.
-    pub fn fate(&mut self, mut bytes: Vec<u8>, now_s: f64) -> Fate {
+    pub fn delivery(&mut self, mut bytes: Vec<u8>, now_s: f64) -> Delivery {
         let reply = self.replies;
         self.replies += 1;
         let mut delay_s = 0.0;
@@ -68,12 +68,12 @@ impl LinkFaults {
                     }
                 }
                 FaultKind::Late => delay_s += fault.delay_s,
-                FaultKind::Silent => return Fate::Lost,
-                FaultKind::Disconnect => return Fate::Disconnected,
+                FaultKind::Silent => return Delivery::Lost,
+                FaultKind::Disconnect => return Delivery::Disconnected,
                 FaultKind::DropByte | FaultKind::Stall | FaultKind::Alarm | FaultKind::Saturate => {}
             }
         }
-        Fate::Sent { bytes, delay_s }
+        Delivery::Sent { bytes, delay_s }
     }
 
     /// One more from now on.
@@ -218,19 +218,19 @@ mod tests {
         let mut link = faults("[[fault]]\ninstrument = \"luxmeter\"\nkind = \"drop_byte\"\nat_s = 5.0\n");
         let whole = b"0123456789".to_vec();
         assert_eq!(
-            link.fate(whole.clone(), 4.0),
-            Fate::Sent {
+            link.delivery(whole.clone(), 4.0),
+            Delivery::Sent {
                 bytes: whole.clone(),
                 delay_s: 0.0
             }
         );
-        let Fate::Sent { bytes, .. } = link.fate(whole.clone(), 6.0) else {
+        let Delivery::Sent { bytes, .. } = link.delivery(whole.clone(), 6.0) else {
             panic!()
         };
         assert_eq!(bytes.len(), 9);
         assert_eq!(
-            link.fate(whole.clone(), 7.0),
-            Fate::Sent {
+            link.delivery(whole.clone(), 7.0),
+            Delivery::Sent {
                 bytes: whole,
                 delay_s: 0.0
             }
@@ -241,13 +241,13 @@ mod tests {
     fn a_lost_link_stays_lost_until_its_time_is_over() {
         let mut link =
             faults("[[fault]]\ninstrument = \"luxmeter\"\nkind = \"disconnect\"\nat_s = 5.0\nfor_s = 10.0\n");
-        assert_eq!(link.fate(vec![1], 5.0), Fate::Disconnected);
+        assert_eq!(link.delivery(vec![1], 5.0), Delivery::Disconnected);
         assert!(link.refuses(10.0));
         assert!(!link.refuses(16.0));
         let mut other = faults("[[fault]]\ninstrument = \"axes\"\nkind = \"silent\"\n");
         assert_eq!(
-            other.fate(vec![1], 5.0),
-            Fate::Sent {
+            other.delivery(vec![1], 5.0),
+            Delivery::Sent {
                 bytes: vec![1],
                 delay_s: 0.0
             }

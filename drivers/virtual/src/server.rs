@@ -11,7 +11,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 
-use crate::fault::{Fate, LinkFaults, Order};
+use crate::fault::{Delivery, LinkFaults, Order};
 use crate::twins::{Choice, TwinKind};
 use crate::world::World;
 
@@ -172,9 +172,9 @@ impl VirtualRoom {
                 };
                 self.wait_until(at_s).await;
                 let bytes = make(&lock(&self.world));
-                let fate = lock(&device.faults).fate(bytes, self.now_s());
-                match fate {
-                    Fate::Sent { bytes, delay_s } => {
+                let delivery = lock(&device.faults).delivery(bytes, self.now_s());
+                match delivery {
+                    Delivery::Sent { bytes, delay_s } => {
                         if delay_s > 0.0 {
                             self.wait_until(self.now_s() + delay_s).await;
                         }
@@ -182,8 +182,8 @@ impl VirtualRoom {
                             return;
                         }
                     }
-                    Fate::Lost => {}
-                    Fate::Disconnected => return,
+                    Delivery::Lost => {}
+                    Delivery::Disconnected => return,
                 }
             }
         }

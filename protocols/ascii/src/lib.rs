@@ -14,4 +14,4 @@ pub use conversation::{Judgement, Language, Lines, Reply};
 pub use line::{Line, line};
 pub use number::Number;
 pub use pattern::{Fields, NotAPattern, Pattern};
-pub use plain::{End, Form, Message, Plain, Said};
+pub use plain::{End, Form, Message, Plain, Received};

@@ -68,7 +68,7 @@ pub struct Message {
 
 /// An answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Said {
+pub struct Received {
     /// Which of [`Message::forms`] it has.
     pub form: usize,
     /// Its fields.
@@ -82,7 +82,7 @@ pub struct Plain {
 }
 
 impl Plain {
-    fn form(message: &Message, line: &str) -> Result<Said, String> {
+    fn form(message: &Message, line: &str) -> Result<Received, String> {
         let mut read = (message.forms.iter().enumerate()).filter_map(|(form, known)| Some((form, known.read(line)?)));
         let Some((form, fields)) = read.next() else {
             return Err(if line == message.text {
@@ -99,30 +99,30 @@ impl Plain {
         if message.unlike.iter().any(|other| other.read(line).is_some()) {
             return Err(format!("\"{line}\" may be the answer to another message"));
         }
-        Ok(Said { form, fields })
+        Ok(Received { form, fields })
     }
 }
 
 impl Language for Plain {
     type Request = Message;
-    type Answer = Said;
+    type Answer = Received;
 
     fn quiet(&self) -> Duration {
         self.current.as_ref().map_or(Duration::ZERO, |message| message.quiet)
     }
 
-    fn start(&mut self, message: Message) -> (Vec<u8>, Option<Said>) {
+    fn start(&mut self, message: Message) -> (Vec<u8>, Option<Received>) {
         let bytes = [message.text.as_bytes(), message.end.bytes()].concat();
         let nobody = message.forms.is_empty() && !message.echo;
         self.current = Some(message);
-        let at_once = nobody.then(|| Said {
+        let at_once = nobody.then(|| Received {
             form: 0,
             fields: Fields::new(),
         });
         (bytes, at_once)
     }
 
-    fn judge(&self, received: &[u8]) -> Judgement<Said> {
+    fn judge(&self, received: &[u8]) -> Judgement<Received> {
         let Some(message) = &self.current else {
             return Judgement::Damaged("nothing was asked".to_owned());
         };
@@ -137,7 +137,7 @@ impl Language for Plain {
             if message.forms.is_empty() && arrived == echo.len() {
                 return if rest.is_empty() {
                     let (form, fields) = (0, Fields::new());
-                    Judgement::Answer(Said { form, fields })
+                    Judgement::Answer(Received { form, fields })
                 } else {
                     Judgement::Damaged("bytes after the echo of a message that nothing answers".to_owned())
                 };
@@ -200,7 +200,7 @@ mod tests {
         }
     }
 
-    fn judged(message: Message, received: &[u8]) -> Judgement<Said> {
+    fn judged(message: Message, received: &[u8]) -> Judgement<Received> {
         let mut plain = Plain::default();
         assert_eq!(plain.start(message).0, b"E?\r");
         plain.judge(received)

@@ -321,7 +321,7 @@ fn gonio(order: &Order) -> Option<Case> {
         unavoidable,
         files: vec![
             ("model.toml", MODEL.to_owned()),
-            ("distribution.csv", believed(&day.room, &mut draws)),
+            ("distribution.csv", assumed(&day.room, &mut draws)),
             ("readings.csv", seen_csv),
         ],
         held_out: ("held-out.csv", held_csv),
@@ -335,7 +335,7 @@ fn gonio(order: &Order) -> Option<Case> {
 }
 
 /// The operator's distribution: rotational, with a smooth error of its shape.
-fn believed(room: &Darkroom, draws: &mut Draws) -> String {
+fn assumed(room: &Darkroom, draws: &mut Draws) -> String {
     let room = Room::new(room.clone());
     let error: Vec<f64> = (0..oracle::BELIEVED_TERMS)
         .map(|k| oracle::believed_error(k) * draws.normal())
@@ -486,7 +486,7 @@ fn sensor(order: &Order) -> Option<Case> {
         unavoidable: None,
         files: vec![
             ("model.toml", MODEL.to_owned()),
-            ("distribution.csv", believed(&day.room, &mut draws)),
+            ("distribution.csv", assumed(&day.room, &mut draws)),
             ("maps.toml", toml),
             ("maps.csv", csv),
         ],

@@ -8,7 +8,7 @@ use crate::recipe::{self, Extra};
 use crate::truth::{self, Setting};
 
 /// Terms in which the operator's distribution is wrong, the level being the first, and the standard deviation of each
-/// (`case::believed`).
+/// (`case::assumed`).
 pub(crate) const BELIEVED_TERMS: usize = 7;
 
 /// Standard deviation of term `k` of ln I.

@@ -21,14 +21,14 @@ const KEPT: [&str; 2] = ["job.toml", "scene.toml"];
 
 /// Keeps the job at the first thing that a scan tells, when its run directory is there: a day whose program is killed after
 /// that still knows what it was asked.
-pub(super) struct Keeping<'a> {
+pub(super) struct JobRecorder<'a> {
     folder: &'a Utf8Path,
     job: &'a Job,
     progress: &'a dyn Progress,
     kept: Cell<bool>,
 }
 
-impl<'a> Keeping<'a> {
+impl<'a> JobRecorder<'a> {
     pub(super) const fn new(folder: &'a Utf8Path, job: &'a Job, progress: &'a dyn Progress) -> Self {
         Self {
             folder,
@@ -50,7 +50,7 @@ impl<'a> Keeping<'a> {
     }
 }
 
-impl Progress for Keeping<'_> {
+impl Progress for JobRecorder<'_> {
     fn event(&self, event: Event<'_>) {
         // What the disk refuses now is said by `end`.
         // What is said before the scan begins, such as of the room, is said before there is a run directory.

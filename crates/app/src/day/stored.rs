@@ -6,7 +6,7 @@ use isolux_record::Run;
 use isolux_reduce::{Correction, Options, Reduction};
 use serde_json::Value;
 
-use super::{Diagnosed, Evening};
+use super::{DayResults, Diagnosed};
 use crate::files;
 use crate::{Failure, reduce};
 
@@ -57,28 +57,28 @@ fn made(reduction: &Reduction, run: &Run) -> Result<Value, Failure> {
 }
 
 /// The sentence of the diagnosis in `results/`, if it is of the reduction there (`own_model`: of a model that the job names).
-/// Names of the files that are of another reduction go to `evening.stale`.
+/// Names of the files that are of another reduction go to `day_results.stale`.
 ///
 /// # Errors
 /// Bad input (exit 2) for a file that cannot be read.
-pub(super) fn beside(folder: &Utf8Path, own_model: bool, evening: &mut Evening) -> Result<(), Failure> {
+pub(super) fn beside(folder: &Utf8Path, own_model: bool, day_results: &mut DayResults) -> Result<(), Failure> {
     let results = folder.join("results");
     let file = results.join("result.json");
     if file.is_file() {
-        let now = serde_json::to_value(&evening.simulation.facts).map_err(Failure::instrument)?;
+        let now = serde_json::to_value(&day_results.simulation.facts).map_err(Failure::instrument)?;
         let then = json(&file)?;
         let differs = |key: &str| !alike(&now[key], &then[key]);
         if ["mean", "min", "max", "pixels", "size_mm"].into_iter().any(differs) {
-            evening
+            day_results
                 .stale
                 .extend(["irradiance.npy", "irradiance.png", "result.json"]);
         }
     }
     let file = results.join("comparison.json");
     if file.is_file() {
-        let now = serde_json::to_value(&evening.comparison).map_err(Failure::instrument)?;
+        let now = serde_json::to_value(&day_results.comparison).map_err(Failure::instrument)?;
         if !alike(&now, &json(&file)?) {
-            evening.stale.push("comparison.json");
+            day_results.stale.push("comparison.json");
         }
     }
     let file = results.join("diagnosis.json");
@@ -93,7 +93,7 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, evening: &mut Evening) 
         }
         if own_model || diagnosed_here(&results)? {
             let answer = json(&file)?;
-            evening.diagnosis = answer["plain"]
+            day_results.diagnosis = answer["plain"]
                 .as_str()
                 .or(answer["sentence"].as_str())
                 .map(|plain| Diagnosed {
@@ -103,7 +103,7 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, evening: &mut Evening) 
                     same_record: answer["independence"] == "same_run",
                 });
         } else {
-            evening.stale.push("diagnosis.json");
+            day_results.stale.push("diagnosis.json");
         }
     }
     Ok(())

@@ -3,7 +3,7 @@
 use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::convert::{self, Edit, Interpolation, Photometry, Symmetry, Wishes};
+use isolux_app::convert::{self, Edit, Interpolation, Options, Photometry, Symmetry};
 use isolux_app::files::Overwrite;
 use isolux_app::formats::WriteOptions;
 
@@ -140,7 +140,7 @@ enum How {
 
 /// Runs the command.
 pub fn run(arguments: &Convert) -> Result<(), Failure> {
-    let wishes = Wishes {
+    let asked = Options {
         read: arguments.reading.options(),
         write: WriteOptions {
             edition: arguments.edition.clone(),
@@ -163,7 +163,7 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
         }),
     };
     let overwrite = Overwrite::asked(arguments.force);
-    let (inspection, result) = convert::run(&arguments.source, &arguments.target, &wishes, overwrite);
+    let (inspection, result) = convert::run(&arguments.source, &arguments.target, &asked, overwrite);
     if let Some(inspection) = inspection {
         if arguments.json {
             screen::say(serde_json::to_string(&inspection).map_err(Failure::instrument)?)?;

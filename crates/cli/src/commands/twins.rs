@@ -196,7 +196,7 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
         ),
         None => None,
     };
-    let wishes = twins::Wishes {
+    let asked = twins::Options {
         darkroom: arguments.darkroom.clone(),
         twins,
         instruments: arguments.played.instruments(),
@@ -207,7 +207,7 @@ fn serve(arguments: &Serve, twins: Twins) -> Result<(), Failure> {
         faults: arguments.faults,
         lasts,
     };
-    twins::serve(&wishes, &screen::Bars::default(), |reachable| {
+    twins::serve(&asked, &screen::Bars::default(), |reachable| {
         for twin in reachable {
             match serde_json::to_string(twin) {
                 Ok(line) if arguments.json => screen::say(line)?,
@@ -235,7 +235,7 @@ fn capture(arguments: &Capture) -> Result<(), Failure> {
     if bins.is_some_and(|bins| bins.contains(&0)) {
         return Err(Failure::bad_input("--bins must be above zero"));
     }
-    let wishes = capture::Wishes {
+    let asked = capture::Options {
         unit: match arguments.unit {
             UnitName::Relative => CaptureUnit::Relative,
             UnitName::Lx => CaptureUnit::Lux,
@@ -254,7 +254,7 @@ fn capture(arguments: &Capture) -> Result<(), Failure> {
         overwrite: Overwrite::asked(arguments.force),
     };
     let bars = screen::Bars::default();
-    let captured = capture::capture(&arguments.darkroom, &arguments.scene, &arguments.out, &wishes, &bars)?;
+    let captured = capture::capture(&arguments.darkroom, &arguments.scene, &arguments.out, &asked, &bars)?;
     if arguments.json {
         let facts = serde_json::json!({ "maps": captured.maps, "bins": captured.bins, "unit": captured.unit, "mean": captured.mean });
         screen::say(facts)?;

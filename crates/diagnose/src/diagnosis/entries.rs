@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use isolux_model::Role;
 use nalgebra::{DMatrix, DVector};
 
-use crate::believed::Believed;
+use crate::assumed::AssumedModel;
 use crate::document::{
     BlindSpot, EffectEntry, EvidenceEntry, NoiseFindingEntry, NoiseTestEntry, ParameterEntry, PeakEntry, PlaceEntry,
     RankedEntry,
@@ -15,14 +15,14 @@ use crate::noise::NoiseTest;
 use crate::search::{Label, Outcome};
 
 /// Members of the 95 % set of each effect: its own name left out.
-pub(super) fn effect_entries(believed: &Believed, outcome: &Outcome) -> Vec<EffectEntry> {
+pub(super) fn effect_entries(assumed: &AssumedModel, outcome: &Outcome) -> Vec<EffectEntry> {
     let covariance = outcome.after.covariance(outcome.noise.scale);
     let mut place = outcome.after.nuisance.len();
     let mut entries = Vec::new();
     for (member, rivalry) in outcome.after.hypotheses.iter().zip(&outcome.rivalries) {
-        let spec = believed.spec(member.effect);
+        let spec = assumed.spec(member.effect);
         let free = member.linear.len()
-            + believed.effects()[member.effect]
+            + assumed.effects()[member.effect]
                 .fixed
                 .iter()
                 .filter(|fixed| !**fixed)
@@ -42,7 +42,7 @@ pub(super) fn effect_entries(believed: &Believed, outcome: &Outcome) -> Vec<Effe
                 sigma = ranked.sigma;
             }
             if sum < limit && !is_own {
-                equivalents.push(label(believed, ranked.label));
+                equivalents.push(label(assumed, ranked.label));
             }
             sum += ranked.posterior;
         }
@@ -50,7 +50,7 @@ pub(super) fn effect_entries(believed: &Believed, outcome: &Outcome) -> Vec<Effe
             name: spec.name,
             standard_name: spec.standard_name,
             equivalents,
-            parameters: parameters(believed, member, &own),
+            parameters: parameters(assumed, member, &own),
             evidence: EvidenceEntry {
                 ln_bayes_factor: rivalry.ln_bayes_factor,
                 p_value: rivalry.p_value,
@@ -62,21 +62,21 @@ pub(super) fn effect_entries(believed: &Believed, outcome: &Outcome) -> Vec<Effe
     entries
 }
 
-fn label(believed: &Believed, label: Label) -> String {
+fn label(assumed: &AssumedModel, label: Label) -> String {
     match label {
-        Label::Named(effect) => believed.spec(effect).name.to_owned(),
+        Label::Named(effect) => assumed.spec(effect).name.to_owned(),
         Label::Unnamed(coordinate) => format!("unnamed:{}", coordinate.name()),
     }
 }
 
 /// Values of the keys that a fit moves, with the uncertainty that the fit's covariance leaves them.
 fn parameters(
-    believed: &Believed,
+    assumed: &AssumedModel,
     member: &Hypothesis,
     covariance: &DMatrix<f64>,
 ) -> BTreeMap<&'static str, ParameterEntry> {
-    let searchable = &believed.effects()[member.effect];
-    let values = believed.values(member);
+    let searchable = &assumed.effects()[member.effect];
+    let values = assumed.values(member);
     let free_shapes: Vec<usize> = (0..member.shape.len()).filter(|&j| !searchable.fixed[j]).collect();
     let columns: Vec<Vec<f64>> = (0..covariance.nrows())
         .map(|k| {
@@ -86,7 +86,7 @@ fn parameters(
                 None => moved.linear[k] += step,
                 Some(j) => moved.shape[free_shapes[j]] += step,
             }
-            believed
+            assumed
                 .values(&moved)
                 .iter()
                 .zip(&values)
@@ -94,8 +94,8 @@ fn parameters(
                 .collect()
         })
         .collect();
-    let spec = believed.spec(member.effect);
-    believed
+    let spec = assumed.spec(member.effect);
+    assumed
         .moved_keys(member.effect)
         .into_iter()
         .map(|key| {
@@ -108,7 +108,7 @@ fn parameters(
                 u: variance.max(0.0).sqrt(),
                 unit: parameter.unit,
                 plausible: [low, high],
-                before: believed.known(member.effect).map(|before| before[key]),
+                before: assumed.known(member.effect).map(|before| before[key]),
                 implausible: parameter.role == Role::Amplitude && !(low..=high).contains(&values[key]),
             };
             (parameter.key, entry)
@@ -127,7 +127,7 @@ fn wrapped(difference: f64) -> f64 {
     }
 }
 
-pub(super) fn ranked(believed: &Believed, outcome: &Outcome) -> Vec<Vec<RankedEntry>> {
+pub(super) fn ranked(assumed: &AssumedModel, outcome: &Outcome) -> Vec<Vec<RankedEntry>> {
     outcome
         .rivalries
         .iter()
@@ -138,7 +138,7 @@ pub(super) fn ranked(believed: &Believed, outcome: &Outcome) -> Vec<Vec<RankedEn
                 .enumerate()
                 .filter(|(rank, ranked)| *rank < 8 || ranked.posterior >= 0.01)
                 .map(|(_, ranked)| RankedEntry {
-                    name: label(believed, ranked.label),
+                    name: label(assumed, ranked.label),
                     posterior: ranked.posterior,
                     significance_sigma: ranked.sigma,
                     ln_evidence: ranked.ln_evidence,
@@ -152,7 +152,7 @@ pub(super) fn ranked(believed: &Believed, outcome: &Outcome) -> Vec<Vec<RankedEn
                     .find(|ranked| matches!(ranked.label, Label::Unnamed(_)))
             {
                 rows.push(RankedEntry {
-                    name: label(believed, unnamed.label),
+                    name: label(assumed, unnamed.label),
                     posterior: unnamed.posterior,
                     significance_sigma: unnamed.sigma,
                     ln_evidence: unnamed.ln_evidence,
@@ -223,14 +223,14 @@ pub(super) fn places(outcome: &Outcome) -> Vec<PlaceEntry> {
     entries
 }
 
-pub(super) fn blind_spots(believed: &Believed, outcome: &Outcome) -> Vec<BlindSpot> {
+pub(super) fn blind_spots(assumed: &AssumedModel, outcome: &Outcome) -> Vec<BlindSpot> {
     let mut spots: Vec<BlindSpot> = Vec::new();
     for &(effect, component, sigma) in &outcome.visibility {
         if component > 0 {
             continue;
         }
-        let spec = believed.spec(effect);
-        let Some(key) = believed.moved_keys(effect).first().copied() else {
+        let spec = assumed.spec(effect);
+        let Some(key) = assumed.moved_keys(effect).first().copied() else {
             continue;
         };
         let parameter = &spec.parameters[key];

@@ -3,7 +3,7 @@
 use isolux_model::Model;
 use nalgebra::DVector;
 
-use crate::believed::{Believed, Part, direction_errors};
+use crate::assumed::{AssumedModel, Part, direction_errors};
 use crate::document::{GapEntry, HeldOutEntry};
 use crate::fit::{Fit, Whitener, derivatives, fit, nuisance_tangents};
 use crate::forward::Hypothesis;
@@ -16,7 +16,7 @@ use crate::shrinkage::{self, Held};
 use crate::table::Row;
 
 pub(super) fn gap(
-    believed: &Believed,
+    assumed: &AssumedModel,
     outcome: &Outcome,
     rows: &[Row],
     as_given: &DVector<f64>,
@@ -37,8 +37,8 @@ pub(super) fn gap(
             None,
             "no effect was added, so there is nothing to check on readings kept back".to_owned(),
         ),
-        (true, false) => given_back(believed, outcome, kept_back),
-        (true, true) => by_rule(believed, outcome, rows),
+        (true, false) => given_back(assumed, outcome, kept_back),
+        (true, true) => by_rule(assumed, outcome, rows),
     };
     GapEntry {
         metric: "rms((measured − predicted)/(s·u))",
@@ -103,10 +103,10 @@ fn held_out_entry(
 }
 
 /// Readings that were given to be held out: predicted by the two models of the whole fit.
-fn given_back(believed: &Believed, outcome: &Outcome, kept_back: &[Observed]) -> (Option<HeldOutEntry>, String) {
+fn given_back(assumed: &AssumedModel, outcome: &Outcome, kept_back: &[Observed]) -> (Option<HeldOutEntry>, String) {
     let (Some(baseline), Some(after)) = (
-        believed.model(&outcome.baseline.nuisance, &[]),
-        believed.model(&outcome.after.nuisance, &outcome.after.hypotheses),
+        assumed.model(&outcome.baseline.nuisance, &[]),
+        assumed.model(&outcome.after.nuisance, &outcome.after.hypotheses),
     ) else {
         return (None, "the held-out readings could not be predicted".to_owned());
     };
@@ -157,13 +157,13 @@ fn predicted(model: &Model, part: &Part) -> Option<Vec<f64>> {
 
 /// A second fit of the same effects without whole planes, maps and dark blocks, which it then predicts. Of the rules the first
 /// whose rows the remaining ones can predict.
-fn by_rule(believed: &Believed, outcome: &Outcome, rows: &[Row]) -> (Option<HeldOutEntry>, String) {
+fn by_rule(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> (Option<HeldOutEntry>, String) {
     let mut why = "too few half-planes or maps to keep any back".to_owned();
     for first in held_out::RULES {
         let Some(held) = held_out::by_rule(rows, first) else {
             continue;
         };
-        match without(believed, outcome, rows, held) {
+        match without(assumed, outcome, rows, held) {
             Ok(entry) => return entry,
             Err(note) => why = note,
         }
@@ -176,7 +176,7 @@ const PREDICTABLE_SIGMA: f64 = 0.5;
 
 /// As [`by_rule`], for one choice of rows; an error says why they are no test.
 fn without(
-    believed: &Believed,
+    assumed: &AssumedModel,
     outcome: &Outcome,
     rows: &[Row],
     held: held_out::HeldOut,
@@ -193,9 +193,9 @@ fn without(
     let whitener = Whitener::new(sequence, rounding, scale, outcome.noise.rho, &outcome.errors);
     let measured = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.measured));
     let start = &outcome.baseline.nuisance;
-    let fits = nuisance_tangents(believed, start).and_then(|tangents| {
+    let fits = nuisance_tangents(assumed, start).and_then(|tangents| {
         let held = Held {
-            forward: believed,
+            forward: assumed,
             weights: &outcome.held,
         };
         let refit = |members: &[Hypothesis]| fit(&held, &measured, &whitener, start, &tangents, members);
@@ -209,7 +209,7 @@ fn without(
     let alone = Rounding::default();
     let each = DVector::from_fn(rows.len(), |i, _| 1.0 / sigma(i));
     let plain = Whitener::new(sequence, &alone, each, 0.0, &Errors::new());
-    let u_predicted = derivatives(believed, &plain, &after).map_or(0.0, |slopes| {
+    let u_predicted = derivatives(assumed, &plain, &after).map_or(0.0, |slopes| {
         let slopes = slopes.select_rows(&pick);
         let covariance = after.covariance(outcome.noise.scale);
         ((&slopes * covariance).component_mul(&slopes).sum() / pick.len() as f64).sqrt()

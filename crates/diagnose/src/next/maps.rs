@@ -3,7 +3,7 @@
 use isolux_record::observation::{MapPose, MapSet};
 
 use super::{Block, median};
-use crate::believed::Part;
+use crate::assumed::Part;
 use crate::search::Outcome;
 use crate::table::{Light, Row, Source};
 

@@ -4,7 +4,7 @@ use isolux_record::ReadingKind;
 use isolux_record::observation::ReadingCoordinates;
 
 use super::{Block, median};
-use crate::believed::Part;
+use crate::assumed::Part;
 use crate::search::Outcome;
 use crate::table::{Light, Row, Source};
 

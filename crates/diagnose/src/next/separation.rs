@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Block;
+use crate::assumed::{AssumedModel, Part};
 use crate::basis::Basis;
-use crate::believed::{Believed, Part};
 use crate::fit::{Whitener, fit, nuisance_tangents};
 use crate::forward::{Forward, Hypothesis};
 use crate::rounding::Rounding;
@@ -14,7 +14,7 @@ use crate::whitening::Sequence;
 
 /// How far apart, in σ, the two predictions lie over old and new rows together, after the second is refitted to the first.
 pub(super) fn separation(
-    believed: &Believed,
+    assumed: &AssumedModel,
     outcome: &Outcome,
     rows: &[Row],
     block: &Block,
@@ -28,8 +28,8 @@ pub(super) fn separation(
         .chain(block.sigma.iter().copied())
         .collect();
     let predict = |nuisance: &[f64], members: &[Hypothesis]| -> Option<DVector<f64>> {
-        let old = believed.predict(nuisance, members)?;
-        let model = believed.model(nuisance, members)?;
+        let old = assumed.predict(nuisance, members)?;
+        let model = assumed.model(nuisance, members)?;
         let new = match &block.part {
             Part::Readings(readings) => model.predict_readings(readings),
             Part::Maps(maps) => model.predict_maps(maps),
@@ -59,7 +59,7 @@ pub(super) fn separation(
         columns.push(predict(&moved, &second)? - &base);
     }
     for (i, member) in second.iter().enumerate() {
-        let searchable = &believed.effects()[member.effect];
+        let searchable = &assumed.effects()[member.effect];
         for j in 0..member.linear.len() {
             let mut moved = second.clone();
             moved[i].linear[j] += 0.1 * searchable.step[j];
@@ -83,15 +83,15 @@ pub(super) fn separation(
 /// As [`separation`], the smaller of both ways, each name refitted in full to what the other predicts. Needs new rows that bring no
 /// other refitted terms.
 pub(super) fn refitted_separation(
-    believed: &Believed,
+    assumed: &AssumedModel,
     outcome: &Outcome,
     rows: &[Row],
     block: &Block,
     others: &[Hypothesis],
     pair: &[Hypothesis; 2],
 ) -> Option<f64> {
-    let together = believed.with_part(block.part.clone());
-    if together.nuisances() != believed.nuisances() || together.effects().len() != believed.effects().len() {
+    let together = assumed.with_part(block.part.clone());
+    if together.nuisances() != assumed.nuisances() || together.effects().len() != assumed.effects().len() {
         return None;
     }
     let nuisance = &outcome.after.nuisance;

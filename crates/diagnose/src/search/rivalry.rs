@@ -78,7 +78,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         Some(Change::None)
     }
 
-    /// A possible name that explains as much as the first one stays within reach of it, whatever was believed before: no prior of ours is worth more than
+    /// A possible name that explains as much as the first one stays within reach of it, whatever was assumed before: no prior of ours is worth more than
     /// [`TWIN`]. `entries` fall with their evidence, and do after it.
     fn keep_twins(&self, entries: &mut [(f64, Entry)]) {
         let Some((top, first)) = entries.first().map(|(evidence, entry)| (*evidence, entry)) else {
@@ -187,7 +187,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             }
         }
         // What the formulas are allowed to be wrong by adds to the noise of every comparison: the likelihood is blunted by
-        // that, never what was believed before.
+        // that, never what was assumed before.
         let strongest = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
         let sharpness = 1.0 / (1.0 + self.settings.model_form.powi(2) * strongest);
         let blunted = |entry: &Entry| {
@@ -228,7 +228,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         })
     }
 
-    /// ln(prior · Bayes factor) of member `i` of a fit that explains `explained`, its shape averaged over what was believed
+    /// ln(prior · Bayes factor) of member `i` of a fit that explains `explained`, its shape averaged over what was assumed
     /// of it (Laplace).
     pub(super) fn refined_evidence(&self, fitted: &Fit, i: usize, member: &Hypothesis, explained: f64) -> f64 {
         let effects = self.forward.effects();
@@ -258,7 +258,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         let mut inside = fitted.jacobian.columns(own.start, own.len()).into_owned();
         Basis::spanning(&fitted.jacobian.select_columns(&rest), 1e-9).project_out(&mut inside);
         for (place, &j) in free.iter().enumerate() {
-            let spread = searchable.believed[j];
+            let spread = searchable.assumed[j];
             inside.column_mut(place).scale_mut(spread.sigma() / self.noise.scale);
             evidence -= 0.5 * spread.beyond(member.shape[j]).powi(2);
         }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::prepared::Item;
 use super::trust::{DARK, UNSEEN};
-use crate::cubature::{self, Patience};
+use crate::cubature::{self, WorkLimit};
 use crate::patch::{self, Patch, Scratch};
 use crate::product::Rule;
 use crate::rules::Estimate;
@@ -23,13 +23,13 @@ const STRAIGHT: f64 = 0.2;
 const CLEAR: f64 = 8.0;
 
 /// When an integral over the pixel is left to chords.
-const OUTLINE: Patience = Patience {
+const OUTLINE: WorkLimit = WorkLimit {
     cells: 600,
     hopeless: 1e4,
 };
 
 /// The same where more is asked for than a map needs.
-const PATIENT: Patience = Patience {
+const PATIENT: WorkLimit = WorkLimit {
     cells: 800,
     hopeless: f64::INFINITY,
 };
@@ -222,8 +222,8 @@ impl Item<'_> {
                 return Some(Estimate { value, error });
             }
         }
-        let patience = if more { PATIENT } else { OUTLINE };
-        let found = cubature::integral(&[[[0.0, 1.0], [0.0, 1.0]]], relative, floor, patience, |_, place| {
+        let work_limit = if more { PATIENT } else { OUTLINE };
+        let found = cubature::integral(&[[[0.0, 1.0], [0.0, 1.0]]], relative, floor, work_limit, |_, place| {
             at(place)
         });
         let met = more || found.error <= floor.max(4.0 * relative * found.value.abs());

@@ -91,7 +91,7 @@ impl Station {
     }
 
     /// How much nearer the light seems through the plates, mm: Σ t·(1 − 1/n), for light near the normal.
-    pub fn nearer_mm(&self) -> f64 {
+    pub fn apparent_shift_mm(&self) -> f64 {
         self.optics
             .windows
             .iter()

@@ -6,7 +6,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use isolux_device::{AxisPosition, AxisSettings, Coordinate, DeviceError, Identity, Target};
 use isolux_profile::{Exchange, counts, decimal, identity};
-use isolux_protocol_ascii::{Form, Lines, Message, Plain, Reply, Said};
+use isolux_protocol_ascii::{Form, Lines, Message, Plain, Received, Reply};
 use isolux_transport::{Bus, BusError};
 use tokio::time::Instant;
 
@@ -138,7 +138,7 @@ impl<P: Coordinate> Described<P> {
     }
 
     /// An exchange, four times in all where its reply is lost or damaged; an error that the profile knows is a refusal.
-    async fn ask(&self, exchange: &Exchange, value: &str) -> Result<Reply<Said>, DeviceError> {
+    async fn ask(&self, exchange: &Exchange, value: &str) -> Result<Reply<Received>, DeviceError> {
         let text = exchange.text(value);
         let proof = self.proof().filter(|proof| proof.text != text);
         let message = self.profile.manners.message(exchange, value, &[]);

@@ -30,7 +30,7 @@ pub(crate) struct Indexer {
 }
 
 /// What was reported, and the bytes.
-pub(crate) struct Said {
+pub(crate) struct Reported {
     pub value: String,
     pub frame: Vec<u8>,
 }
@@ -98,16 +98,16 @@ impl Indexer {
     }
 
     /// A report.
-    pub async fn report(&self, report: &str) -> Result<Said, DeviceError> {
+    pub async fn report(&self, report: &str) -> Result<Reported, DeviceError> {
         let reply = self.ask(Request::report(self.address, report), report).await?;
-        Ok(Said {
+        Ok(Reported {
             value: reply.answer.value,
             frame: reply.bytes,
         })
     }
 
     /// A report of what does not change, until two answers in a row are the same.
-    pub async fn twice(&self, report: &str) -> Result<Said, DeviceError> {
+    pub async fn twice(&self, report: &str) -> Result<Reported, DeviceError> {
         let mut unsolicited = self.unsolicited();
         let mut before = self.report(report).await?;
         for _ in 1..MOST_ANSWERS {

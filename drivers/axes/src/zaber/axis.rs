@@ -7,7 +7,7 @@ use isolux_device::{Axis, AxisPosition, AxisSettings, Coordinate, DeviceError, I
 use isolux_protocol_zaber::{Severity, WarningFlag};
 use tokio::time::{Instant, sleep};
 
-use super::controller::{Controller, Said};
+use super::controller::{Controller, Reported};
 use crate::watched::{and_not_stopped, at_rest, on_its_way};
 
 /// Speed in device units per (microstep/s), and per 10000 (microstep/s²) of acceleration (Zaber: "maxspeed", "accel").
@@ -37,7 +37,7 @@ struct State<P> {
     surplus: (u64, u64),
     position: AxisPosition<P>,
     flags: Vec<WarningFlag>,
-    said: Said,
+    said: Reported,
 }
 
 impl<P> State<P> {
@@ -111,7 +111,7 @@ impl<P: Coordinate> ZaberAxis<P> {
         })
     }
 
-    async fn ask(&self, text: &str) -> Result<Said, DeviceError> {
+    async fn ask(&self, text: &str) -> Result<Reported, DeviceError> {
         self.controller.ask(self.axis, text).await
     }
 
@@ -161,7 +161,7 @@ impl<P: Coordinate> ZaberAxis<P> {
         }
     }
 
-    fn refused_by(&self, flag: WarningFlag, action: &str, said: &Said) -> DeviceError {
+    fn refused_by(&self, flag: WarningFlag, action: &str, said: &Reported) -> DeviceError {
         self.controller.fault(
             action,
             format!("{} ({})", flag.letters(), flag.meaning()),

@@ -18,7 +18,7 @@ const LINE: Duration = Duration::from_secs(5);
 
 /// What a device said: data, moving or not, the flag that came along, and the frame as evidence.
 #[derive(Debug, Clone)]
-pub(crate) struct Said {
+pub(crate) struct Reported {
     pub data: String,
     pub busy: bool,
     pub flag: Option<WarningFlag>,
@@ -68,7 +68,7 @@ impl Controller {
 
     /// Asks for what does not change, until two answers in a row are the same. Message ids repeat after a hundred requests, and
     /// the checksum is a sum: a reply that old, or one with two damaged bytes, can answer one request, but not two in a row.
-    pub async fn ask_twice(&self, axis: u8, text: &str) -> Result<Said, DeviceError> {
+    pub async fn ask_twice(&self, axis: u8, text: &str) -> Result<Reported, DeviceError> {
         self.ask_until(axis, text, |before, now| before.data == now.data).await
     }
 
@@ -77,8 +77,8 @@ impl Controller {
         &self,
         axis: u8,
         text: &str,
-        agree: impl Fn(&Said, &Said) -> bool + Send,
-    ) -> Result<Said, DeviceError> {
+        agree: impl Fn(&Reported, &Reported) -> bool + Send,
+    ) -> Result<Reported, DeviceError> {
         let mut surplus = self.surplus();
         let mut before = self.ask(axis, text).await?;
         for _ in 1..MOST_ANSWERS {
@@ -106,13 +106,13 @@ impl Controller {
     }
 
     /// Asks for a number that does not change.
-    pub async fn number<T: std::str::FromStr>(&self, axis: u8, text: &str) -> Result<(T, Said), DeviceError> {
+    pub async fn number<T: std::str::FromStr>(&self, axis: u8, text: &str) -> Result<(T, Reported), DeviceError> {
         let said = self.ask_twice(axis, text).await?;
         self.parsed(text, said)
     }
 
     /// The number in an answer.
-    pub fn parsed<T: std::str::FromStr>(&self, text: &str, said: Said) -> Result<(T, Said), DeviceError> {
+    pub fn parsed<T: std::str::FromStr>(&self, text: &str, said: Reported) -> Result<(T, Reported), DeviceError> {
         // Firmware 7 writes decimals where a setting has a fraction; a count never has one.
         match said.data.parse() {
             Ok(number) => Ok((number, said)),
@@ -126,7 +126,7 @@ impl Controller {
 
     /// Asks `axis` (0: the device), again if the line damaged or lost the answer: every command used here may be repeated, it
     /// asks, sets a value, or moves to an absolute place.
-    pub async fn ask(&self, axis: u8, text: &str) -> Result<Said, DeviceError> {
+    pub async fn ask(&self, axis: u8, text: &str) -> Result<Reported, DeviceError> {
         let action = if text.is_empty() { "status" } else { text };
         let command = Command::new(self.device, axis, text).map_err(|error| DeviceError::Unsupported {
             device: self.name.clone(),
@@ -137,7 +137,7 @@ impl Controller {
         let reply = reply.map_err(|error| error.during(&self.name, action))?;
         let frame = reply.encode();
         match reply.outcome {
-            Ok(data) => Ok(Said {
+            Ok(data) => Ok(Reported {
                 data,
                 busy: reply.status == Status::Busy,
                 flag: reply.flag,

@@ -5,7 +5,7 @@ use isolux_device::{DeviceError, Identity, Switch, TemperatureReading, Thermomet
 use isolux_units::Celsius;
 use tokio::time::Instant;
 
-use super::controller::{Controller, Said};
+use super::controller::{Controller, Reported};
 
 /// Two readings of an input in a row may differ by so much: two steps of a converter of 12 bits, and noise.
 const AGREEMENT_V: f64 = 0.01;
@@ -75,7 +75,7 @@ impl Thermometer for ZaberThermometer {
 
     async fn read(&self) -> Result<TemperatureReading, DeviceError> {
         let action = format!("io get ai {}", self.input);
-        let agree = |before: &Said, now: &Said| match (before.data.parse::<f64>(), now.data.parse::<f64>()) {
+        let agree = |before: &Reported, now: &Reported| match (before.data.parse::<f64>(), now.data.parse::<f64>()) {
             (Ok(before), Ok(now)) => (before - now).abs() <= AGREEMENT_V,
             // What is no number is said below.
             _ => before.data == now.data,

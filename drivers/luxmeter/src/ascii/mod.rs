@@ -18,7 +18,7 @@ use isolux_device::{
     LuxReading, OpenError, Target,
 };
 use isolux_profile::{Exchange, identity};
-use isolux_protocol_ascii::{Lines, Message, Plain, Reply, Said};
+use isolux_protocol_ascii::{Lines, Message, Plain, Received, Reply};
 use isolux_transport::{Alone, Bus, Driver, Place, Ports};
 use isolux_units::Lux;
 use tokio::time::Instant;
@@ -146,11 +146,11 @@ impl AsciiLux {
         self.profile.identity.as_ref().map(|exchange| self.message(exchange))
     }
 
-    fn meaning(&self, said: &Reply<Said>) -> Option<Meaning> {
+    fn meaning(&self, said: &Reply<Received>) -> Option<Meaning> {
         self.profile.meaning(said.answer.form, said.answer.fields.get("value"))
     }
 
-    async fn ask_again(&self, message: Message, action: &str) -> Result<Reply<Said>, DeviceError> {
+    async fn ask_again(&self, message: Message, action: &str) -> Result<Reply<Received>, DeviceError> {
         let proof = self.proof().filter(|proof| *proof != message);
         let patience = self.profile.manners.answer;
         let asked = self
@@ -160,7 +160,7 @@ impl AsciiLux {
     }
 
     /// A message whose answer cannot be a reading.
-    async fn setting(&self, exchange: &Exchange) -> Result<Reply<Said>, DeviceError> {
+    async fn setting(&self, exchange: &Exchange) -> Result<Reply<Received>, DeviceError> {
         let message = self.message(exchange);
         let action = message.text.clone();
         let said = self.ask_again(message, &action).await?;

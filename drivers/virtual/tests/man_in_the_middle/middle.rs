@@ -74,7 +74,7 @@ pub struct Middle {
 
 /// What becomes of one frame.
 #[derive(Default)]
-struct Fate {
+struct Delivery {
     /// The whole line waits.
     stall: Duration,
     /// What is delivered, each after so long.
@@ -112,9 +112,9 @@ impl Middle {
     async fn requests(self, mut host: ReadHalf<impl Link>, mut device: WriteHalf<Box<dyn Link>>) {
         let mut buffer = vec![0; 1024];
         while let Ok(count @ 1..) = host.read(&mut buffer).await {
-            let fate = self.mind.lock().unwrap().of_request(&buffer[..count]);
-            sleep(fate.stall).await;
-            for (_, bytes) in fate.pieces {
+            let delivery = self.mind.lock().unwrap().of_request(&buffer[..count]);
+            sleep(delivery.stall).await;
+            for (_, bytes) in delivery.pieces {
                 let _ = device.write_all(&bytes).await;
             }
         }
@@ -124,9 +124,9 @@ impl Middle {
     async fn answers(self, mut device: ReadHalf<Box<dyn Link>>, host: mpsc::UnboundedSender<Vec<u8>>) {
         let mut buffer = vec![0; 16 * 1024];
         while let Ok(count @ 1..) = device.read(&mut buffer).await {
-            let fate = self.mind.lock().unwrap().of_answer(&buffer[..count]);
-            sleep(fate.stall).await;
-            deliver(&host, fate.pieces);
+            let delivery = self.mind.lock().unwrap().of_answer(&buffer[..count]);
+            sleep(delivery.stall).await;
+            deliver(&host, delivery.pieces);
         }
     }
 }
@@ -186,77 +186,77 @@ impl Mind {
         pieces
     }
 
-    fn of_request(&mut self, bytes: &[u8]) -> Fate {
+    fn of_request(&mut self, bytes: &[u8]) -> Delivery {
         self.requests += 1;
         self.last_request = bytes.to_vec();
-        let mut fate = Fate {
+        let mut delivery = Delivery {
             pieces: vec![(Duration::ZERO, bytes.to_vec())],
-            ..Fate::default()
+            ..Delivery::default()
         };
         if !self.dice.chance(self.rate / 3.0) {
-            return fate;
+            return delivery;
         }
         match self.dice.below(5) {
             0 => {
                 self.count("request lost");
-                fate.pieces.clear();
+                delivery.pieces.clear();
             }
             1 => {
                 self.count("request late");
-                fate.stall = self.dice.seconds(0.001, 0.3);
+                delivery.stall = self.dice.seconds(0.001, 0.3);
             }
             2 => {
                 self.count("request twice");
-                fate.pieces.push(fate.pieces[0].clone());
+                delivery.pieces.push(delivery.pieces[0].clone());
             }
             3 => {
                 self.count("bits of a request flipped");
-                self.flip(&mut fate.pieces[0].1);
+                self.flip(&mut delivery.pieces[0].1);
             }
             _ => {
                 self.count("garbage before a request");
                 let garbage = self.garbage();
-                fate.pieces.insert(0, (Duration::ZERO, garbage));
+                delivery.pieces.insert(0, (Duration::ZERO, garbage));
             }
         }
-        fate
+        delivery
     }
 
-    fn of_answer(&mut self, bytes: &[u8]) -> Fate {
+    fn of_answer(&mut self, bytes: &[u8]) -> Delivery {
         self.answers += 1;
         let now = Instant::now();
-        let mut fate = Fate {
+        let mut delivery = Delivery {
             pieces: vec![(Duration::ZERO, bytes.to_vec())],
-            ..Fate::default()
+            ..Delivery::default()
         };
         // An answer that was held back comes after this one.
         let held = self.held.take();
         while self.dice.chance(self.rate) {
-            self.damage(bytes, &mut fate);
+            self.damage(bytes, &mut delivery);
         }
-        fate.pieces.extend(held.map(|held| (Duration::ZERO, held)));
+        delivery.pieces.extend(held.map(|held| (Duration::ZERO, held)));
         self.history.push_back((now, bytes.to_vec()));
         if self.history.len() > REMEMBERED {
             self.history.pop_front();
         }
-        fate
+        delivery
     }
 
-    fn damage(&mut self, bytes: &[u8], fate: &mut Fate) {
+    fn damage(&mut self, bytes: &[u8], delivery: &mut Delivery) {
         let zero = Duration::ZERO;
         match self.dice.below(14) {
             0 => {
                 self.count("lost");
-                fate.pieces.clear();
+                delivery.pieces.clear();
             }
             1 => {
                 self.count("late, out of order");
                 let delay = self.dice.seconds(0.02, 5.0);
-                fate.pieces.iter_mut().for_each(|piece| piece.0 += delay);
+                delivery.pieces.iter_mut().for_each(|piece| piece.0 += delay);
             }
             2 => {
                 self.count("the line stands still");
-                fate.stall += self.dice.seconds(0.02, 1.5);
+                delivery.stall += self.dice.seconds(0.02, 1.5);
             }
             3 => {
                 self.count("twice");
@@ -265,18 +265,18 @@ impl Mind {
                 } else {
                     self.dice.seconds(0.001, 1.0)
                 };
-                fate.pieces.push((delay, bytes.to_vec()));
+                delivery.pieces.push((delay, bytes.to_vec()));
             }
             4 | 5 => {
                 if let Some(old) = self.old(bytes) {
                     self.count("old answer before the true one");
-                    fate.pieces.insert(0, (zero, old));
+                    delivery.pieces.insert(0, (zero, old));
                 }
             }
             6 => {
                 if let Some(old) = self.old(bytes) {
                     self.count("old answer later");
-                    fate.pieces.push((self.dice.seconds(0.001, 5.0), old));
+                    delivery.pieces.push((self.dice.seconds(0.001, 5.0), old));
                 }
             }
             7 => {
@@ -285,46 +285,46 @@ impl Mind {
                 {
                     self.replaced_at = self.answers;
                     self.count("old answer instead of the true one");
-                    fate.pieces = vec![(zero, old)];
+                    delivery.pieces = vec![(zero, old)];
                 }
             }
             8 => {
                 self.count("bits flipped");
-                if let Some(piece) = fate.pieces.first_mut() {
+                if let Some(piece) = delivery.pieces.first_mut() {
                     let mut bytes = std::mem::take(&mut piece.1);
                     self.flip(&mut bytes);
-                    fate.pieces[0].1 = bytes;
+                    delivery.pieces[0].1 = bytes;
                 }
             }
             9 => {
                 self.count("torn in two");
-                if let Some((delay, whole)) = fate.pieces.pop() {
+                if let Some((delay, whole)) = delivery.pieces.pop() {
                     let at = self.dice.below(whole.len());
                     let gap = self.dice.seconds(0.001, 0.6);
-                    fate.pieces.push((delay, whole[..at].to_vec()));
-                    fate.pieces.push((delay + gap, whole[at..].to_vec()));
+                    delivery.pieces.push((delay, whole[..at].to_vec()));
+                    delivery.pieces.push((delay + gap, whole[at..].to_vec()));
                 }
             }
             10 => {
                 self.count("cut short");
-                if let Some(piece) = fate.pieces.last_mut() {
+                if let Some(piece) = delivery.pieces.last_mut() {
                     piece.1.truncate(self.dice.below(piece.1.len()));
                 }
             }
             11 => {
                 self.count("garbage");
-                let at = self.dice.below(fate.pieces.len() + 1);
+                let at = self.dice.below(delivery.pieces.len() + 1);
                 let garbage = self.garbage();
-                fate.pieces.insert(at, (zero, garbage));
+                delivery.pieces.insert(at, (zero, garbage));
             }
             12 => {
                 self.count("request echoed");
-                let at = self.dice.below(fate.pieces.len() + 1);
-                fate.pieces.insert(at, (zero, self.last_request.clone()));
+                let at = self.dice.below(delivery.pieces.len() + 1);
+                delivery.pieces.insert(at, (zero, self.last_request.clone()));
             }
             _ => {
                 self.count("held back until after the next");
-                fate.pieces.clear();
+                delivery.pieces.clear();
                 self.held = Some(bytes.to_vec());
             }
         }

@@ -3,13 +3,13 @@
 use isolux_report::document::Section;
 use isolux_report::plots::{Diagram, SpectrumOptions, chromaticity, spectrum, tm30};
 
-use super::Evening;
+use super::DayResults;
 use crate::reduce::with_u;
 
 /// None without a spectrum: the verdict says that colour was not measured.
-pub(super) fn section(evening: &Evening) -> Option<Section> {
-    let spectral = evening.reduced.reduction.spectral.as_ref()?;
-    let colour = evening.colour.as_ref()?;
+pub(super) fn section(day_results: &DayResults) -> Option<Section> {
+    let spectral = day_results.reduced.reduction.spectral.as_ref()?;
+    let colour = day_results.colour.as_ref()?;
     let mut section = Section::new("Spectrum and colour");
     let options = SpectrumOptions {
         title: String::new(),

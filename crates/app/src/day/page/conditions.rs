@@ -9,21 +9,21 @@ use isolux_report::svg::{Anchor, Stroke, Svg, colour};
 use isolux_units::digits::significant;
 use serde_json::Value;
 
-use super::{Evening, NOT_STATED, angle};
+use super::{DayResults, NOT_STATED, angle};
 use crate::reduce::with_u;
 
 /// (max − min)/mean over the window within which EN 13032-4 and CIE S 025 call a lamp stable.
 const STABLE_REL: f64 = 0.005;
 
-pub(super) fn section(evening: &Evening) -> Section {
+pub(super) fn section(day_results: &DayResults) -> Section {
     let mut section = Section::new("Conditions");
-    let events = events(evening);
-    section.facts(facts(evening, &events));
+    let events = events(day_results);
+    section.facts(facts(day_results, &events));
     section.subheading("Electrical");
-    electrical(&mut section, evening);
+    electrical(&mut section, day_results);
     section.subheading("Stability");
     let drift = (
-        reference(evening),
+        reference(day_results),
         "Visits to the reference point (C 0°, γ 0°) relative to their mean; bars: standard uncertainty (k = 1).",
     );
     match warm_up(&events) {
@@ -33,8 +33,8 @@ pub(super) fn section(evening: &Evening) -> Section {
         ]),
         None => section.figures([drift]),
     }
-    section.paragraph(drift_words(&evening.reduced.reduction.drift));
-    if let Some(closing) = &evening.reduced.reduction.closing {
+    section.paragraph(drift_words(&day_results.reduced.reduction.drift));
+    if let Some(closing) = &day_results.reduced.reduction.closing {
         section.paragraph(format!(
             "Closing check, half-plane C 360° against C 0°: rms difference {} cd over {} directions, largest {} cd at γ {}; mean square \
              {} of what noise and rounding allow.",
@@ -45,17 +45,17 @@ pub(super) fn section(evening: &Evening) -> Section {
             significant(closing.chi2_per_direction, 2)
         ));
     }
-    for note in &evening.reduced.reduction.notes {
+    for note in &day_results.reduced.reduction.notes {
         section.paragraph(note.clone());
     }
     section.subheading("Instruments");
-    instruments(&mut section, evening);
+    instruments(&mut section, day_results);
     section
 }
 
-fn facts(evening: &Evening, events: &[Value]) -> Vec<(String, String)> {
-    let header = &evening.reduced.run.header;
-    let reduction = &evening.reduced.reduction;
+fn facts(day_results: &DayResults, events: &[Value]) -> Vec<(String, String)> {
+    let header = &day_results.reduced.run.header;
+    let reduction = &day_results.reduced.reduction;
     let mut facts = Vec::new();
     let mut add = |name: &str, value: String| facts.push((name.to_owned(), value));
     add(
@@ -66,7 +66,13 @@ fn facts(evening: &Evening, events: &[Value]) -> Vec<(String, String)> {
             .clone()
             .unwrap_or_else(|| NOT_STATED.to_owned()),
     );
-    let temperatures = evening.reduced.run.readings.rows.iter().filter_map(|row| row.ambient_c);
+    let temperatures = day_results
+        .reduced
+        .run
+        .readings
+        .rows
+        .iter()
+        .filter_map(|row| row.ambient_c);
     add("ambient temperature", over(temperatures, "°C", 1));
     let stable = events.iter().rev().find(|event| event["event"] == "stable");
     add(
@@ -76,14 +82,14 @@ fn facts(evening: &Evening, events: &[Value]) -> Vec<(String, String)> {
                 "{:.0} min; spread (max − min)/mean {:.2} % over the last {:.0} min, allowed {} %",
                 time_s / 60.0,
                 100.0 * spread,
-                window_min(evening),
-                allowed_percent(evening)
+                window_min(day_results),
+                allowed_percent(day_results)
             ),
             None => "not recorded".to_owned(),
         },
     );
     add("photometric distance", format!("{} m", reduction.distance_mm * 1e-3));
-    add("distance class", distance_class(evening));
+    add("distance class", distance_class(day_results));
     let shown = &reduction.grid.distribution;
     add("half-planes C", range(shown.c_deg()));
     add("angles γ", range(shown.gamma_deg()));
@@ -126,14 +132,14 @@ fn range(degrees: &[f64]) -> String {
     }
 }
 
-fn window_min(evening: &Evening) -> f64 {
-    let lamp = evening.reduced.run.header.station.lamp();
+fn window_min(day_results: &DayResults) -> f64 {
+    let lamp = day_results.reduced.run.header.station.lamp();
     lamp.and_then(|lamp| lamp.stable.as_ref())
         .map_or(15.0, |stable| stable.window_s / 60.0)
 }
 
-fn allowed_percent(evening: &Evening) -> String {
-    let lamp = evening.reduced.run.header.station.lamp();
+fn allowed_percent(day_results: &DayResults) -> String {
+    let lamp = day_results.reduced.run.header.station.lamp();
     let rel = lamp
         .and_then(|lamp| lamp.stable.as_ref())
         .map_or(STABLE_REL, |stable| stable.spread_rel);
@@ -142,12 +148,12 @@ fn allowed_percent(evening: &Evening) -> String {
 
 /// Distance in luminous diameters against what CIE S 025, 4.5.2 asks of a distribution of this width: 5 for a cosine-like one
 /// (beam angle of at least 90°), 10 for a broad one (60°), 15 for a narrower one.
-fn distance_class(evening: &Evening) -> String {
-    let lamp = evening.reduced.run.header.station.lamp();
+fn distance_class(day_results: &DayResults) -> String {
+    let lamp = day_results.reduced.run.header.station.lamp();
     let Some(diameter_mm) = lamp.and_then(|lamp| lamp.diameter_mm) else {
         return "not known: the station states no lamp.diameter_mm".to_owned();
     };
-    let reduction = &evening.reduced.reduction;
+    let reduction = &day_results.reduced.reduction;
     let ratio = reduction.distance_mm / diameter_mm;
     let narrowest = narrowest_beam_deg(&reduction.grid.distribution);
     let wanted = match narrowest {
@@ -174,8 +180,8 @@ fn narrowest_beam_deg(shown: &IntensityDistribution) -> Option<f64> {
 }
 
 /// The supply line over the readings of the distribution, where there was a power meter.
-fn electrical(section: &mut Section, evening: &Evening) {
-    let Some(line) = &evening.reduced.reduction.electrical else {
+fn electrical(section: &mut Section, day_results: &DayResults) {
+    let Some(line) = &day_results.reduced.reduction.electrical else {
         section.paragraph("Voltage, current, power and efficacy: not measured, the bench has no power meter.");
         return;
     };
@@ -238,8 +244,8 @@ fn drift_words(drift: &Drift) -> String {
     }
 }
 
-fn instruments(section: &mut Section, evening: &Evening) {
-    let header = &evening.reduced.run.header;
+fn instruments(section: &mut Section, day_results: &DayResults) {
+    let header = &day_results.reduced.run.header;
     let station = &header.station;
     let certificate = |role: &str| -> (String, String) {
         let none = || NOT_STATED.to_owned();
@@ -283,8 +289,8 @@ fn instruments(section: &mut Section, evening: &Evening) {
 }
 
 /// The journal of the run, as far as it can be read: the report is not about its damage.
-fn events(evening: &Evening) -> Vec<Value> {
-    let text = std::fs::read_to_string(evening.reduced.run.path.join("events.jsonl")).unwrap_or_default();
+fn events(day_results: &DayResults) -> Vec<Value> {
+    let text = std::fs::read_to_string(day_results.reduced.run.path.join("events.jsonl")).unwrap_or_default();
     text.lines()
         .filter_map(|line| serde_json::from_str(line).ok())
         .collect()
@@ -335,8 +341,8 @@ fn warm_up(events: &[Value]) -> Option<String> {
 }
 
 /// Reference readings over time with their digit.
-fn reference(evening: &Evening) -> String {
-    let visits: Vec<(f64, f64, f64)> = evening
+fn reference(day_results: &DayResults) -> String {
+    let visits: Vec<(f64, f64, f64)> = day_results
         .reduced
         .run
         .readings

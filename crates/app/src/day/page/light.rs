@@ -8,19 +8,19 @@ use isolux_report::plots::{
 use isolux_units::digits::significant;
 use serde_json::Value;
 
-use super::{Evening, angle, direction, plane_at, quantities};
+use super::{DayResults, angle, direction, plane_at, quantities};
 use crate::reduce::with_u;
 
 /// Step of the zones of flux.
 const ZONE_DEG: f64 = 10.0;
 
-pub(super) fn distribution(evening: &Evening) -> Section {
-    let reduction = &evening.reduced.reduction;
+pub(super) fn distribution(day_results: &DayResults) -> Section {
+    let reduction = &day_results.reduced.reduction;
     let shown = &reduction.grid.distribution;
     let options = PolarOptions {
         title: String::new(),
         per_lamp_flux_lm: Some(reduction.flux.value),
-        doubtful_cd: Some(doubtful_cd(evening)),
+        doubtful_cd: Some(doubtful_cd(day_results)),
     };
     let mut section = Section::new("Luminous intensity distribution");
     section.figures([
@@ -28,7 +28,7 @@ pub(super) fn distribution(evening: &Evening) -> Section {
             polar(shown, &options),
             &format!(
                 "Polar diagram, C0–C180 solid red, C90–C270 dashed blue, in cd/klm. {}",
-                below(evening)
+                below(day_results)
             ),
         ),
         (
@@ -125,8 +125,8 @@ pub(super) fn distribution(evening: &Evening) -> Section {
 }
 
 /// Two standard uncertainties of a direction without light: intensities up to this cannot be told from none.
-pub(super) fn doubtful_cd(evening: &Evening) -> f64 {
-    let reduction = &evening.reduced.reduction;
+pub(super) fn doubtful_cd(day_results: &DayResults) -> f64 {
+    let reduction = &day_results.reduced.reduction;
     let nodes = reduction.grid.nodes.iter();
     let own = nodes
         .map(|node| node.u_noise_cd.hypot(node.u_digit_cd))
@@ -136,16 +136,16 @@ pub(super) fn doubtful_cd(evening: &Evening) -> f64 {
 }
 
 /// The same in words.
-fn below(evening: &Evening) -> String {
-    let per_klm = 1000.0 * doubtful_cd(evening) / evening.reduced.reduction.flux.value;
+fn below(day_results: &DayResults) -> String {
+    let per_klm = 1000.0 * doubtful_cd(day_results) / day_results.reduced.reduction.flux.value;
     format!(
         "Dotted grey, within the shade: below {} cd/klm, the expanded uncertainty (k = 2) of no light.",
         significant(per_klm, 2)
     )
 }
 
-pub(super) fn flux(evening: &Evening) -> Section {
-    let reduction = &evening.reduced.reduction;
+pub(super) fn flux(day_results: &DayResults) -> Section {
+    let reduction = &day_results.reduced.reduction;
     let shown = &reduction.grid.distribution;
     let mut section = Section::new("Luminous flux");
     section.paragraph(format!("Luminous flux {}.", with_u(&reduction.flux)));
@@ -154,7 +154,7 @@ pub(super) fn flux(evening: &Evening) -> Section {
         let lm = shown.flux_between(from, to).value();
         vec![
             name.to_owned(),
-            format!("{} lm", flux_digits(lm, evening)),
+            format!("{} lm", flux_digits(lm, day_results)),
             format!("{:.1} %", 100.0 * lm / total),
         ]
     };
@@ -173,7 +173,7 @@ pub(super) fn flux(evening: &Evening) -> Section {
         zones(&shown.zonal_flux_lm(ZONE_DEG), ZONE_DEG),
         "Zonal luminous flux in steps of 10° of γ.",
     )]);
-    let quantities = quantities(evening);
+    let quantities = quantities(day_results);
     if let Some(code) = quantities["cie_flux_code"].as_array() {
         let code: Vec<String> = code
             .iter()
@@ -185,15 +185,15 @@ pub(super) fn flux(evening: &Evening) -> Section {
 }
 
 /// Lumen to the place that the flux's own uncertainty leaves, and one digit more for the parts of it.
-fn flux_digits(lm: f64, evening: &Evening) -> String {
-    let flux = &evening.reduced.reduction.flux;
+fn flux_digits(lm: f64, day_results: &DayResults) -> String {
+    let flux = &day_results.reduced.reduction.flux;
     isolux_units::digits::value_at(lm, 0.2 * flux.u_of_parts, -3)
 }
 
-pub(super) fn glare(evening: &Evening) -> Section {
+pub(super) fn glare(day_results: &DayResults) -> Section {
     let mut section = Section::new("Glare");
-    let quantities = quantities(evening);
-    let shown = &evening.reduced.reduction.grid.distribution;
+    let quantities = quantities(day_results);
+    let shown = &day_results.reduced.reduction.grid.distribution;
     let Some(area_mm2) = quantities["luminous_area_mm2"].as_f64() else {
         section.paragraph("The station states no luminous area: neither luminance nor UGR can be given.");
         return section;
@@ -264,10 +264,10 @@ fn ugr(table: &Value) -> Option<(Vec<String>, Vec<Vec<String>>, String)> {
 }
 
 /// Intensities, at most so many γ and half-planes that a page can hold; the files have all of them.
-pub(super) fn tables(evening: &Evening) -> Section {
+pub(super) fn tables(day_results: &DayResults) -> Section {
     const PLANES: usize = 12;
     const STEP_DEG: f64 = 5.0;
-    let shown = &evening.reduced.reduction.grid.distribution;
+    let shown = &day_results.reduced.reduction.grid.distribution;
     let mut section = Section::new("Table of luminous intensity");
     let high = shown.peak().intensity.value();
     let gammas: Vec<f64> = shown

@@ -14,7 +14,7 @@ use isolux_record::subject::{LUMINAIRE_KEYS, REPORT_KEYS};
 use isolux_report::document::{Document, Section};
 use serde_json::{Map, Value};
 
-use super::Evening;
+use super::DayResults;
 use crate::Failure;
 
 /// What a report says where the record does not know.
@@ -24,8 +24,8 @@ const NOT_STATED: &str = "not stated";
 ///
 /// # Errors
 /// When the scene cannot be written.
-pub(super) fn document(evening: &Evening) -> Result<Document, Failure> {
-    let header = &evening.reduced.run.header;
+pub(super) fn document(day_results: &DayResults) -> Result<Document, Failure> {
+    let header = &day_results.reduced.run.header;
     let (luminaire, report) = (&header.luminaire, &header.report);
     let name: Vec<&str> = [&luminaire.maker, &luminaire.name]
         .into_iter()
@@ -38,18 +38,18 @@ pub(super) fn document(evening: &Evening) -> Result<Document, Failure> {
     };
     let number = report.number.as_deref().unwrap_or("without a number");
     let day: String = header.started_utc.chars().take(10).collect();
-    let mut sections = vec![verdict::section(evening)];
-    sections.push(light::distribution(evening));
-    sections.push(light::flux(evening));
-    sections.extend(colour::section(evening));
-    sections.push(light::glare(evening));
-    sections.push(conditions::section(evening));
-    sections.push(uncertainty::section(evening));
-    sections.push(simulated::section(evening)?);
-    sections.extend(simulated::comparison(evening));
-    sections.extend(simulated::diagnosis(evening));
-    sections.push(light::tables(evening));
-    sections.push(record::section(evening));
+    let mut sections = vec![verdict::section(day_results)];
+    sections.push(light::distribution(day_results));
+    sections.push(light::flux(day_results));
+    sections.extend(colour::section(day_results));
+    sections.push(light::glare(day_results));
+    sections.push(conditions::section(day_results));
+    sections.push(uncertainty::section(day_results));
+    sections.push(simulated::section(day_results)?);
+    sections.extend(simulated::comparison(day_results));
+    sections.extend(simulated::diagnosis(day_results));
+    sections.push(light::tables(day_results));
+    sections.push(record::section(day_results));
     let laboratory = report
         .laboratory
         .as_deref()
@@ -63,8 +63,8 @@ pub(super) fn document(evening: &Evening) -> Result<Document, Failure> {
 }
 
 /// What was measured and for whom, in full: what is not stated says so.
-fn identity(evening: &Evening, section: &mut Section) {
-    let header = &evening.reduced.run.header;
+fn identity(day_results: &DayResults, section: &mut Section) {
+    let header = &day_results.reduced.run.header;
     let mut facts = Vec::new();
     let stated = |text: Option<&str>| text.unwrap_or(NOT_STATED).to_owned();
     for (key, text) in LUMINAIRE_KEYS.iter().zip(header.luminaire.texts()) {
@@ -83,8 +83,8 @@ fn identity(evening: &Evening, section: &mut Section) {
 }
 
 /// What the photometric formats compute of the distribution: zonal flux, flux code, UGR.
-fn quantities(evening: &Evening) -> Map<String, Value> {
-    isolux_reduce::photometric(&evening.reduced.reduction, &evening.reduced.run).quantities()
+fn quantities(day_results: &DayResults) -> Map<String, Value> {
+    isolux_reduce::photometric(&day_results.reduced.reduction, &day_results.reduced.run).quantities()
 }
 
 /// The half-plane of the grid at `c_deg`; the only one of a rotational distribution.

@@ -3,7 +3,7 @@
 use isolux_record::disk::sha256;
 use isolux_report::document::{Block, Section};
 
-use super::Evening;
+use super::DayResults;
 
 /// Files of the results with what they are.
 const FILES: [(&str, &str); 13] = [
@@ -22,9 +22,9 @@ const FILES: [(&str, &str); 13] = [
     ("provenance.json", "what was measured, with what, by which program"),
 ];
 
-pub(super) fn section(evening: &Evening) -> Section {
+pub(super) fn section(day_results: &DayResults) -> Section {
     let mut section = Section::new("Provenance");
-    let run = &evening.reduced.run;
+    let run = &day_results.reduced.run;
     let header = &run.header;
     let mut facts = vec![
         ("recorded by".to_owned(), header.program.clone()),
@@ -43,7 +43,7 @@ pub(super) fn section(evening: &Evening) -> Section {
         facts.push(("resumed".to_owned(), format!("{} by {}", resumed.utc, resumed.program)));
     }
     for name in ["luminaire.ldt", "luminaire.spdx", "budget.json"] {
-        if let Ok(bytes) = std::fs::read(evening.reduced.folder.join(name)) {
+        if let Ok(bytes) = std::fs::read(day_results.reduced.folder.join(name)) {
             facts.push((format!("SHA-256 of {name}"), sha256(&bytes)));
         }
     }
@@ -56,15 +56,15 @@ pub(super) fn section(evening: &Evening) -> Section {
     ));
     section.facts(facts);
     section.subheading("Files");
-    let there = |file: &str| evening.reduced.folder.join(file).exists() && !evening.stale.contains(&file);
+    let there = |file: &str| day_results.reduced.folder.join(file).exists() && !day_results.stale.contains(&file);
     let files = FILES.into_iter().filter(|(file, _)| there(file));
     section.add(Block::Files(
         files.map(|(file, what)| (file.to_owned(), what.to_owned())).collect(),
     ));
-    if !evening.stale.is_empty() {
+    if !day_results.stale.is_empty() {
         section.paragraph(format!(
             "Of another reduction or sensor than this page, and not shown: {}. `isolux run --resume` makes all of them again.",
-            evening.stale.join(", ")
+            day_results.stale.join(", ")
         ));
     }
     section.paragraph("End of the report.");

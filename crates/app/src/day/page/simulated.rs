@@ -7,16 +7,16 @@ use isolux_units::digits::significant;
 
 use super::super::compare::gap_words;
 use super::super::{Diagnosed, Stated};
-use super::Evening;
+use super::DayResults;
 use crate::diagnose::SAME_RECORD;
 use crate::diagnosis_report::capitalised;
 use crate::{Failure, sensor_view, simulate};
 
-pub(super) fn section(evening: &Evening) -> Result<Section, Failure> {
-    let facts = &evening.simulation.facts;
+pub(super) fn section(day_results: &DayResults) -> Result<Section, Failure> {
+    let facts = &day_results.simulation.facts;
     let unit = simulate::unit(facts);
     let mut section = Section::new("Simulation: irradiance on the sensor");
-    let marked = simulate::marked(&evening.simulation, evening.u_direction_rel());
+    let marked = simulate::marked(&day_results.simulation, day_results.u_direction_rel());
     section.paragraph(format!("Mean {}.", simulate::mean(facts)));
     section.figures([(
         marked.figure("noise-free, inverse method"),
@@ -50,8 +50,8 @@ pub(super) fn section(evening: &Evening) -> Result<Section, Failure> {
             list(&facts.effects_not_applicable),
         ),
     ]);
-    if let Some(u_rel) = evening.u_direction_rel() {
-        let smoothed = if evening.reduced.reduction.grid.smoothed.is_some() {
+    if let Some(u_rel) = day_results.u_direction_rel() {
+        let smoothed = if day_results.reduced.reduction.grid.smoothed.is_some() {
             " It is drawn from the distribution that was smoothed within these intervals; luminaire.raw.ldt has the one as it was read."
         } else {
             ""
@@ -66,7 +66,7 @@ pub(super) fn section(evening: &Evening) -> Result<Section, Failure> {
     let mut view = Page::new("");
     view.raw("<div class=\"screen\"><h3>The map, point by point</h3>");
     let summary = [
-        ("distance", format!("{} mm", evening.scene.sensor.pose.distance_mm)),
+        ("distance", format!("{} mm", day_results.scene.sensor.pose.distance_mm)),
         ("size", format!("{} × {} mm", facts.size_mm[0], facts.size_mm[1])),
         ("pixels", format!("{} × {}", facts.pixels[0], facts.pixels[1])),
         ("mean", simulate::mean(facts)),
@@ -76,17 +76,23 @@ pub(super) fn section(evening: &Evening) -> Result<Section, Failure> {
         ),
     ];
     let summary = summary.map(|(name, value)| (name.to_owned(), value));
-    explorer::add(&mut view, &simulate::picture(&evening.simulation), &summary, 5, "map");
+    explorer::add(
+        &mut view,
+        &simulate::picture(&day_results.simulation),
+        &summary,
+        5,
+        "map",
+    );
     view.raw("</div>");
     view.raw("<div class=\"screen\"><h3>The scene in three dimensions</h3>");
-    sensor_view::add(&mut view, &evening.scene, &evening.simulation, "scene")?;
+    sensor_view::add(&mut view, &day_results.scene, &day_results.simulation, "scene")?;
     view.raw("</div>");
     section.add(Block::Screen(view));
     Ok(section)
 }
 
-pub(super) fn comparison(evening: &Evening) -> Option<Section> {
-    let comparison = evening.comparison.as_ref()?;
+pub(super) fn comparison(day_results: &DayResults) -> Option<Section> {
+    let comparison = day_results.comparison.as_ref()?;
     let mut section = Section::new(&format!(
         "The test: simulated against measured, on the axis at {:.0} mm",
         comparison.distance_mm
@@ -123,18 +129,18 @@ pub(super) fn comparison(evening: &Evening) -> Option<Section> {
     Some(section)
 }
 
-pub(super) fn diagnosis(evening: &Evening) -> Option<Section> {
+pub(super) fn diagnosis(day_results: &DayResults) -> Option<Section> {
     let Diagnosed {
         plain,
         good,
         details,
         same_record,
-    } = evening.diagnosis.as_ref()?;
+    } = day_results.diagnosis.as_ref()?;
     let mut section;
     if *same_record {
         section = Section::new("Consistency check of the record");
         section.paragraph(capitalised(SAME_RECORD));
-        if evening.comparison.is_some() {
+        if day_results.comparison.is_some() {
             section.paragraph("The test of this day is the comparison on the axis, above.");
         }
     } else {

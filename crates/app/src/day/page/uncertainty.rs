@@ -4,17 +4,17 @@ use isolux_reduce::{Correction, Quantity};
 use isolux_report::document::Section;
 use isolux_units::digits::{K, significant};
 
-use super::Evening;
+use super::DayResults;
 use crate::reduce::{no_uncertainty, with_u};
 
-pub(super) fn section(evening: &Evening) -> Section {
+pub(super) fn section(day_results: &DayResults) -> Section {
     let mut section = Section::new("Corrections and uncertainty");
-    section.table(&["correction", "", "how much"], corrections(evening));
+    section.table(&["correction", "", "how much"], corrections(day_results));
     section.paragraph(
         "Each budget gives standard uncertainties (k = 1) in the unit of the number; parts add in squares, and the share is of that sum. \
          A number of which a part was neither measured nor stated has no uncertainty.",
     );
-    let reduction = &evening.reduced.reduction;
+    let reduction = &day_results.reduced.reduction;
     let mut numbers = vec![
         ("Luminous flux", &reduction.flux),
         ("Largest luminous intensity", &reduction.i_max),
@@ -119,8 +119,8 @@ fn source(part: &str) -> &str {
     }
 }
 
-fn corrections(evening: &Evening) -> Vec<Vec<String>> {
-    let reduction = &evening.reduced.reduction;
+fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
+    let reduction = &day_results.reduced.reduction;
     let levels = reduction.levels.parts_lx(0.0);
     let level = |place: usize| match levels[place] {
         Some(lx) => format!("{} lx on the axis", significant(lx, 2)),

@@ -5,7 +5,7 @@ use isolux_report::document::{Block, Section};
 use isolux_report::html::Tile;
 use isolux_report::plots::{PolarOptions, polar};
 
-use super::{Evening, direction, identity, plane_at};
+use super::{DayResults, direction, identity, plane_at};
 use crate::reduce::no_uncertainty;
 use crate::simulate;
 
@@ -14,29 +14,29 @@ const STATEMENT: &str = "± is the expanded uncertainty U = k·u of the value wi
     evaluated by JCGM 100; the parts are under “Corrections and uncertainty”. A number without ± has no evaluated uncertainty, for the reason given \
     beside it.";
 
-pub(super) fn section(evening: &Evening) -> Section {
+pub(super) fn section(day_results: &DayResults) -> Section {
     let mut section = Section::default();
-    if let Some(comparison) = &evening.comparison {
+    if let Some(comparison) = &day_results.comparison {
         let (sentence, good) = comparison.verdict();
         section.add(Block::Verdict(sentence, good));
     }
-    if let Some(accepted) = &evening.reduced.reduction.accepted {
+    if let Some(accepted) = &day_results.reduced.reduction.accepted {
         section.add(Block::Verdict(isolux_reduce::note(accepted), false));
     }
-    section.add(Block::Tiles(tiles(evening)));
+    section.add(Block::Tiles(tiles(day_results)));
     section.paragraph(STATEMENT);
-    let reduction = &evening.reduced.reduction;
+    let reduction = &day_results.reduced.reduction;
     let options = PolarOptions {
         title: String::new(),
         per_lamp_flux_lm: Some(reduction.flux.value),
-        doubtful_cd: Some(super::light::doubtful_cd(evening)),
+        doubtful_cd: Some(super::light::doubtful_cd(day_results)),
     };
     section.figures([(
         polar(&reduction.grid.distribution, &options),
         "Luminous intensity: C0–C180 solid red, C90–C270 dashed blue, in cd/klm.",
     )]);
     section.subheading("Item and report");
-    identity(evening, &mut section);
+    identity(day_results, &mut section);
     section
 }
 
@@ -60,8 +60,8 @@ fn tile(name: &str, quantity: &Quantity) -> Tile {
     }
 }
 
-fn tiles(evening: &Evening) -> Vec<Tile> {
-    let reduction = &evening.reduced.reduction;
+fn tiles(day_results: &DayResults) -> Vec<Tile> {
+    let reduction = &day_results.reduced.reduction;
     let distribution = &reduction.grid.distribution;
     let plain = |name: &str, value: String, note: &str| Tile {
         name: name.to_owned(),
@@ -108,7 +108,7 @@ fn tiles(evening: &Evening) -> Vec<Tile> {
             )),
         }
     }
-    if let Some(colour) = &evening.colour {
+    if let Some(colour) = &day_results.colour {
         let not_evaluated = "U not evaluated";
         tiles.extend(colour.duv.map(|duv| plain("Duv", format!("{duv:+.4}"), not_evaluated)));
         tiles.extend(colour.ra.map(|ra| plain("Ra", format!("{ra:.0}"), not_evaluated)));
@@ -121,7 +121,7 @@ fn tiles(evening: &Evening) -> Vec<Tile> {
     } else {
         tiles.push(plain("colour", "not measured".to_owned(), "no spectrum"));
     }
-    let mean = simulate::mean(&evening.simulation.facts);
+    let mean = simulate::mean(&day_results.simulation.facts);
     let (value, note) = mean.split_once(", ").unwrap_or((&mean, ""));
     tiles.push(plain(
         "mean on the sensor, simulated",

@@ -28,7 +28,7 @@ pub enum Part {
 
 /// A model with everything that may be refitted or added.
 #[derive(Debug)]
-pub struct Believed {
+pub struct AssumedModel {
     model: Model,
     parts: Vec<Part>,
     nuisance: Vec<Nuisance>,
@@ -65,12 +65,12 @@ struct Recipe {
     known: Option<(usize, Vec<f64>)>,
 }
 
-/// What is believed of the first of these terms after the level; of the k-th a k-th of it.
+/// What is assumed of the first of these terms after the level; of the k-th a k-th of it.
 const SHAPE_SIGMA: f64 = 0.3;
 /// Even Chebyshev terms of ln I that an analyst refits, where the readings have as many |γ|.
 const LN_SHAPE_TERMS: usize = 9;
 
-impl Believed {
+impl AssumedModel {
     /// Joins a model with coordinates. `gamma_max_deg` is the largest |γ| that any of the readings to be fitted has.
     pub fn new(model: Model, parts: Vec<Part>) -> Self {
         let stages: Vec<Stage> = parts
@@ -129,7 +129,7 @@ impl Believed {
             refined.ln_shape.resize(refined.ln_shape.len().max(1), 0.0);
             nuisance.push(Nuisance::SpectralGain);
         }
-        let mut believed = Self {
+        let mut assumed = Self {
             model,
             parts,
             nuisance,
@@ -137,9 +137,9 @@ impl Believed {
             searchable: Vec::new(),
             refined,
         };
-        believed.start_gain();
-        believed.list_effects(&stages);
-        believed
+        assumed.start_gain();
+        assumed.list_effects(&stages);
+        assumed
     }
 
     /// The catalogue entry of effect `number`.
@@ -276,7 +276,7 @@ impl Believed {
     }
 }
 
-impl Forward for Believed {
+impl Forward for AssumedModel {
     fn nuisances(&self) -> usize {
         self.nuisance.len()
     }

@@ -16,7 +16,7 @@ const POINT_LIKE: f64 = 5e-6;
 type PathLaw = fn(&[f64], f64) -> f64;
 
 /// A model made ready to be asked for illuminance many times.
-pub(crate) struct Shine<'m> {
+pub(crate) struct PreparedModel<'m> {
     model: &'m Model,
     luminaire: &'m Luminaire,
     directions: Vec<(DirectionLaw, &'m [f64])>,
@@ -31,7 +31,7 @@ pub(crate) struct Shine<'m> {
     around: bool,
 }
 
-impl<'m> Shine<'m> {
+impl<'m> PreparedModel<'m> {
     pub fn new(model: &'m Model) -> Self {
         let emitter = model.emitter();
         let nodes = emitter.nodes(match emitter {

@@ -3,7 +3,7 @@
 use isolux_model::{Effect, EffectSpec, ParameterSpec, Role, Stage, catalogue};
 
 use super::rows::row_ranges;
-use super::{Believed, Part, Recipe};
+use super::{AssumedModel, Part, Recipe};
 use crate::forward::{Searchable, Spread};
 
 /// Frequencies of modulated light that are searched at most, from the lowest.
@@ -23,10 +23,10 @@ struct Shape {
     grid: Vec<f64>,
     bounds: (f64, f64),
     step: f64,
-    believed: Spread,
+    assumed: Spread,
 }
 
-impl Believed {
+impl AssumedModel {
     pub(super) fn list_effects(&mut self, stages: &[Stage]) {
         let peak_lx = self.peak_lx();
         for &spec in catalogue() {
@@ -140,7 +140,7 @@ impl Believed {
             plausible,
             shapes: tried,
             bounds: shapes.iter().map(|shape| shape.bounds).collect(),
-            believed: shapes.iter().map(|shape| shape.believed).collect(),
+            assumed: shapes.iter().map(|shape| shape.assumed).collect(),
             shape_step: shapes.iter().map(|shape| shape.step).collect(),
             oscillates: if changed { None } else { self.beats(spec) },
             fixed: is(Role::RangeId),
@@ -179,7 +179,7 @@ impl Believed {
         }
     }
 
-    /// The grid of a shape parameter, its bounds, and what is believed of it.
+    /// The grid of a shape parameter, its bounds, and what is assumed of it.
     fn shape(&self, parameter: &ParameterSpec) -> Shape {
         let (low, high) = parameter.plausible;
         match parameter.role {
@@ -190,7 +190,7 @@ impl Believed {
                 Shape {
                     bounds: (0.5 * spacing, top.map_or(1.0, |f| f + spacing)),
                     step: 0.02 * spacing,
-                    believed: Spread {
+                    assumed: Spread {
                         middle: None,
                         width: top.unwrap_or(1.0).max(spacing),
                     },
@@ -201,7 +201,7 @@ impl Believed {
                 grid: grid.to_vec(),
                 bounds: (low - 360.0, high + 360.0),
                 step: 0.5,
-                believed: Spread {
+                assumed: Spread {
                     middle: None,
                     width: 360.0,
                 },
@@ -219,14 +219,14 @@ impl Believed {
                 } else {
                     1e-3 * (high - low)
                 },
-                believed: Spread::over(low, high),
+                assumed: Spread::over(low, high),
             },
             // The number of a range: the others are no shapes.
             _ => Shape {
                 grid: self.ranges(),
                 bounds: (f64::NEG_INFINITY, f64::INFINITY),
                 step: 0.0,
-                believed: Spread {
+                assumed: Spread {
                     middle: None,
                     width: 1.0,
                 },
