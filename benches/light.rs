@@ -1,12 +1,13 @@
-//! The solvers beside their reference, in one run: times, and what each map is off by as a share of what its accuracy allows.
+//! The solvers beside their reference, in one run: times, and what each map is off by as a share of what its accuracy
+//! allows.
 //!
 //!     cargo bench -p isolux-sim --bench light -- [REPETITIONS] [SCENE.toml …]
 //!
-//! Without scenes it takes the published one (337 lm, sensor 24.576 mm at 500 mm, 2048² pixels) of a smooth lamp and of one as a
-//! goniophotometer measures it (lopsided by 1 %, rough by 0.2 %), as a point and as a disc of 1 mm.
+//! Without scenes it takes the published one (337 lm, sensor 24.576 mm at 500 mm, 2048² pixels) of a smooth lamp and of
+//! one as a goniophotometer measures it (lopsided by 1 %, rough by 0.2 %), as a point and as a disc of 1 mm.
 //!
-//! With ISOLUX_LIGHT_FOLDER set it writes the smooth lamp's table, its maps and reference rows there, for `tests/peers/light.sh`,
-//! and prints the seconds of each repetition as lines of JSON.
+//! With ISOLUX_LIGHT_FOLDER set it writes the smooth lamp's table, its maps and reference rows there, for
+//! `tests/peers/light.sh`, and prints the seconds of each repetition as lines of JSON.
 
 #![expect(clippy::print_stdout, reason = "a program to run by hand")]
 
@@ -79,7 +80,8 @@ fn published() -> Result<Sensor, isolux_sim::sensor::SensorError> {
     })
 }
 
-/// Processor seconds of all threads so far, where the system says so: what other programs do changes them less than the time.
+/// Processor seconds of all threads so far, where the system says so: what other programs do changes them less than the
+/// time.
 fn processor_s() -> f64 {
     let threads = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let ns = threads.filter_map(|thread| {
@@ -151,7 +153,8 @@ fn rays<'a>(source: &'a Source, sensor: &'a Sensor) -> [(&'static str, Work<'a>)
     ]
 }
 
-/// `table.f64` (C plane after C plane), and for point and disc the map and rows 0, 64, 128 … of every pixel by itself, lx.
+/// `table.f64` (C plane after C plane), and for point and disc the map and rows 0, 64, 128 … of every pixel by itself,
+/// lx.
 fn for_peers(folder: &Path, sensor: &Sensor, repetitions: usize) -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(folder)?;
     let bytes = |values: &[f64]| -> Vec<u8> { values.iter().flat_map(|value| value.to_le_bytes()).collect() };
@@ -188,8 +191,8 @@ fn for_peers(folder: &Path, sensor: &Sensor, repetitions: usize) -> Result<(), B
     Ok(())
 }
 
-/// cosⁿγ of 337 lm and 995 cd/klm on the axis, every 15° of C and 1° of γ, with seeded readings `rough` relative; elliptic by 2 %,
-/// and lopsided by 1 % where it is rough.
+/// cosⁿγ of 337 lm and 995 cd/klm on the axis, every 15° of C and 1° of γ, with seeded readings `rough` relative;
+/// elliptic by 2 %, and lopsided by 1 % where it is rough.
 fn lamp(rough: f64) -> Result<IntensityDistribution, Box<dyn std::error::Error>> {
     let n = std::f64::consts::TAU * 0.995 - 1.0;
     let c_deg: Vec<f64> = (0..24).map(|k| 15.0 * f64::from(k)).collect();

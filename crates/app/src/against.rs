@@ -27,8 +27,8 @@ pub fn read(folder: &Utf8Path) -> Result<Earlier, Failure> {
     })
 }
 
-/// The verdict on the means, each with its own numerical uncertainty (quadrature or counted rays; what the model knows of its
-/// measurement is common to both and left out).
+/// The verdict on the means, each with its own numerical uncertainty (quadrature or counted rays; what the model knows
+/// of its measurement is common to both and left out).
 ///
 /// # Errors
 /// Exit 2 where one is in lx and the other in W/m².

@@ -81,8 +81,8 @@ impl Source {
     /// Opens every instrument of the station. Nothing moves.
     ///
     /// # Errors
-    /// Bad input (exit 2) for an address that is none; exit 3, with the key of the station, for an instrument that does not
-    /// open.
+    /// Bad input (exit 2) for an address that is none; exit 3, with the key of the station, for an instrument that does
+    /// not open.
     pub async fn open(&self, catalogue: &Catalogue) -> Result<Devices, Failure> {
         let station = &self.station;
         let axis_c = open_axis(catalogue, "axis.c", station.axis_c()).await?;

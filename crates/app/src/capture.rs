@@ -49,7 +49,8 @@ pub enum Series {
         /// The sensor is capped.
         capped: bool,
     },
-    /// The series that tells most effects apart: two exposures, three distances, two tilts, a quarter turn, lamp off, capped.
+    /// The series that tells most effects apart: two exposures, three distances, two tilts, a quarter turn, lamp off,
+    /// capped.
     Designed,
 }
 
@@ -114,7 +115,8 @@ struct Shot {
     held_out: bool,
 }
 
-/// Records `scene` (a scene, or a `maps.toml` whose poses are taken) in the room of `darkroom`, as `out` and a CSV beside it.
+/// Records `scene` (a scene, or a `maps.toml` whose poses are taken) in the room of `darkroom`, as `out` and a CSV
+/// beside it.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line; exit 3 when the disk refuses.

@@ -44,8 +44,8 @@ fn folder(file: &Utf8Path) -> &Path {
     file.parent().map_or(Path::new(""), Utf8Path::as_std_path)
 }
 
-/// Whether `open` is an address of a driver that opens a `kind`, with options that it understands, in the station `file`.
-/// Nothing is opened.
+/// Whether `open` is an address of a driver that opens a `kind`, with options that it understands, in the station
+/// `file`. Nothing is opened.
 ///
 /// # Errors
 /// [`OpenError::Address`].
@@ -71,8 +71,8 @@ fn placed(target: &Target, kind: Kind) -> Result<(), OpenError> {
     }
 }
 
-/// Full scale and last digit of every range of the lux meter at `open` of the station in `file`, in lx; empty where they
-/// are not known.
+/// Full scale and last digit of every range of the lux meter at `open` of the station in `file`, in lx; empty where
+/// they are not known.
 pub fn display_lx(open: &str, file: &Utf8Path) -> Vec<(f64, f64)> {
     let Ok(target) = target(open, file) else {
         return Vec::new();

@@ -55,8 +55,8 @@ const DARK_READINGS: u32 = 5;
 ///
 /// # Errors
 /// Bad input (exit 2) for the station, exit 3 when the trace cannot be written or an instrument belongs to another
-/// process (`force` is the reason for which it may be taken over from one that does not answer). An instrument that fails is no error here
-/// but in the report: the others are still checked.
+/// process (`force` is the reason for which it may be taken over from one that does not answer). An instrument that
+/// fails is no error here but in the report: the others are still checked.
 pub fn run(
     station: &Utf8Path,
     record: Option<&Utf8Path>,

@@ -32,8 +32,8 @@ pub enum Pace {
 const TICK_S: f64 = 0.02;
 
 impl Control {
-    /// Carries out `work` on a runtime whose clock is virtual, at this pace. The clock itself stays exact: between two timers
-    /// this waits in real time, in which nothing virtual happens.
+    /// Carries out `work` on a runtime whose clock is virtual, at this pace. The clock itself stays exact: between two
+    /// timers this waits in real time, in which nothing virtual happens.
     pub(crate) async fn paced<T>(&self, work: impl Future<Output = T>) -> T {
         tokio::select! {
             biased;

@@ -1,7 +1,7 @@
 //! The whole day: check, warm up, scan, reduce, simulate, compare, diagnose, report.
 //!
-//! Without a job it plays in the built-in virtual darkroom, in virtual time. The run directory is the day's folder; what
-//! follows from it is in its `results/`, with no wall clock in it, so that the same run gives the same bytes.
+//! Without a job it plays in the built-in virtual darkroom, in virtual time. The run directory is the day's folder;
+//! what follows from it is in its `results/`, with no wall clock in it, so that the same run gives the same bytes.
 
 mod asked;
 mod before;
@@ -82,7 +82,8 @@ pub(crate) struct Diagnosed {
     pub good: bool,
     /// The statistics behind it, one line each.
     pub details: Vec<String>,
-    /// Whether the model was made from the readings that it was compared with: then it is a check of the record, not a test.
+    /// Whether the model was made from the readings that it was compared with: then it is a check of the record, not a
+    /// test.
     pub same_record: bool,
 }
 
@@ -99,8 +100,8 @@ impl DayResults {
 /// Runs the day.
 ///
 /// # Errors
-/// Bad input (exit 2) before anything moves; 1 when the lamp does not become stable; 3 when an instrument fails or an axis
-/// cannot be verified at rest; 130 when interrupted. What was recorded until then stays readable.
+/// Bad input (exit 2) before anything moves; 1 when the lamp does not become stable; 3 when an instrument fails or an
+/// axis cannot be verified at rest; 130 when interrupted. What was recorded until then stays readable.
 pub fn run(
     options: &Options,
     operator: Option<&dyn Operator>,
@@ -354,12 +355,12 @@ fn scene_of_the_day(file: &Utf8Path, folder: &Utf8Path) -> Result<Scene, Failure
     scene::lit_by(file, &model)
 }
 
-/// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML page or
-/// as PDF. `job` is that of a day that does not hold its own.
+/// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML
+/// page or as PDF. `job` is that of a day that does not hold its own.
 ///
 /// # Errors
-/// Bad input (exit 2) when there is no run, no result, or the file exists; when the results are not of this record; when the
-/// day had a job that is not known.
+/// Bad input (exit 2) when there is no run, no result, or the file exists; when the results are not of this record;
+/// when the day had a job that is not known.
 pub fn report(
     folder: &Utf8Path,
     job: Option<&Utf8Path>,

@@ -319,7 +319,8 @@ pub fn brief(answer: &Answer, out: &Utf8Path) -> Vec<String> {
     let commands = ["reduce ", "accepted "];
     let mut tail: Vec<String> = all.iter().filter(|line| starts(line, &commands)).cloned().collect();
     tail.push(format!("more          {out}/report.html"));
-    // Parameters stand below their effect; ranked rivals, places, notes and the change of the model file are in the report.
+    // Parameters stand below their effect; ranked rivals, places, notes and the change of the model file are in the
+    // report.
     let wanted = [
         "found ",
         "consistency ",
@@ -421,7 +422,8 @@ fn write(request: &Request, out: &Utf8Path, model: &Model, found: &Diagnosis, di
     write("diagnosis.json", &json)
 }
 
-/// The lines that differ, in order; both texts come from the same writer, so a longest common subsequence is short work.
+/// The lines that differ, in order; both texts come from the same writer, so a longest common subsequence is short
+/// work.
 fn diff(old: &str, new: &str) -> Vec<String> {
     let (old, new): (Vec<&str>, Vec<&str>) = (old.lines().collect(), new.lines().collect());
     let mut common = vec![vec![0_usize; new.len() + 1]; old.len() + 1];

@@ -13,8 +13,8 @@ pub enum FailureKind {
     Instrument,
     /// A signal: SIGINT, SIGTERM, SIGHUP or SIGQUIT; the axes were stopped first. Exit 130.
     Interrupted,
-    /// The reader of standard output closed it before everything was written; nothing is said. Exit 141, as a shell shows for
-    /// programs that SIGPIPE ends.
+    /// The reader of standard output closed it before everything was written; nothing is said. Exit 141, as a shell
+    /// shows for programs that SIGPIPE ends.
     Closed,
 }
 

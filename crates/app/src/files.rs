@@ -26,7 +26,8 @@ impl Overwrite {
 /// The whole regular file at `path`.
 ///
 /// # Errors
-/// Bad input (exit 2) when it is not there, is no regular file, has more than [`file::LARGEST_TABLE`] bytes or cannot be read.
+/// Bad input (exit 2) when it is not there, is no regular file, has more than [`file::LARGEST_TABLE`] bytes or cannot
+/// be read.
 pub fn read(path: &Utf8Path) -> Result<Vec<u8>, Failure> {
     file::read(path, file::LARGEST_TABLE).map_err(|error| Failure::bad_input(format!("{path}: {error}")))
 }

@@ -83,11 +83,12 @@ pub struct WarmedUp {
     pub illuminance_lx: f64,
 }
 
-/// Homes both axes. `force` is the reason for which the instruments may be taken over from a process that does not answer.
+/// Homes both axes. `force` is the reason for which the instruments may be taken over from a process that does not
+/// answer.
 ///
 /// # Errors
-/// Exit 2 for the station, 3 for an instrument that fails or belongs to another process, or an axis not at rest, 130 when
-/// interrupted.
+/// Exit 2 for the station, 3 for an instrument that fails or belongs to another process, or an axis not at rest, 130
+/// when interrupted.
 pub fn home(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<Position, Failure> {
     by_hand(station, force, progress, async |source, devices| {
         Ok(position(Axes::new(devices, &source.station).home().await?))
@@ -143,7 +144,8 @@ pub fn switch(
 /// Moves both axes to (C, γ) and the detector to a distance; what is not given stays.
 ///
 /// # Errors
-/// As [`home`]; exit 2 before anything moves for a position outside the limits, and for a distance without a driven rail.
+/// As [`home`]; exit 2 before anything moves for a position outside the limits, and for a distance without a driven
+/// rail.
 pub fn move_to(
     station: &Utf8Path,
     c_deg: Option<f64>,

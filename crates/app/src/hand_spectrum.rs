@@ -36,11 +36,12 @@ pub struct Reading {
     pub irradiance_w_m2_nm: Vec<f64>,
 }
 
-/// Takes one spectrum with the integration time that its light needs, with lamp, shutter and baffle as they are. An instrument
-/// without dark pixels gets its dark from the station's shutter, which is put back as it was.
+/// Takes one spectrum with the integration time that its light needs, with lamp, shutter and baffle as they are. An
+/// instrument without dark pixels gets its dark from the station's shutter, which is put back as it was.
 ///
 /// # Errors
-/// Exit 2 where the station has no spectroradiometer, or nothing to make dark with; else as [`home`](crate::hand::home).
+/// Exit 2 where the station has no spectroradiometer, or nothing to make dark with; else as
+/// [`home`](crate::hand::home).
 pub fn read(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<Reading, Failure> {
     let taken = by_hand(station, force, progress, async |_, devices| take(devices).await)?;
     let Some((light, dark, properties, factors)) = taken else {

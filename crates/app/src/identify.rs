@@ -40,8 +40,8 @@ const PATIENCE: Duration = Duration::from_millis(700);
 /// The line is silent for so long before the next question.
 const SILENCE: Duration = Duration::from_millis(150);
 
-/// Asks one port after another, each with the settings of every language; nothing is sent to any other port. A port that
-/// another program has is not asked.
+/// Asks one port after another, each with the settings of every language; nothing is sent to any other port. A port
+/// that another program has is not asked.
 ///
 /// # Errors
 /// Exit 3 when the system gives no runtime. What a port refuses stands in its entry.

@@ -64,7 +64,8 @@ pub const SCENE: &str = include_str!("init/scene.toml");
 /// The job that names them.
 pub const JOB: &str = include_str!("init/job.toml");
 
-/// The station of the built-in virtual darkroom with the twins of `choice`, and the calibration that it names, if it does.
+/// The station of the built-in virtual darkroom with the twins of `choice`, and the calibration that it names, if it
+/// does.
 ///
 /// # Errors
 /// Never for the darkroom as it is shipped.
@@ -128,7 +129,8 @@ pub const BY_HAND: &str = "hand";
 /// In place of an address: the bench has no such part.
 pub const ABSENT: &str = "none";
 
-/// The parts of a bench in the order of the station file, what each is, and whether a person can do it or it can be absent.
+/// The parts of a bench in the order of the station file, what each is, and whether a person can do it or it can be
+/// absent.
 pub const PARTS: [(&str, Kind, Spare); 11] = [
     ("axis.c", Kind::Axis, Spare::Needed),
     ("axis.gamma", Kind::Axis, Spare::Needed),
@@ -166,13 +168,13 @@ pub enum Spare {
     Absent,
 }
 
-/// Writes a station file for a bench of its own: each of `parts` as it says, all others as twins of the built-in room, so that one
-/// cable after the other is taken into use. Beside it the calibration of the twin of the spectroradiometer, where that is one.
-/// Nothing is opened.
+/// Writes a station file for a bench of its own: each of `parts` as it says, all others as twins of the built-in room,
+/// so that one cable after the other is taken into use. Beside it the calibration of the twin of the spectroradiometer,
+/// where that is one. Nothing is opened.
 ///
 /// # Errors
-/// Bad input (exit 2) for a part or an address that is none, and for two parts that are the same thing; when a file exists
-/// and may not be replaced.
+/// Bad input (exit 2) for a part or an address that is none, and for two parts that are the same thing; when a file
+/// exists and may not be replaced.
 pub fn bench(file: &Utf8Path, parts: &[Part], overwrite: Overwrite) -> Result<Vec<Utf8PathBuf>, Failure> {
     let (twins, calibration) = virtual_station(&on_a_bench(parts))?;
     let text = bench_text(&twins, parts);

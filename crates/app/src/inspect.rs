@@ -65,8 +65,8 @@ pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
 }
 
 impl Inspection {
-    /// Adds to a spectrum's quantities what `meter` makes of it: `spectral_mismatch`, null where it cannot be had, and why;
-    /// and what was found in the meter's own files.
+    /// Adds to a spectrum's quantities what `meter` makes of it: `spectral_mismatch`, null where it cannot be had, and
+    /// why; and what was found in the meter's own files.
     pub fn seen_by(&mut self, meter: &Meter) {
         let Some(Content::Spectrum(file)) = &self.content else {
             return;

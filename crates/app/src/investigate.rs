@@ -37,8 +37,8 @@ const WORTH_A_SCAN_SIGMA: f64 = 3.0;
 /// whether the axes may move, scans it and diagnoses all runs together. The last answer, and the runs that it rests on.
 ///
 /// # Errors
-/// As [`diagnose::run`] and [`scan::run`]; bad input (exit 2) before anything moves when the station cannot be read or the
-/// folder is not empty.
+/// As [`diagnose::run`] and [`scan::run`]; bad input (exit 2) before anything moves when the station cannot be read or
+/// the folder is not empty.
 pub fn run(
     asked: &Investigation,
     operator: Option<&dyn Operator>,
@@ -78,8 +78,8 @@ pub fn run(
     unreachable!("the loop ends by returning")
 }
 
-/// The question to the operator and the plan of the best suggestion that would tell the rivals apart and that the station
-/// can carry out; says what stands in the way of the others.
+/// The question to the operator and the plan of the best suggestion that would tell the rivals apart and that the
+/// station can carry out; says what stands in the way of the others.
 fn proposal(
     asked: &Investigation,
     answer: &Answer,

@@ -1,4 +1,5 @@
-//! The events of a scan, typed: the command line prints them, the page draws them, and a record gives the same ones again.
+//! The events of a scan, typed: the command line prints them, the page draws them, and a record gives the same ones
+//! again.
 
 mod replay;
 mod sensor;
@@ -179,7 +180,8 @@ pub struct LiveReading {
 }
 
 impl LiveReading {
-    /// A row of the record; `first_lx` is the first visit to the reference point at its distance since the lamp was switched on.
+    /// A row of the record; `first_lx` is the first visit to the reference point at its distance since the lamp was
+    /// switched on.
     pub fn of(reading: &Reading, first_lx: Option<f64>, done: u64) -> Self {
         let drift = reading
             .illuminance_lx

@@ -1,7 +1,7 @@
 //! The log: what drivers and links say while they work, for a person who looks for a fault.
 //!
-//! Standard error shows what was asked for (`--verbose`, `ISOLUX_LOG`); a run keeps `log.txt` in its folder. No number is computed
-//! from it, so a log that cannot be written stops nothing.
+//! Standard error shows what was asked for (`--verbose`, `ISOLUX_LOG`); a run keeps `log.txt` in its folder. No number
+//! is computed from it, so a log that cannot be written stops nothing.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -20,8 +20,8 @@ pub const VARIABLE: &str = "ISOLUX_LOG";
 /// The file of the run that is being scanned.
 static RUN: Mutex<Option<File>> = Mutex::new(None);
 
-/// Begins to log: to standard error with level `verbosity` (0 nothing, 1 requests and retries, 2 the bytes of every link), or
-/// by `directives` (`debug`, `isolux_transport=trace`, …), which take precedence.
+/// Begins to log: to standard error with level `verbosity` (0 nothing, 1 requests and retries, 2 the bytes of every
+/// link), or by `directives` (`debug`, `isolux_transport=trace`, …), which take precedence.
 ///
 /// # Errors
 /// Bad input (exit 2) for directives that are none.

@@ -2,9 +2,9 @@
 
 use crate::Failure;
 
-/// Bytes a pixel while a map is computed and written, by the peak of memory of maps of 1024² and 4096² pixels (`/usr/bin/time -v
-/// isolux simulate`, 2026-11-22): 12 inverse in either precision, 32 direct in every sampling, 39 with `--tiff --csv --html`; with a
-/// window and a camera 30 inverse and 49.4 direct with all files.
+/// Bytes a pixel while a map is computed and written, by the peak of memory of maps of 1024² and 4096² pixels
+/// (`/usr/bin/time -v isolux simulate`, 2026-11-22): 12 inverse in either precision, 32 direct in every sampling, 39
+/// with `--tiff --csv --html`; with a window and a camera 30 inverse and 49.4 direct with all files.
 const BYTES_PER_PIXEL: u64 = 50;
 
 /// Refuses a map that does not fit into the memory that is free now.

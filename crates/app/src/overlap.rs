@@ -1,5 +1,5 @@
-//! Readings that are given twice. What was fitted proves nothing when it is predicted, and what is fitted twice makes the
-//! uncertainties smaller than they are.
+//! Readings that are given twice. What was fitted proves nothing when it is predicted, and what is fitted twice makes
+//! the uncertainties smaller than they are.
 
 use std::collections::HashMap;
 
@@ -19,8 +19,9 @@ pub(crate) struct Given<'a> {
 
 /// What `later` holds beyond `earlier`; the note says how many readings were left out of it.
 ///
-/// Readings are the same when they have the same coordinates, time and value. Two scans of one plan may share coordinates and
-/// time, and round to equal values here and there: readings are taken for copies only where no value at a shared place differs.
+/// Readings are the same when they have the same coordinates, time and value. Two scans of one plan may share
+/// coordinates and time, and round to equal values here and there: readings are taken for copies only where no value at
+/// a shared place differs.
 ///
 /// # Errors
 /// Bad input (exit 2) when nothing is left of `later`.

@@ -1,10 +1,10 @@
 //! Readings that the model's own distribution was made of.
 //!
 //! What such a reading differs from the model is no noise: the distribution took up most of what it is off, and some of
-//! what its neighbours are. It is smaller than the reading's uncertainty, by another share in every direction, correlated
-//! between neighbours, and never larger than the interval that smoothing leaves it, whatever is wrong. Readings of the same
-//! record that made no direction (closing half-plane, visits to the reference, other blocks) differ from it as those of
-//! another record do.
+//! what its neighbours are. It is smaller than the reading's uncertainty, by another share in every direction,
+//! correlated between neighbours, and never larger than the interval that smoothing leaves it, whatever is wrong.
+//! Readings of the same record that made no direction (closing half-plane, visits to the reference, other blocks)
+//! differ from it as those of another record do.
 
 use isolux_model::Model;
 use isolux_record::observation::{Observations, Readings};

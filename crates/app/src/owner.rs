@@ -16,8 +16,8 @@ pub struct TakeOver {
     pub from: Vec<String>,
 }
 
-/// Becomes the owner of everything that `station` reaches, before anything is opened. With a reason also from a process that
-/// gave no sign of life for a while.
+/// Becomes the owner of everything that `station` reaches, before anything is opened. With a reason also from a process
+/// that gave no sign of life for a while.
 ///
 /// # Errors
 /// Exit 3, naming who has an instrument, since when, and what to do.

@@ -11,8 +11,8 @@ use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::inspect::Inspection;
 
-/// Refuses before anything is drawn: two of the files would get pictures of one name, or a picture exists and may not be
-/// replaced.
+/// Refuses before anything is drawn: two of the files would get pictures of one name, or a picture exists and may not
+/// be replaced.
 ///
 /// # Errors
 /// Bad input (exit 2) with both files, or with the picture.

@@ -61,7 +61,8 @@ pub(crate) fn sums<'a>(files: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> 
 /// Compares the files of `folder` in the run `run` with its [`SUMS`]; a run of format 1 has none.
 ///
 /// # Errors
-/// Bad input (exit 2) with the file that is missing or not what was written, or that is among `needed` and not in the list.
+/// Bad input (exit 2) with the file that is missing or not what was written, or that is among `needed` and not in the
+/// list.
 pub(crate) fn check_sums(run: &Utf8Path, folder: &Utf8Path, needed: &[&str]) -> Result<(), Failure> {
     let file = folder.join(SUMS);
     if !file.is_file() {

@@ -59,8 +59,8 @@ impl Reduced {
     }
 }
 
-/// A quantity as reports state it: the value and its expanded uncertainty (k = 2), to the digits of the latter; where something
-/// is missing in the uncertainty, the value and what is missing.
+/// A quantity as reports state it: the value and its expanded uncertainty (k = 2), to the digits of the latter; where
+/// something is missing in the uncertainty, the value and what is missing.
 pub fn with_u(quantity: &Quantity) -> String {
     let said = quantity.rounded();
     match quantity.u {
@@ -102,9 +102,9 @@ pub struct Request<'a> {
 /// Reduces the run in `run` and writes its results.
 ///
 /// # Errors
-/// "No" (exit 1) for a drift, an unstable reference or a closing half-plane beyond the limits of the plan. Bad input (exit 2)
-/// for a record that gives no distribution, an unknown correction, a bench effect without inverse, or results that exist.
-/// Nothing is written then.
+/// "No" (exit 1) for a drift, an unstable reference or a closing half-plane beyond the limits of the plan. Bad input
+/// (exit 2) for a record that gives no distribution, an unknown correction, a bench effect without inverse, or results
+/// that exist. Nothing is written then.
 pub fn run(run: &Utf8Path, request: &Request<'_>, overwrite: Overwrite) -> Result<Reduced, Failure> {
     let folder = request.out.map_or_else(|| run.join("results"), Utf8Path::to_owned);
     let without = request
@@ -183,7 +183,8 @@ fn model_files(model: &Model) -> Result<Vec<(String, Vec<u8>)>, Failure> {
     Ok(kept)
 }
 
-/// Keeps the model of the reduction with its results, from which the report makes it again; takes away that of an earlier one.
+/// Keeps the model of the reduction with its results, from which the report makes it again; takes away that of an
+/// earlier one.
 fn keep_model(results: &Utf8Path, kept: Option<Vec<(String, Vec<u8>)>>) -> Result<(), Failure> {
     let folder = results.join(REDUCED_WITH[0]);
     if folder.join(REDUCED_WITH[1]).is_file() {
@@ -225,7 +226,8 @@ fn table(effect: &Effect) -> String {
 
 /// What a run says: by `model`, whose bench effects are taken out, or else by the run's own dark, ambient and baffled
 /// readings. Where a floor explains the baffled readings, it is the floor that is taken out: then the model file, which
-/// carries it, predicts the readings as they were read, and no digit of the baffled readings is cut into the distribution.
+/// carries it, predicts the readings as they were read, and no digit of the baffled readings is cut into the
+/// distribution.
 ///
 /// # Errors
 /// [`ReduceError`].
@@ -265,9 +267,9 @@ struct Floor {
 }
 
 impl Floor {
-    /// The albedo fitted to baffled − lamp_off over γ, at the height that the station gives; nothing where there is no such
-    /// reading, where the fit is no floor (albedo below zero) or where a reading is further from it than three times its
-    /// uncertainty: that stray light comes another way.
+    /// The albedo fitted to baffled − lamp_off over γ, at the height that the station gives; nothing where there is no
+    /// such reading, where the fit is no floor (albedo below zero) or where a reading is further from it than three
+    /// times its uncertainty: that stray light comes another way.
     fn of(run: &Run, reduction: &Reduction) -> Option<Self> {
         const TRIAL_ALBEDO: f64 = 0.1;
         const WITHIN_U: f64 = 3.0;
@@ -338,8 +340,8 @@ impl Bench {
             .filter(|effect| effect.spec().belongs_to(BelongsTo::Bench))
     }
 
-    /// Its effects as tables of a model file: the new model predicts the readings as they were read. The near field, which
-    /// no far distribution holds, stays known too.
+    /// Its effects as tables of a model file: the new model predicts the readings as they were read. The near field,
+    /// which no far distribution holds, stays known too.
     fn tables(&self) -> Vec<String> {
         let near_field = self
             .model

@@ -90,12 +90,12 @@ impl<'a> Place<'a> {
     }
 }
 
-/// Scans `plan` on `station`, files both, into a run directory. `force` is the reason for which instruments and run directory
-/// may be taken over from a process that does not answer.
+/// Scans `plan` on `station`, files both, into a run directory. `force` is the reason for which instruments and run
+/// directory may be taken over from a process that does not answer.
 ///
 /// # Errors
-/// Bad input (exit 2) with file and line before anything moves; 1 when a gate stays shut; 3 when an instrument fails, belongs
-/// to another process, or an axis could not be verified at rest; 130 when interrupted.
+/// Bad input (exit 2) with file and line before anything moves; 1 when a gate stays shut; 3 when an instrument fails,
+/// belongs to another process, or an axis could not be verified at rest; 130 when interrupted.
 pub fn run(
     station: &Utf8Path,
     plan_file: &Utf8Path,
@@ -149,8 +149,8 @@ pub fn run_in(
     })
 }
 
-/// What a plan asks of a station, or why it cannot be carried out there: limits of the axes and of the rail, switches that
-/// are missing, a person who is not there.
+/// What a plan asks of a station, or why it cannot be carried out there: limits of the axes and of the rail, switches
+/// that are missing, a person who is not there.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line.
@@ -179,7 +179,8 @@ pub(crate) fn checked(
     Ok((source, plan, day))
 }
 
-/// Scans on instruments that are open: the step that the whole day shares with `scan`. What was `taken` over is recorded.
+/// Scans on instruments that are open: the step that the whole day shares with `scan`. What was `taken` over is
+/// recorded.
 ///
 /// # Errors
 /// As [`run`].

@@ -1,5 +1,5 @@
-//! A scene from whatever the operator points at: a scene or model file, a run, a photometric file; with changes from the
-//! command line.
+//! A scene from whatever the operator points at: a scene or model file, a run, a photometric file; with changes from
+//! the command line.
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_formats::ReadOptions;
@@ -34,7 +34,8 @@ impl Changes {
     }
 }
 
-/// What a simulation takes for granted where `input` names no sensor and no option says otherwise: each with its value and unit.
+/// What a simulation takes for granted where `input` names no sensor and no option says otherwise: each with its value
+/// and unit.
 pub(crate) fn assumed(input: &Utf8Path, scene: &Scene, changes: &Changes) -> Vec<String> {
     if is_scene(input) {
         return Vec::new();

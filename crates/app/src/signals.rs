@@ -1,7 +1,8 @@
-//! Signals that ask the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT of a terminal that is closed. Here alone.
+//! Signals that ask the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT of a terminal that is closed. Here
+//! alone.
 //!
-//! While something runs that has axes to stop, a signal is its affair ([`OnSignals`]). At all other times the program ends
-//! at once, for every file is written completely or not at all.
+//! While something runs that has axes to stop, a signal is its affair ([`OnSignals`]). At all other times the program
+//! ends at once, for every file is written completely or not at all.
 
 use std::io::Write as _;
 use std::ops::Deref;
@@ -63,7 +64,8 @@ fn listeners() -> MutexGuard<'static, Vec<(u64, Cancel)>> {
     LISTENERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Starts the thread that receives the signals, once. It has a runtime of its own: that of a scan may be busy, and ends.
+/// Starts the thread that receives the signals, once. It has a runtime of its own: that of a scan may be busy, and
+/// ends.
 fn watch() -> Result<(), Failure> {
     static WATCH: OnceLock<Result<(), String>> = OnceLock::new();
     let watched = WATCH.get_or_init(|| {

@@ -210,8 +210,8 @@ fn refused(error: &SimulationError) -> Failure {
     Failure::bad_input(error).help(help)
 }
 
-/// Writes the three result files of a simulation; `result.json` last, so that it stands for a whole result. The picture marks
-/// what is below `u_rel`, the uncertainty of single directions.
+/// Writes the three result files of a simulation; `result.json` last, so that it stands for a whole result. The picture
+/// marks what is below `u_rel`, the uncertainty of single directions.
 ///
 /// # Errors
 /// Exit 2 when a file exists and may not be replaced, exit 3 when the disk refuses.
@@ -259,8 +259,8 @@ fn write_facts(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite)
     files::write(&folder.join("result.json"), text.as_bytes(), overwrite)
 }
 
-/// Takes the files of an earlier simulation out of `folder`, `result.json` first: what this one does not write would pass for
-/// its own. The map stays until it is replaced and marks the folder as one of a simulation.
+/// Takes the files of an earlier simulation out of `folder`, `result.json` first: what this one does not write would
+/// pass for its own. The map stays until it is replaced and marks the folder as one of a simulation.
 fn remove_old(folder: &Utf8Path) -> Result<(), Failure> {
     if !folder.join("irradiance.npy").is_file() {
         return Ok(());

@@ -1,5 +1,5 @@
-//! Where a bench plays: real links and real time, twins among them perhaps; or the virtual darkroom alone and a clock that runs
-//! as fast as it can.
+//! Where a bench plays: real links and real time, twins among them perhaps; or the virtual darkroom alone and a clock
+//! that runs as fast as it can.
 
 use std::future::Future;
 use std::sync::Arc;
@@ -18,7 +18,8 @@ use crate::owner::{self, TakeOver};
 use crate::progress::{Event, Progress};
 use crate::{Failure, FailureKind, capture, catalogue, roles};
 
-/// Whether a station lives in the virtual darkroom of this process, in virtual time: every instrument that it opens is a twin.
+/// Whether a station lives in the virtual darkroom of this process, in virtual time: every instrument that it opens is
+/// a twin.
 pub fn is_virtual(station: &Station) -> bool {
     let mut opened = roles::opened(station);
     opened.all(|(_, _, open)| in_memory(open))
@@ -86,8 +87,8 @@ impl Stage {
         }
     }
 
-    /// Links for `station`, which stands in `file`: those of the machine, and in memory those of the darkroom that the station
-    /// names or of the built-in one. Must be called on the runtime.
+    /// Links for `station`, which stands in `file`: those of the machine, and in memory those of the darkroom that the
+    /// station names or of the built-in one. Must be called on the runtime.
     ///
     /// # Errors
     /// Bad input (exit 2) with file and line of the darkroom.
@@ -161,8 +162,8 @@ impl Stage {
         Ok(stage)
     }
 
-    /// Becomes the owner of all instruments of `station` before any of them is opened; `force` is the reason for which they
-    /// may be taken over from a process that does not answer.
+    /// Becomes the owner of all instruments of `station` before any of them is opened; `force` is the reason for which
+    /// they may be taken over from a process that does not answer.
     ///
     /// # Errors
     /// Exit 3, naming who has an instrument, since when, and what to do.
@@ -201,7 +202,8 @@ impl Stage {
     }
 }
 
-/// The twins that answer the drivers of a station: `DRIVER:memory:luxmeter` is the lux meter's twin that speaks to DRIVER.
+/// The twins that answer the drivers of a station: `DRIVER:memory:luxmeter` is the lux meter's twin that speaks to
+/// DRIVER.
 ///
 /// # Errors
 /// Bad input (exit 2) for a driver that has no twin of that instrument, and for two drivers on one twin.

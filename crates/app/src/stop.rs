@@ -1,8 +1,8 @@
 //! `stop`: what moves is stopped and verified, whoever owns the instruments and whatever has become of them.
 //!
-//! The owner is asked to end first (SIGTERM), because it stops the axes itself and closes its record; a process that hangs
-//! or was stopped does not. So the instruments are taken from it: it can send them nothing more, even if it is continued
-//! later, and the stop goes to the axes from here.
+//! The owner is asked to end first (SIGTERM), because it stops the axes itself and closes its record; a process that
+//! hangs or was stopped does not. So the instruments are taken from it: it can send them nothing more, even if it is
+//! continued later, and the stop goes to the axes from here.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -40,8 +40,8 @@ pub struct Stopped {
 /// Stops every axis of the station and the rail, and verifies that they rest.
 ///
 /// # Errors
-/// Exit 2 for the station; exit 3 when an axis could not be verified at rest, or when an owner keeps the instruments and may
-/// drive them again.
+/// Exit 2 for the station; exit 3 when an axis could not be verified at rest, or when an owner keeps the instruments
+/// and may drive them again.
 pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
     let station = Station::load(file).map_err(Failure::bad_input)?;
     let in_memory = stage::is_virtual(&station);
@@ -115,8 +115,8 @@ async fn halt<P: Coordinate>(
         .map_err(|(_, error)| unverified(&error))
 }
 
-/// Takes the locks of `links` from whoever has them, who is asked to end first. A lock that cannot be had keeps nothing from
-/// being stopped. What became of the owners, and whether one of them may drive the axes again.
+/// Takes the locks of `links` from whoever has them, who is asked to end first. A lock that cannot be had keeps nothing
+/// from being stopped. What became of the owners, and whether one of them may drive the axes again.
 async fn hand_over(links: &BTreeSet<String>) -> (Vec<Lock>, Vec<String>, bool) {
     let (mut locks, mut said, mut may_drive) = (Vec::new(), Vec::new(), false);
     let mut owned: Vec<(PathBuf, Held)> = Vec::new();

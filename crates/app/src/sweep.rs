@@ -1,7 +1,8 @@
 //! `sweep`: one simulation for each combination of varied keys; `merge`: shards back into one result.
 //!
-//! A sweep is a list of points in the order of its keys (the last one runs fastest). A shard takes every N-th point; every
-//! point is computed from the scene alone with the sweep's seed, so that shards and the whole run give the same bytes.
+//! A sweep is a list of points in the order of its keys (the last one runs fastest). A shard takes every N-th point;
+//! every point is computed from the scene alone with the sweep's seed, so that shards and the whole run give the same
+//! bytes.
 
 use std::collections::BTreeMap;
 

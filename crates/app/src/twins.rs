@@ -1,4 +1,5 @@
-//! `virtual darkroom|axis|luxmeter|spectroradiometer|powermeter|supply`: the twins as a process, for other programs to talk to.
+//! `virtual darkroom|axis|luxmeter|spectroradiometer|powermeter|supply`: the twins as a process, for other programs to
+//! talk to.
 
 use std::time::Duration;
 
@@ -27,7 +28,8 @@ pub struct Options {
     pub instruments: Instruments,
     /// TCP port on the loopback address, 0 for any; none: a pty each.
     pub tcp_port: Option<u16>,
-    /// Port on the loopback address for the spectroradiometer as a USB device over USB/IP, 0 for any; none: as the others.
+    /// Port on the loopback address for the spectroradiometer as a USB device over USB/IP, 0 for any; none: as the
+    /// others.
     pub usbip_port: Option<u16>,
     /// Where to write a station file for them.
     pub station_out: Option<Utf8PathBuf>,
@@ -70,7 +72,8 @@ pub struct Reachable {
     pub attach: Option<String>,
 }
 
-/// Serves the twins until `lasts` is over or a signal asks for the end. `ready` is told their addresses once, before any byte.
+/// Serves the twins until `lasts` is over or a signal asks for the end. `ready` is told their addresses once, before
+/// any byte.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line; exit 3 when the system refuses ports or ptys; exit 130 when interrupted.

@@ -1,4 +1,5 @@
-//! Every twin of the table in place of the default one: its driver, over its bytes, finds the same room in virtual time.
+//! Every twin of the table in place of the default one: its driver, over its bytes, finds the same room in virtual
+//! time.
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::bench::Source;

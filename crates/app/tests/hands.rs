@@ -1,5 +1,5 @@
-//! A second hand on the controller of a virtual bench, by raw bytes: what it does to axes and outputs while a scan runs is
-//! never in a row that calls itself sound.
+//! A second hand on the controller of a virtual bench, by raw bytes: what it does to axes and outputs while a scan runs
+//! is never in a row that calls itself sound.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -119,8 +119,8 @@ fn scan_beside(target: Target<'_>, hands: Vec<(f64, &'static str)>) -> Result<Sc
     })
 }
 
-/// Light and its standard uncertainty by (point, repeat, role), all visits to the reference point as one; each at the pose
-/// that the plan asked for.
+/// Light and its standard uncertainty by (point, repeat, role), all visits to the reference point as one; each at the
+/// pose that the plan asked for.
 fn light(run: &Run) -> BTreeMap<(u64, u32, String), (f64, f64)> {
     run.readings
         .rows

@@ -1,4 +1,5 @@
-//! `read --spectrum` over real links: two instruments, one with dark pixels and one that needs the shutter, see one light.
+//! `read --spectrum` over real links: two instruments, one with dark pixels and one that needs the shutter, see one
+//! light.
 
 use camino::Utf8PathBuf;
 use isolux_app::FailureKind;
@@ -9,8 +10,8 @@ use isolux_virtual::station::{calibration, station};
 use isolux_virtual::twins::Choice;
 use isolux_virtual::{Instrument, Switches, VirtualRoom};
 
-/// Reads a lit room whose spectroradiometer answers `driver`; the reading, the light at its entrance in lx, and whether the
-/// shutter is open afterwards.
+/// Reads a lit room whose spectroradiometer answers `driver`; the reading, the light at its entrance in lx, and whether
+/// the shutter is open afterwards.
 fn read(driver: &str, edit: fn(String) -> String) -> (Result<Reading, isolux_app::Failure>, f64, bool) {
     let folder = tempfile::tempdir().unwrap();
     let path = Utf8PathBuf::try_from(folder.path().join("station.toml")).unwrap();

@@ -26,8 +26,8 @@ fn plan(distance_mm: f64) -> Plan {
     Plan::parse(Utf8Path::new("plan.toml"), &text).unwrap()
 }
 
-/// Root mean square of the errors up to γ 80°, after the factor that brings the whole nearest to the light: calibration and
-/// distance are wrong for all directions alike.
+/// Root mean square of the errors up to γ 80°, after the factor that brings the whole nearest to the light: calibration
+/// and distance are wrong for all directions alike.
 fn rms_cd(room: &Room, distribution: &IntensityDistribution) -> f64 {
     let gammas = distribution.gamma_deg();
     let pairs: Vec<(f64, f64)> = distribution

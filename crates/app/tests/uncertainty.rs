@@ -1,8 +1,8 @@
-//! Days in rooms that differ in lamp, stray light, drift and meter, read by plans that leave something out: where a flux or an
-//! intensity carries ±, the truth lies within ± 2 u as often as it should.
+//! Days in rooms that differ in lamp, stray light, drift and meter, read by plans that leave something out: where a
+//! flux or an intensity carries ±, the truth lies within ± 2 u as often as it should.
 //!
-//! A day is a pure function of its number. `ISOLUX_DAYS=2000 cargo test -p isolux-app --test uncertainty -- --nocapture` plays
-//! a longer sample and prints its figures.
+//! A day is a pure function of its number. `ISOLUX_DAYS=2000 cargo test -p isolux-app --test uncertainty --
+//! --nocapture` plays a longer sample and prints its figures.
 
 #![allow(clippy::print_stdout, reason = "the figures of a sample")]
 

@@ -10,7 +10,8 @@ use isolux_app::{Failure, FailureKind};
 /// Prints a line of results to standard output.
 ///
 /// # Errors
-/// Exit 3 when it takes no more (a full disk); the quiet [`FailureKind::Closed`] when its reader went (`isolux … | head`).
+/// Exit 3 when it takes no more (a full disk); the quiet [`FailureKind::Closed`] when its reader went (`isolux … |
+/// head`).
 pub fn say(line: impl std::fmt::Display) -> Result<(), Failure> {
     // In one piece: a line of which a part was written passes for a whole one.
     let line = format!("{line}\n");

@@ -1,10 +1,11 @@
-//! The tutorial and the README, tried: every `$ isolux …` in a block ```` ```console ```` is run, and what the page shows is
-//! what the program answers.
+//! The tutorial and the README, tried: every `$ isolux …` in a block ```` ```console ```` is run, and what the page
+//! shows is what the program answers.
 //!
-//! A page runs in a folder of its own, from its first command to its last. A block ```` ```toml file=NAME ```` is a file that
-//! the reader saves. In an answer a line `…` stands for any lines, a word `…` for any words, and within a word for any
-//! letters; a number may differ by 2 %, for the pages say what a number means and not its last digit; `(exit code N)` ends an
-//! answer. A command that ends in `&` runs until the page ends. Progress (standard error) comes before the answer.
+//! A page runs in a folder of its own, from its first command to its last. A block ```` ```toml file=NAME ```` is a
+//! file that the reader saves. In an answer a line `…` stands for any lines, a word `…` for any words, and within a
+//! word for any letters; a number may differ by 2 %, for the pages say what a number means and not its last digit;
+//! `(exit code N)` ends an answer. A command that ends in `&` runs until the page ends. Progress (standard error) comes
+//! before the answer.
 
 mod folder;
 

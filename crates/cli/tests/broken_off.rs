@@ -1,5 +1,5 @@
-//! Days that break off: by SIGINT and kill in the scan and in the day_results, by faults of the instruments. What was read stays
-//! readable, the axes stand, and the day is taken up again to its end.
+//! Days that break off: by SIGINT and kill in the scan and in the day_results, by faults of the instruments. What was
+//! read stays readable, the axes stand, and the day is taken up again to its end.
 
 #![cfg(unix)]
 
@@ -198,8 +198,8 @@ fn an_instrument_that_fails_leaves_a_run_that_goes_on() {
     }
 }
 
-/// One damaged or late answer is asked for again; the numbers are those of a bench without faults, but for what readings at
-/// other moments draw anew: two digits of a row, and in the flux the budget's parts of noise and drift.
+/// One damaged or late answer is asked for again; the numbers are those of a bench without faults, but for what
+/// readings at other moments draw anew: two digits of a row, and in the flux the budget's parts of noise and drift.
 #[test]
 fn a_damaged_answer_is_asked_for_again() {
     let mut runs: Vec<(BTreeMap<[String; 3], f64>, f64, f64)> = Vec::new();

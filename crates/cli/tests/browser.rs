@@ -1,5 +1,5 @@
-//! The local page in Debian's chromium (tests/browser). Without node, chromium or the modules of tests/browser/install.sh the
-//! test says that it was skipped, and fails where `ISOLUX_NO_SKIP` is set.
+//! The local page in Debian's chromium (tests/browser). Without node, chromium or the modules of
+//! tests/browser/install.sh the test says that it was skipped, and fails where `ISOLUX_NO_SKIP` is set.
 
 #![expect(clippy::print_stderr, reason = "says what was skipped")]
 

@@ -98,7 +98,8 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     let answer = folder.json("day/results/diagnosis.json");
     assert_eq!(answer["independence"], "same_run");
     assert!(answer["noise"]["p_global"].is_null(), "{answer}");
-    // 8 half-planes × 37 γ made the distribution; what checks it is the closing half-plane, the visits and the dark and baffled readings.
+    // 8 half-planes × 37 γ made the distribution; what checks it is the closing half-plane, the visits and the dark and
+    // baffled readings.
     let notes = answer["notes"].as_array().unwrap();
     assert!(
         notes

@@ -100,7 +100,8 @@ fn a_day_with_a_power_meter_ends_with_watts_and_lumens_per_watt() {
     for words in ["Electrical", "luminous efficacy", "power factor", "active power"] {
         assert!(page.contains(words), "{words}");
     }
-    // Stated with its uncertainty, or without where that is not known, to the digits that it leaves; the page says the same.
+    // Stated with its uncertainty, or without where that is not known, to the digits that it leaves; the page says the
+    // same.
     let line = last
         .lines()
         .find_map(|line| line.strip_prefix("luminous efficacy"))

@@ -1,5 +1,5 @@
-//! Diagnose, measure what would settle the answer, diagnose again: by three commands and by one, in a virtual darkroom whose
-//! axes have a flaw that a scan in one direction cannot name.
+//! Diagnose, measure what would settle the answer, diagnose again: by three commands and by one, in a virtual darkroom
+//! whose axes have a flaw that a scan in one direction cannot name.
 
 mod folder;
 

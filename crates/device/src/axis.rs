@@ -21,8 +21,8 @@ pub trait Axis<P: Coordinate = AxisAngle>: Send + Sync {
     /// Where the axis is now, by its own count.
     ///
     /// # Errors
-    /// Any link error; [`Fault`](DeviceError::Fault) when the axis reports one (stall, no power, critical flag). A missing
-    /// reference is no error here: it is `homed == false`.
+    /// Any link error; [`Fault`](DeviceError::Fault) when the axis reports one (stall, no power, critical flag). A
+    /// missing reference is no error here: it is `homed == false`.
     async fn position(&self) -> Result<AxisPosition<P>, DeviceError>;
 
     /// Finds the reference, comes to rest, and makes the step count true. Moves the axis.
@@ -34,15 +34,15 @@ pub trait Axis<P: Coordinate = AxisAngle>: Send + Sync {
     /// Starts a move to the step nearest to `to` and returns at once.
     ///
     /// # Errors
-    /// [`OutOfTravel`](DeviceError::OutOfTravel) outside [`AxisSettings::limit`]; [`Fault`](DeviceError::Fault) without a
-    /// reference. Nothing moves then.
+    /// [`OutOfTravel`](DeviceError::OutOfTravel) outside [`AxisSettings::limit`]; [`Fault`](DeviceError::Fault) without
+    /// a reference. Nothing moves then.
     async fn start_move(&self, to: P) -> Result<Motion<P>, DeviceError>;
 
     /// Waits until `motion` has ended *at its target*, watching that the axis makes progress.
     ///
     /// # Errors
-    /// [`Fault`](DeviceError::Fault) when it stalls, hits a limit or ends elsewhere; [`Timeout`](DeviceError::Timeout) past
-    /// [`Motion::deadline`]. The axis is stopped before the error is returned.
+    /// [`Fault`](DeviceError::Fault) when it stalls, hits a limit or ends elsewhere; [`Timeout`](DeviceError::Timeout)
+    /// past [`Motion::deadline`]. The axis is stopped before the error is returned.
     async fn finish_move(&self, motion: Motion<P>) -> Result<AxisPosition<P>, DeviceError>;
 
     /// Stops the axis from any state and verifies by two equal positions that it stands still.
@@ -51,7 +51,8 @@ pub trait Axis<P: Coordinate = AxisAngle>: Send + Sync {
     /// Any error means: *not verified at rest*.
     async fn stop(&self) -> Result<AxisPosition<P>, DeviceError>;
 
-    /// Moves to the step nearest to `to` and waits: [`start_move`](Self::start_move), then [`finish_move`](Self::finish_move).
+    /// Moves to the step nearest to `to` and waits: [`start_move`](Self::start_move), then
+    /// [`finish_move`](Self::finish_move).
     ///
     /// # Errors
     /// Those of both.
@@ -87,7 +88,8 @@ pub struct Motion<P = AxisAngle> {
     pub target: P,
     /// How long distance, speed and acceleration say that it takes.
     pub expected: Duration,
-    /// When to give up: twice the expected time and two seconds (cf. ophyd-async, distance/velocity + 2·acceleration + 10 s).
+    /// When to give up: twice the expected time and two seconds (cf. ophyd-async, distance/velocity + 2·acceleration +
+    /// 10 s).
     pub deadline: Instant,
 }
 

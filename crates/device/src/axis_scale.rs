@@ -82,10 +82,11 @@ pub enum InvalidScale {
     },
 }
 
-/// The map between an axis' step count and its position: position = zero + sense · steps ÷ (n/d steps per degree or mm).
+/// The map between an axis' step count and its position: position = zero + sense · steps ÷ (n/d steps per degree or
+/// mm).
 ///
-/// The ratio is rational because gears are: 51200 steps a turn are 1280/9 per degree, which no decimal holds. A target is
-/// always computed from the absolute position and a position from the absolute count, so nothing can accumulate.
+/// The ratio is rational because gears are: 51200 steps a turn are 1280/9 per degree, which no decimal holds. A target
+/// is always computed from the absolute position and a position from the absolute count, so nothing can accumulate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisScale<P = AxisAngle> {
     numerator: u32,

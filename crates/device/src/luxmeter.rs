@@ -17,8 +17,8 @@ pub trait LuxMeter: Send + Sync {
     /// Ranges and timing.
     fn properties(&self) -> &LuxMeterProperties;
 
-    /// A *new* reading, of light that fell on the head after `not_before` alone: pass the moment at which the axes came to
-    /// rest. Waits as long as that takes, and never returns the same conversion twice.
+    /// A *new* reading, of light that fell on the head after `not_before` alone: pass the moment at which the axes came
+    /// to rest. Waits as long as that takes, and never returns the same conversion twice.
     ///
     /// # Errors
     /// [`Timeout`](DeviceError::Timeout) at `deadline`; [`Fault`](DeviceError::Fault) for a broken or unpowered head. A
@@ -79,8 +79,8 @@ pub struct LuxReading {
     pub outcome: LuxOutcome,
     /// Range in which it was taken, in the meter's own numbering; 0 when the meter does not say.
     pub range: u8,
-    /// The outcome of the exchange before it, of light after `not_before` too, with which it agrees. Given by a driver whose
-    /// language cannot tie an answer to its request, so that one exchange alone proves nothing.
+    /// The outcome of the exchange before it, of light after `not_before` too, with which it agrees. Given by a driver
+    /// whose language cannot tie an answer to its request, so that one exchange alone proves nothing.
     pub confirmed_by: Option<LuxOutcome>,
     /// One digit of the answer: the full width of the rectangular distribution that rounding makes.
     pub digit: Lux,

@@ -19,8 +19,8 @@ pub trait PowerMeter: Send + Sync {
     /// A *new* reading, of nothing from before `not_before`.
     ///
     /// # Errors
-    /// [`Timeout`](DeviceError::Timeout) at `deadline`; [`Malformed`](DeviceError::Malformed) for what is no reading. A quantity
-    /// outside its range, or one that the meter does not have, is no error but another [`Quantity`].
+    /// [`Timeout`](DeviceError::Timeout) at `deadline`; [`Malformed`](DeviceError::Malformed) for what is no reading. A
+    /// quantity outside its range, or one that the meter does not have, is no error but another [`Quantity`].
     async fn read(&self, not_before: Instant, deadline: Instant) -> Result<PowerReading, DeviceError>;
 }
 

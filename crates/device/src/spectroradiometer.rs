@@ -17,8 +17,8 @@ pub trait Spectroradiometer: Send + Sync {
     /// Wavelengths, limits and its own calibration, read when it was opened.
     fn properties(&self) -> &SpectroradiometerProperties;
 
-    /// Sets the integration time of the spectra that follow and discards the one that was begun with the old time. Returns
-    /// the time as the instrument reads it back.
+    /// Sets the integration time of the spectra that follow and discards the one that was begun with the old time.
+    /// Returns the time as the instrument reads it back.
     ///
     /// # Errors
     /// [`Unsupported`](DeviceError::Unsupported) outside [`SpectroradiometerProperties::integration_limits`].
@@ -27,8 +27,8 @@ pub trait Spectroradiometer: Send + Sync {
     /// One spectrum whose integration began after the call.
     ///
     /// # Errors
-    /// [`Timeout`](DeviceError::Timeout) at `deadline`; [`Malformed`](DeviceError::Malformed) for a spectrum of the wrong
-    /// length or without its end mark.
+    /// [`Timeout`](DeviceError::Timeout) at `deadline`; [`Malformed`](DeviceError::Malformed) for a spectrum of the
+    /// wrong length or without its end mark.
     async fn acquire(&self, deadline: Instant) -> Result<RawSpectrum, DeviceError>;
 }
 
@@ -45,11 +45,11 @@ pub struct SpectroradiometerProperties {
     pub saturation_counts: u16,
     /// Counts at which a pixel saturates after scaling: raw counts are multiplied by this ÷ `saturation_counts`.
     pub full_scale_counts: u16,
-    /// Non-linearity polynomial, lowest power first, of the dark-subtracted scaled counts; the counts are divided by it.
-    /// Empty: the instrument stores none.
+    /// Non-linearity polynomial, lowest power first, of the dark-subtracted scaled counts; the counts are divided by
+    /// it. Empty: the instrument stores none.
     pub nonlinearity: Vec<f64>,
-    /// The irradiance calibration that the instrument itself stores, one factor a pixel: W/(m²·nm) for one linear count a
-    /// second. `None` when it stores none.
+    /// The irradiance calibration that the instrument itself stores, one factor a pixel: W/(m²·nm) for one linear count
+    /// a second. `None` when it stores none.
     pub irradiance_factor: Option<Vec<f64>>,
 }
 
@@ -105,9 +105,9 @@ impl SpectroradiometerProperties {
             .collect()
     }
 
-    /// Counts proportional to light, one a pixel, in the order the manufacturer's software uses (Ocean Optics, OOINLCorrect):
-    /// scale to full scale, subtract dark, divide by the non-linearity polynomial. Without a `dark` spectrum the mean of
-    /// the dark pixels is subtracted.
+    /// Counts proportional to light, one a pixel, in the order the manufacturer's software uses (Ocean Optics,
+    /// OOINLCorrect): scale to full scale, subtract dark, divide by the non-linearity polynomial. Without a `dark`
+    /// spectrum the mean of the dark pixels is subtracted.
     ///
     /// # Errors
     /// [`LinearisationError`] when lengths or integration times differ, or the polynomial is not above zero.

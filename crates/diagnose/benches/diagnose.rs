@@ -1,7 +1,7 @@
 //! Cost of a whole diagnosis, observations already read: `cargo bench -p isolux-diagnose`.
 //!
-//! Goniometer readings of 500, 2,400, 10,000 and 100,000, nine maps of 24², 256² and 333² (10⁶ pixels), each clean and with an effect in
-//! it; 2,000 simulated noise-only scans each.
+//! Goniometer readings of 500, 2,400, 10,000 and 100,000, nine maps of 24², 256² and 333² (10⁶ pixels), each clean and
+//! with an effect in it; 2,000 simulated noise-only scans each.
 
 use std::fmt::Write as _;
 

@@ -227,8 +227,8 @@ impl AssumedModel {
         values
     }
 
-    /// Keys (their number in the effect) that a fit moves, in the order linear, then free shapes; for the propagation of
-    /// uncertainty.
+    /// Keys (their number in the effect) that a fit moves, in the order linear, then free shapes; for the propagation
+    /// of uncertainty.
     pub fn moved_keys(&self, effect: usize) -> Vec<usize> {
         let recipe = &self.recipes[effect];
         let mut keys = recipe.amplitudes.clone();
@@ -281,8 +281,8 @@ impl Forward for AssumedModel {
         self.nuisance.len()
     }
 
-    /// The level is free; a term of the shape beyond it is a few tenths of ln I at most, less the finer it is, so that terms that no reading holds do
-    /// not run away between and beyond the readings.
+    /// The level is free; a term of the shape beyond it is a few tenths of ln I at most, less the finer it is, so that
+    /// terms that no reading holds do not run away between and beyond the readings.
     fn nuisance_weights(&self) -> Vec<f64> {
         let weight = |kind: &Nuisance| match kind {
             Nuisance::LnShape(k) if *k > 0 => (*k as f64 / SHAPE_SIGMA).powi(2),

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 /// Rows whose products are summed at a time.
 const SUMMED: usize = 8192;
 
-/// `aᵀ·b` for wide matrices, by the blocked product (`tr_mul` takes one column at a time), which wants a transposed copy of a few
-/// thousand rows at a time.
+/// `aᵀ·b` for wide matrices, by the blocked product (`tr_mul` takes one column at a time), which wants a transposed
+/// copy of a few thousand rows at a time.
 pub fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     if b.ncols() < 8 {
         return a.tr_mul(b);

@@ -23,7 +23,8 @@ const MANY_SHAPES: usize = 60;
 const COMPARED: usize = 16;
 const AT_A_TIME: usize = 8;
 
-/// The columns, and who makes them. Of most columns only the law is kept: with many readings their values would not fit.
+/// The columns, and who makes them. Of most columns only the law is kept: with many readings their values would not
+/// fit.
 #[derive(Debug)]
 pub struct Dictionary<'a> {
     rows: &'a [Row],
@@ -63,8 +64,8 @@ impl Column<'_> {
 }
 
 impl<'a> Dictionary<'a> {
-    /// Named tangents around the baseline `prediction`, then the rivals, whose columns move here. `refitted` are the derivatives to the nuisance: two
-    /// patterns are alike where they are alike in what it leaves.
+    /// Named tangents around the baseline `prediction`, then the rivals, whose columns move here. `refitted` are the
+    /// derivatives to the nuisance: two patterns are alike where they are alike in what it leaves.
     pub fn new<F: Forward + ?Sized>(
         forward: &'a F,
         rows: &'a [Row],
@@ -201,8 +202,8 @@ impl<'a> Dictionary<'a> {
         columns
     }
 
-    /// Numbers of the columns that describe what is smooth: all named effects but searches through frequencies, then the
-    /// broad rivals. What is left after them is noise.
+    /// Numbers of the columns that describe what is smooth: all named effects but searches through frequencies, then
+    /// the broad rivals. What is left after them is noise.
     pub fn smooth(&self, effects: &[crate::forward::Searchable], rivals: &[Rival]) -> Vec<usize> {
         let broad = [
             "smooth", "memory", "harmonic", "plane", "one_map", "odd", "even", "slope", "jump", "quadrant",
@@ -301,7 +302,8 @@ fn change<F: Forward + ?Sized>(
     column.iter().all(|value| value.is_finite()).then_some(column)
 }
 
-/// The [`tangent`]s of all frequencies of an oscillation of the light: what one of frequency nought changes, times sine and cosine.
+/// The [`tangent`]s of all frequencies of an oscillation of the light: what one of frequency nought changes, times sine
+/// and cosine.
 fn oscillations<'a, F: Forward + ?Sized>(
     forward: &'a F,
     nuisance: &[f64],

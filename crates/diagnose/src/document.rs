@@ -152,7 +152,8 @@ pub struct NoiseEntry {
     pub autocorrelation: f64,
     /// Simulated scans.
     pub n_null: usize,
-    /// Of the whole scan of the baseline; null where the model was made from these readings, whose agreement is no evidence.
+    /// Of the whole scan of the baseline; null where the model was made from these readings, whose agreement is no
+    /// evidence.
     pub p_global: Option<f64>,
     /// Whether what is left is noise; null where too few readings are left to tell.
     pub test: Option<NoiseTestEntry>,
@@ -245,8 +246,8 @@ pub struct HeldOutEntry {
 pub enum Independence {
     /// The model was made from other data.
     Independent,
-    /// The model was made from this very run, or has effects that were fitted to it: what is found is a consistency check of the
-    /// record, no test of the model.
+    /// The model was made from this very run, or has effects that were fitted to it: what is found is a consistency
+    /// check of the record, no test of the model.
     SameRun,
     /// The model does not say what it was made from.
     NotShown,

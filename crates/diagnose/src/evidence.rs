@@ -5,8 +5,8 @@ const AMPLITUDE_SIGMA: [f64; 5] = [3.0, 6.0, 12.0, 30.0, 90.0];
 
 /// Natural logarithm of the Bayes factor of "these `directions` carry a signal" against "they carry noise".
 ///
-/// `explained` is the squared length of the whitened residual inside the directions. For a normal prior of variance g
-/// a direction (a g-prior) the factor is (1+g)^(−k/2)·exp(½·explained·g/(1+g)); it is averaged over amplitudes from 3 to
+/// `explained` is the squared length of the whitened residual inside the directions. For a normal prior of variance g a
+/// direction (a g-prior) the factor is (1+g)^(−k/2)·exp(½·explained·g/(1+g)); it is averaged over amplitudes from 3 to
 /// 90 σ, so that no one scale is favoured (Zellner 1986; Liang et al. 2008).
 pub fn ln_bayes_factor(explained: f64, directions: usize) -> f64 {
     let k = directions.max(1) as f64;

@@ -113,8 +113,8 @@ pub fn nuisance_tangents<F: Forward + ?Sized>(forward: &F, nuisance: &[f64]) -> 
 /// Fits nuisance and `hypotheses` from their given values. None where the model refuses the combination.
 ///
 /// `tangents` are the [`nuisance_tangents`] near `nuisance`: the nuisance is nearly linear and most effects change its
-/// derivative by per cents, so they serve every step of most fits. Where steps end with them and true derivatives would go on
-/// (stray light that outshines the lamp at some γ), derivatives are taken anew.
+/// derivative by per cents, so they serve every step of most fits. Where steps end with them and true derivatives would
+/// go on (stray light that outshines the lamp at some γ), derivatives are taken anew.
 pub fn fit<F: Forward + ?Sized>(
     forward: &F,
     measured: &DVector<f64>,
@@ -271,8 +271,8 @@ fn slots<F: Forward + ?Sized>(forward: &F, nuisances: usize, hypotheses: &[Hypot
     slots
 }
 
-/// A weak pull of every shape towards the middle of its bounds, one σ at each end, and of every shape and amplitude back to what
-/// is plausible: what the data do not say stays sane.
+/// A weak pull of every shape towards the middle of its bounds, one σ at each end, and of every shape and amplitude
+/// back to what is plausible: what the data do not say stays sane.
 fn penalty<F: Forward + ?Sized>(forward: &F, hypotheses: &[Hypothesis]) -> f64 {
     let mut sum = 0.0;
     for hypothesis in hypotheses {

@@ -9,7 +9,8 @@ use crate::reference::Errors;
 pub struct Hypothesis {
     /// Number of the effect in [`Forward::effects`].
     pub effect: usize,
-    /// Amplitudes in which the prediction is linear to first order: one, or two for an effect with a direction or phase.
+    /// Amplitudes in which the prediction is linear to first order: one, or two for an effect with a direction or
+    /// phase.
     pub linear: Vec<f64>,
     /// Parameters that change the shape (time constant, width, period, …).
     pub shape: Vec<f64>,
@@ -38,7 +39,8 @@ impl Spread {
         self.width / std::f64::consts::TAU.sqrt()
     }
 
-    /// How far a value lies outside of the range, signed, in [`sigma`](Self::sigma): belief falls like a normal law there.
+    /// How far a value lies outside of the range, signed, in [`sigma`](Self::sigma): belief falls like a normal law
+    /// there.
     pub fn beyond(&self, value: f64) -> f64 {
         self.middle.map_or(0.0, |middle| {
             let outside = ((value - middle).abs() - 0.5 * self.width).max(0.0);
@@ -54,8 +56,8 @@ pub struct Searchable {
     pub name: &'static str,
     /// A size of each linear amplitude at which a difference of predictions is measurable and nearly linear.
     pub step: Vec<f64>,
-    /// Share of `step` at which the pattern of each shape is taken; 1 where the list ends. An effect whose first order vanishes for one shape and not for
-    /// another has its small sizes listed apart: they look otherwise.
+    /// Share of `step` at which the pattern of each shape is taken; 1 where the list ends. An effect whose first order
+    /// vanishes for one shape and not for another has its small sizes listed apart: they look otherwise.
     pub step_share: Vec<f64>,
     /// Largest plausible size of each linear amplitude.
     pub plausible: Vec<f64>,
@@ -77,8 +79,8 @@ pub struct Searchable {
     pub assumed: Vec<Spread>,
     /// Difference at which the derivative to each shape parameter is taken.
     pub shape_step: Vec<f64>,
-    /// Where the one shape is the frequency (in 1/s) of an oscillation 1 + p sin 2πft + q cos 2πft of all light: the time of every
-    /// row in s, NaN where it has none. All frequencies follow from one prediction then.
+    /// Where the one shape is the frequency (in 1/s) of an oscillation 1 + p sin 2πft + q cos 2πft of all light: the
+    /// time of every row in s, NaN where it has none. All frequencies follow from one prediction then.
     pub oscillates: Option<Vec<f64>>,
     /// Shape parameters that the data cannot change smoothly (a range's number): kept at their grid value.
     pub fixed: Vec<bool>,
@@ -102,8 +104,8 @@ impl Searchable {
         self.step[component] * self.step_share.get(shape).copied().unwrap_or(1.0)
     }
 
-    /// The difference at which the derivative to a linear amplitude is taken in a fit: of one that cannot be negative no more than a tenth of it, for its
-    /// change may go with the root.
+    /// The difference at which the derivative to a linear amplitude is taken in a fit: of one that cannot be negative
+    /// no more than a tenth of it, for its change may go with the root.
     pub fn step_at(&self, component: usize, value: f64) -> f64 {
         let step = 0.1 * self.step[component];
         if self.never_negative {
@@ -113,13 +115,14 @@ impl Searchable {
         }
     }
 
-    /// How far these amplitudes lie beyond what is plausible, squared, in plausible amplitudes: what was assumed of them before
-    /// any data falls like a normal law there.
+    /// How far these amplitudes lie beyond what is plausible, squared, in plausible amplitudes: what was assumed of
+    /// them before any data falls like a normal law there.
     pub fn implausibility(&self, linear: &[f64]) -> f64 {
         self.beyond(linear).iter().map(|(share, _)| share * share).sum()
     }
 
-    /// Of each independent amplitude: share beyond the plausible one, and the derivative of that share to every component.
+    /// Of each independent amplitude: share beyond the plausible one, and the derivative of that share to every
+    /// component.
     pub fn beyond(&self, linear: &[f64]) -> Vec<(f64, Vec<f64>)> {
         let share = |size: f64, plausible: f64| (size / plausible - 1.0).max(0.0);
         if self.turns {
@@ -150,11 +153,13 @@ pub trait Forward: Sync {
     fn nuisance_weights(&self) -> Vec<f64> {
         vec![0.0; self.nuisances()]
     }
-    /// The order of each nuisance parameter among the terms of the distribution's shape, the level being 0; none where it is no such term.
+    /// The order of each nuisance parameter among the terms of the distribution's shape, the level being 0; none where
+    /// it is no such term.
     fn shape_terms(&self) -> Vec<Option<usize>> {
         vec![None; self.nuisances()]
     }
-    /// Errors that rows share because the model was made from a measurement itself, one list of rows and standard deviations each.
+    /// Errors that rows share because the model was made from a measurement itself, one list of rows and standard
+    /// deviations each.
     fn common_errors(&self) -> Errors {
         Errors::new()
     }

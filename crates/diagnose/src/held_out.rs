@@ -16,8 +16,8 @@ pub struct HeldOut {
 /// The rules in the order in which they are tried: every fifth lit half-plane or map, from this one.
 pub const RULES: [usize; 5] = [3, 1, 2, 4, 0];
 
-/// Every fifth lit half-plane or map from number `first`, and the last block of each kind of dark record, where others of its
-/// kind stay. None where there is too little to keep anything back.
+/// Every fifth lit half-plane or map from number `first`, and the last block of each kind of dark record, where others
+/// of its kind stay. None where there is too little to keep anything back.
 pub fn by_rule(rows: &[Row], first: usize) -> Option<HeldOut> {
     let mut held = vec![false; rows.len()];
     // Lit groups: a half-plane is one (file, block, C, distance, visit); a reference visit is short and stays.

@@ -35,8 +35,8 @@ struct Block {
     plan: String,
 }
 
-/// Where what is left is no noise, the measurement that would show its cause; and for the first effect whose set holds more than one name those
-/// that would tell its two most probable apart.
+/// Where what is left is no noise, the measurement that would show its cause; and for the first effect whose set holds
+/// more than one name those that would tell its two most probable apart.
 pub fn suggest(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> Next {
     let mut next = Next::default();
     if let Some(test) = outcome.noise_test.as_ref().filter(|test| test.disagrees()) {
@@ -73,8 +73,8 @@ pub fn suggest(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> Next 
             .collect();
         entries.sort_by(|a, b| b.0.expected_sigma.total_cmp(&a.0.expected_sigma));
         entries.truncate(MOST_ENTRIES);
-        // A shape may go far from where its tangent leads: what counts is how far apart the two stay when refitted in full. Refits of
-        // maps take too long for that.
+        // A shape may go far from where its tangent leads: what counts is how far apart the two stay when refitted in
+        // full. Refits of maps take too long for that.
         for (entry, block) in entries.iter_mut().filter(|_| of_readings) {
             let refitted = refitted_separation(assumed, outcome, rows, block, &others, &pair);
             entry.expected_sigma = refitted.unwrap_or(0.0).min(entry.expected_sigma);
@@ -116,7 +116,8 @@ pub fn suggest(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> Next 
 /// Suggestions that are made.
 const MOST_ENTRIES: usize = 3;
 
-/// Rivals that would stay nearer than the noise of their own difference are not told apart: such a block is no suggestion.
+/// Rivals that would stay nearer than the noise of their own difference are not told apart: such a block is no
+/// suggestion.
 const WORTH_NAMING_SIGMA: f64 = 1.0;
 
 /// Two names this far apart are told apart by most noises.

@@ -1,9 +1,10 @@
-//! Whether what a fit leaves is noise: readings that scatter more than stated, are correlated, periodic, clustered in place, or different from
-//! block to block are a disagreement like any other, and never a larger noise.
+//! Whether what a fit leaves is noise: readings that scatter more than stated, are correlated, periodic, clustered in
+//! place, or different from block to block are a disagreement like any other, and never a larger noise.
 //!
-//! The null of each test is a permutation of the readings' own residuals, correlated again as uncertainly as their correlation is known and with the
-//! refitted terms projected out: heavy tails, outliers and a common factor on the uncertainties are the same in it. The strongest of all tests
-//! is compared with the strongest of all tests on the simulated records, so that the number of tests raises no false alarms.
+//! The null of each test is a permutation of the readings' own residuals, correlated again as uncertainly as their
+//! correlation is known and with the refitted terms projected out: heavy tails, outliers and a common factor on the
+//! uncertainties are the same in it. The strongest of all tests is compared with the strongest of all tests on the
+//! simulated records, so that the number of tests raises no false alarms.
 
 pub mod limits;
 mod means;
@@ -264,7 +265,8 @@ pub fn test(left: &Left<'_>, most: usize, seed: u64) -> Option<NoiseTest> {
     Some(first)
 }
 
-/// The place without a name (a period, every n-th reading, a run, a patch) that explains most of what a fit leaves, significant or not.
+/// The place without a name (a period, every n-th reading, a run, a patch) that explains most of what a fit leaves,
+/// significant or not.
 pub fn strongest_place(left: &Left<'_>) -> Option<Finding> {
     let series = Series::new(left, Source::Reading);
     if series.len() < FEWEST {

@@ -95,8 +95,8 @@ fn readings(set: &Readings, file: usize) -> Observed {
     }
 }
 
-/// One digit of the display for every reading, in lx: from the column of that name, else the last decimal place that any
-/// reading of the same range was written with; 0 where that cannot be told.
+/// One digit of the display for every reading, in lx: from the column of that name, else the last decimal place that
+/// any reading of the same range was written with; 0 where that cannot be told.
 fn digits(set: &Readings) -> Vec<f64> {
     let column = |name: &str| set.header().iter().position(|header| header == name);
     let text = |row: &[String], column: Option<usize>| -> Option<String> { row.get(column?).cloned() };
@@ -207,8 +207,9 @@ fn incidence_deg(pose: &MapPose, x_mm: f64, y_mm: f64) -> f64 {
     cosine.clamp(-1.0, 1.0).acos().to_degrees()
 }
 
-/// The set without bins at or above the sensor's full scale, and with at most [`AVERAGED`] bins a side: means over blocks of bins, which
-/// may differ by one in size, at the mean of their places; uncertainties propagated as independent. What was done, in words.
+/// The set without bins at or above the sensor's full scale, and with at most [`AVERAGED`] bins a side: means over
+/// blocks of bins, which may differ by one in size, at the mean of their places; uncertainties propagated as
+/// independent. What was done, in words.
 fn binned(set: &MapSet) -> (MapSet, Vec<String>) {
     let Some((signal, u)) = set.values() else {
         return (set.clone(), Vec::new());
@@ -308,8 +309,8 @@ impl Block {
     }
 }
 
-/// Number of blocks along a side of `bins`: all of equal size where a divisor gives about [`MOST_BINS`], else that many, which differ
-/// by one bin in size.
+/// Number of blocks along a side of `bins`: all of equal size where a divisor gives about [`MOST_BINS`], else that
+/// many, which differ by one bin in size.
 fn blocks(bins: usize) -> usize {
     if bins <= MOST_BINS {
         return bins;

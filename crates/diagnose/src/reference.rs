@@ -1,7 +1,9 @@
-//! Noise of the distribution that the model was made from: all readings of one direction share it, however often they are repeated.
+//! Noise of the distribution that the model was made from: all readings of one direction share it, however often they
+//! are repeated.
 //!
-//! The covariance of whitened rows is I + Σ b·bᵀ, one b a direction of the distribution. Each term in turn is whitened in closed form, what comes
-//! after it being whitened with it; the vectors stay short, because a direction touches the readings near it alone.
+//! The covariance of whitened rows is I + Σ b·bᵀ, one b a direction of the distribution. Each term in turn is whitened
+//! in closed form, what comes after it being whitened with it; the vectors stay short, because a direction touches the
+//! readings near it alone.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -15,7 +17,8 @@ const NEGLIGIBLE: f64 = 0.05;
 /// Entries below this share of a vector's largest are left out of it.
 const SMALL: f64 = 1e-3;
 
-/// Rows and what one standard uncertainty of a direction changes of them, in the unit of the rows, one list a direction.
+/// Rows and what one standard uncertainty of a direction changes of them, in the unit of the rows, one list a
+/// direction.
 pub type Errors = Vec<Vec<(usize, f64)>>;
 
 /// The terms, each whitened with those before it.
@@ -89,8 +92,9 @@ impl Reference {
     }
 }
 
-/// The terms that a column meets, in order. The list of each row is looked through once, when the row is first reached: where
-/// readings that are rounded alike tie the rows together, a column meets nearly all terms, and each of them nearly all rows.
+/// The terms that a column meets, in order. The list of each row is looked through once, when the row is first reached:
+/// where readings that are rounded alike tie the rows together, a column meets nearly all terms, and each of them
+/// nearly all rows.
 struct Reach {
     rows: Vec<bool>,
     terms: Vec<bool>,

@@ -1,7 +1,7 @@
 //! Rivals without a name: generic patterns along every coordinate, which compete with the catalogue on equal terms.
 //!
-//! Where one of them explains the data better than every named effect, the verdict is "unexplained" and this pattern says
-//! where. `relative` patterns multiply the expected signal; `absolute` ones add to it.
+//! Where one of them explains the data better than every named effect, the verdict is "unexplained" and this pattern
+//! says where. `relative` patterns multiply the expected signal; `absolute` ones add to it.
 
 mod direction;
 mod distance;

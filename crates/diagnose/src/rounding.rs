@@ -1,8 +1,8 @@
 //! Readings of a meter with few digits: what was rounded away is no noise.
 //!
-//! Two readings at nearly the same light are rounded by the same amount, however often they are repeated, and where the light
-//! changes by less than a digit the reading does not follow it. The stated uncertainty holds that share (a rectangle of one
-//! digit), but averaging does not make it smaller.
+//! Two readings at nearly the same light are rounded by the same amount, however often they are repeated, and where the
+//! light changes by less than a digit the reading does not follow it. The stated uncertainty holds that share (a
+//! rectangle of one digit), but averaging does not make it smaller.
 
 use std::collections::HashMap;
 
@@ -11,13 +11,13 @@ use nalgebra::{DMatrix, DVector};
 use crate::table::Row;
 use crate::whitening::without;
 
-/// Share of a digit within which two levels are rounded alike: beyond a quarter the rounding errors of a smooth scan lose each
-/// other.
+/// Share of a digit within which two levels are rounded alike: beyond a quarter the rounding errors of a smooth scan
+/// lose each other.
 const ALIKE: f64 = 0.25;
 /// A rounding below this share of the stated uncertainty does not matter.
 const NEGLIGIBLE: f64 = 0.1;
-/// Scatter below this share of a digit, other than rounding, leaves a level on one digit but near the ends of that digit, where
-/// readings that show different digits are off by opposite amounts and not alike at all.
+/// Scatter below this share of a digit, other than rounding, leaves a level on one digit but near the ends of that
+/// digit, where readings that show different digits are off by opposite amounts and not alike at all.
 const QUIET: f64 = 0.15;
 /// Least share of a row's variance that is its own.
 const OWN: f64 = 0.1;
@@ -34,12 +34,14 @@ pub fn hides_noise(row: &Row) -> bool {
 pub struct Rounding {
     /// Rows of each group, with the standard deviation of their common error in the unit of the rows.
     groups: Vec<Vec<(usize, f64)>>,
-    /// Rows of each digit, with the level's place from its middle in the unit of the rows: what a reading that stays put is off.
+    /// Rows of each digit, with the level's place from its middle in the unit of the rows: what a reading that stays
+    /// put is off.
     digits: Vec<Vec<(usize, f64)>>,
 }
 
 impl Rounding {
-    /// Groups the rows by meter range, expected `level` and, where they scatter by less than the display, by what they show; rows without a digit stay on their own.
+    /// Groups the rows by meter range, expected `level` and, where they scatter by less than the display, by what they
+    /// show; rows without a digit stay on their own.
     pub fn new(rows: &[Row], level: &[f64]) -> Self {
         let mut groups: HashMap<_, Vec<(usize, f64)>> = HashMap::new();
         let mut digits: HashMap<_, Vec<(usize, f64)>> = HashMap::new();
@@ -104,8 +106,8 @@ impl Rounding {
         }
     }
 
-    /// The least that noise can be, as a share of the stated uncertainties: readings that all came out the same are no better
-    /// than their digit.
+    /// The least that noise can be, as a share of the stated uncertainties: readings that all came out the same are no
+    /// better than their digit.
     pub fn least_scale(rows: &[Row]) -> f64 {
         let squares = rows
             .iter()

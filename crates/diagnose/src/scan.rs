@@ -50,13 +50,14 @@ pub const BLIND: f64 = 2e-3;
 /// Whitened columns of the dictionary by their numbers, readings × columns: computed where they are asked for.
 pub type Whitened<'a> = &'a (dyn Fn(&[usize]) -> DMatrix<f64> + Sync);
 
-/// Values (readings × columns) that are looked at in one piece, and how many of these at a time: what a scan needs of memory whatever the number
-/// of processors is.
+/// Values (readings × columns) that are looked at in one piece, and how many of these at a time: what a scan needs of
+/// memory whatever the number of processors is.
 const BLOCK_VALUES: usize = 1 << 20;
 const AT_A_TIME: usize = 8;
 /// Columns of a block at least and at most.
 const BLOCK_COLUMNS: (usize, usize) = (16, 512);
-/// The dictionary, whitened, with nuisance and all known effects projected out, one orthonormal block a candidate, and the residual in it.
+/// The dictionary, whitened, with nuisance and all known effects projected out, one orthonormal block a candidate, and
+/// the residual in it.
 #[derive(Debug)]
 pub struct Scan {
     candidates: Vec<Candidate>,
@@ -102,7 +103,8 @@ pub struct Found {
 }
 
 impl Scan {
-    /// Projects `out` out of the `whitened` dictionary, orthonormalises each candidate and looks at the whitened `residual` in units of its own noise.
+    /// Projects `out` out of the `whitened` dictionary, orthonormalises each candidate and looks at the whitened
+    /// `residual` in units of its own noise.
     ///
     /// `scale` is the noise in units of the whitened rows; `freedom` the rows less what was fitted to find it.
     pub fn new(
@@ -142,7 +144,8 @@ impl Scan {
         scan
     }
 
-    /// Orthonormal directions of some candidates, readings × directions, and which of them the data can see, their directions counted from nought.
+    /// Orthonormal directions of some candidates, readings × directions, and which of them the data can see, their
+    /// directions counted from nought.
     fn directions(&self, whitened: Whitened<'_>, candidates: Range<usize>) -> (DMatrix<f64>, Vec<Seen>) {
         let numbers: Vec<usize> = self.candidates[candidates.clone()]
             .iter()
@@ -207,7 +210,8 @@ impl Scan {
             .collect()
     }
 
-    /// Orthonormal directions of seen candidates (places in [`seen`](Self::seen)), one after the other, and the residual along them.
+    /// Orthonormal directions of seen candidates (places in [`seen`](Self::seen)), one after the other, and the
+    /// residual along them.
     pub fn of(&self, whitened: Whitened<'_>, places: &[usize]) -> Vec<(DMatrix<f64>, DVector<f64>)> {
         places
             .par_iter()
@@ -220,7 +224,8 @@ impl Scan {
     }
 }
 
-/// Neighbouring candidates with so many columns that a block of them is neither much memory nor too narrow for fast products.
+/// Neighbouring candidates with so many columns that a block of them is neither much memory nor too narrow for fast
+/// products.
 fn blocks(candidates: &[Candidate], rows: usize) -> Vec<Range<usize>> {
     let (least, most) = BLOCK_COLUMNS;
     let wanted = (BLOCK_VALUES / rows.max(1)).clamp(least, most);

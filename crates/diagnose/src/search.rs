@@ -122,7 +122,8 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         current = bench.fit(&members)?;
     }
     let mut noise_test = bench.noise_test(&current);
-    // A name that leaves nothing but noise stays: a period or a patch of the same readings could always explain a little more.
+    // A name that leaves nothing but noise stays: a period or a patch of the same readings could always explain a
+    // little more.
     if noise_test.as_ref().is_some_and(NoiseTest::disagrees) {
         let (fewer, without) = bench.no_places(members.clone(), &current)?;
         if fewer.len() < members.len() {
@@ -159,7 +160,8 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
         (0..members.len()).map(of).collect::<Option<Vec<_>>>()
     };
     let mut rivalries = all(&members)?;
-    // Of two names that are hardly apart the last refit may have put the other first, and left a weak one nothing to make.
+    // Of two names that are hardly apart the last refit may have put the other first, and left a weak one nothing to
+    // make.
     let before = members.clone();
     for (i, rivalry) in rivalries.iter().enumerate() {
         if let Some(better) = better_name(&members, i, rivalry) {
@@ -205,8 +207,8 @@ pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Setting
     })
 }
 
-/// The rows in time. Those that show no noise say nothing of its serial correlation: twenty dark readings of one digit are
-/// one rounding.
+/// The rows in time. Those that show no noise say nothing of its serial correlation: twenty dark readings of one digit
+/// are one rounding.
 fn in_time(rows: &[Row]) -> Sequence {
     let run: Vec<usize> = rows.iter().map(|row| row.file).collect();
     let ordered = |row: &Row| match row.source {
@@ -249,8 +251,8 @@ fn nothing_is_likelier(rivalry: &Rivalry) -> bool {
     rivalry.ranked.first().is_none_or(|top| 1.0 - all > top.posterior)
 }
 
-/// A name beside a pattern without one must explain this many times what the pattern explains: a generic pattern is but a
-/// likeness of the unknown, and what it misses looks like anything.
+/// A name beside a pattern without one must explain this many times what the pattern explains: a generic pattern is but
+/// a likeness of the unknown, and what it misses looks like anything.
 const BESIDE_SHARE: f64 = 2.0;
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
-//! Refitted terms that are held near the model as it came, as strongly as the data's own evidence asks (empirical Bayes: Morris 1983).
+//! Refitted terms that are held near the model as it came, as strongly as the data's own evidence asks (empirical
+//! Bayes: Morris 1983).
 //!
-//! An analyst who refits nine terms of a shape that was known to a tenth of a per cent predicts new readings worse than the model did. How far
-//! the terms lie from zero, compared with their uncertainties, gives how much weight they get.
+//! An analyst who refits nine terms of a shape that was known to a tenth of a per cent predicts new readings worse than
+//! the model did. How far the terms lie from zero, compared with their uncertainties, gives how much weight they get.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,7 +11,8 @@ use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis, Searchable};
 use crate::reference::Errors;
 
-/// Standard deviations that are tried for the level and for the first term of the shape: from a hundred-thousandth to a half, three a decade.
+/// Standard deviations that are tried for the level and for the first term of the shape: from a hundred-thousandth to a
+/// half, three a decade.
 const SIZES: i32 = 15;
 /// Powers with which the standard deviations of further terms may fall: (1 + k)⁻ᵖ.
 const FALLS: [i32; 4] = [0, 1, 2, 3];
@@ -50,10 +52,12 @@ impl<F: Forward + ?Sized> Forward for Held<'_, F> {
     }
 }
 
-/// 1/σ² of each refitted term, in units of rows that were scaled to their stated uncertainties, for a fit with noise of `scale` of these.
+/// 1/σ² of each refitted term, in units of rows that were scaled to their stated uncertainties, for a fit with noise of
+/// `scale` of these.
 ///
-/// The level has a size of its own; the shape's terms have one that falls with their number. Of the sizes on a grid those are taken with which the
-/// fitted terms are the most probable. What is no term of the shape stays as free as it was.
+/// The level has a size of its own; the shape's terms have one that falls with their number. Of the sizes on a grid
+/// those are taken with which the fitted terms are the most probable. What is no term of the shape stays as free as it
+/// was.
 pub fn weights<F: Forward + ?Sized>(forward: &F, fitted: &Fit, scale: f64) -> Vec<f64> {
     let mut weights = forward.nuisance_weights();
     let terms = forward.shape_terms();

@@ -1,4 +1,5 @@
-//! What a diagnosis allocates: the values of its thousands of patterns are never all there at once where there are many readings.
+//! What a diagnosis allocates: the values of its thousands of patterns are never all there at once where there are many
+//! readings.
 //!
 //! Every allocation of this process goes through a counter.
 

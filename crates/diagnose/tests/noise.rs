@@ -1,4 +1,5 @@
-//! What is noise and what only looks like it: residuals of a known law on a plan of half-planes, references and repeats.
+//! What is noise and what only looks like it: residuals of a known law on a plan of half-planes, references and
+//! repeats.
 
 use isolux_diagnose::basis::Basis;
 use isolux_diagnose::noise::{Finding, Kind, Left, NoiseTest, strongest_place, test};
@@ -164,7 +165,8 @@ fn every_seventh_reading_is_found_by_its_number() {
     assert!(finding.note.contains("from number 3"), "{}", finding.note);
 }
 
-/// What a weight for outliers would swallow: eight readings that are off by 4 σ and lie side by side. As many in scattered places are outliers.
+/// What a weight for outliers would swallow: eight readings that are off by 4 σ and lie side by side. As many in
+/// scattered places are outliers.
 #[test]
 fn outliers_in_one_place_are_a_patch_and_scattered_ones_are_not() {
     let rows = plan(false);
@@ -232,7 +234,8 @@ fn a_correlation_of_a_half_is_noise_and_one_of_0_8_is_not() {
     assert_eq!(missed, 0);
 }
 
-/// Twice the stated scatter is a disagreement, unless repeats of a pose scatter twice as well: then the statement was wrong.
+/// Twice the stated scatter is a disagreement, unless repeats of a pose scatter twice as well: then the statement was
+/// wrong.
 #[test]
 fn repeats_of_a_pose_decide() {
     let twice = |rows: &[Row]| -> Vec<f64> { white(rows.len(), 9).iter().map(|z| 2.0 * z).collect() };
@@ -251,8 +254,8 @@ fn repeats_of_a_pose_decide() {
     found(&tested(&repeated, &poses, 0.0), Kind::Repeats);
 }
 
-/// A lamp whose light changes between the visits of a pose makes its repeats scatter, too, but not those that follow each
-/// other: they say what is noise.
+/// A lamp whose light changes between the visits of a pose makes its repeats scatter, too, but not those that follow
+/// each other: they say what is noise.
 #[test]
 fn what_changes_between_visits_widens_no_noise() {
     let rows = plan(true);
@@ -297,8 +300,8 @@ fn one_reading_that_is_far_off_is_no_outlier() {
     }
 }
 
-/// A display with a digit of a tenth of the noise shows the same value twice by chance once in 35 readings of one pose, hardly ever of different
-/// poses.
+/// A display with a digit of a tenth of the noise shows the same value twice by chance once in 35 readings of one pose,
+/// hardly ever of different poses.
 #[test]
 fn a_meter_that_repeats_its_last_value_is_found() {
     let mut rows = plan(true);

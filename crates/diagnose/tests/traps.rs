@@ -236,7 +236,8 @@ fn correlated_noise_is_no_effect() {
     assert!(alarms <= 2, "{alarms} of 24 clean scans with ρ = 0.5 raised an alarm");
 }
 
-/// A reference of one reading a direction is wrong there by its noise, however often the bench looks again: that is no effect of the bench.
+/// A reference of one reading a direction is wrong there by its noise, however often the bench looks again: that is no
+/// effect of the bench.
 #[test]
 fn noise_of_the_reference_is_no_effect() {
     let mut toy = Toy::new(8, true, true);
@@ -270,11 +271,13 @@ fn noise_of_the_reference_is_no_effect() {
     assert!(alarms[1] <= 1, "{} of 8 stated", alarms[1]);
 }
 
-/// Two names that explain the same stay in one set, however much more is assumed of the one: no claim is surer than the data.
+/// Two names that explain the same stay in one set, however much more is assumed of the one: no claim is surer than the
+/// data.
 #[test]
 fn no_prior_settles_what_the_data_cannot() {
     let mut toy = Toy::new(8, false, true);
-    // Backlash in one direction of travel is a zero error. Sixty shapes that are all alike, and small for what it mostly is: assumed 300 times less.
+    // Backlash in one direction of travel is a zero error. Sixty shapes that are all alike, and small for what it
+    // mostly is: assumed 300 times less.
     toy.effects[BACKLASH] = Searchable {
         fixed: vec![true],
         least: 10.0,
@@ -292,7 +295,8 @@ fn no_prior_settles_what_the_data_cannot() {
     assert!(both.iter().all(|posterior| *posterior > 0.05), "{both:?}");
 }
 
-/// Dark readings that the model expects alike, and an effect lifts by different amounts, are rounded each in its own way.
+/// Dark readings that the model expects alike, and an effect lifts by different amounts, are rounded each in its own
+/// way.
 #[test]
 fn rounding_goes_by_the_levels_that_were_found() {
     const DIGIT: f64 = 0.1;
@@ -375,7 +379,8 @@ fn twins_make_a_set() {
     );
 }
 
-/// A shape that the data leave open wanders to the edge of what is plausible, and beyond: that must not count against its name.
+/// A shape that the data leave open wanders to the edge of what is plausible, and beyond: that must not count against
+/// its name.
 #[test]
 fn an_open_shape_is_no_mark_against_a_name() {
     let toy = Toy::new(6, true, true);
@@ -417,8 +422,8 @@ fn blind_spots_show() {
     );
 }
 
-/// Smooth terms explode where no reading holds them: nine even terms, a cone of 20° read densely and one angle far out. The noise of
-/// the cone must not be blown up between the two.
+/// Smooth terms explode where no reading holds them: nine even terms, a cone of 20° read densely and one angle far out.
+/// The noise of the cone must not be blown up between the two.
 #[test]
 fn smooth_terms_do_not_run_away_off_the_data() {
     use isolux_diagnose::diagnosis::diagnose;

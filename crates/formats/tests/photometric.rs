@@ -239,8 +239,8 @@ proptest! {
     }
 }
 
-/// Keywords that name a radiometric unit are reported, and no document calls such numbers luminous in silence; words that
-/// merely look like it are not.
+/// Keywords that name a radiometric unit are reported, and no document calls such numbers luminous in silence; words
+/// that merely look like it are not.
 #[test]
 fn radiant_intensity_is_not_taken_for_light_in_silence() {
     let plain = std::fs::read_to_string(tests().join("golden/2002.ies")).unwrap();

@@ -1,9 +1,9 @@
 //! One owner at a time, across processes: a locked file that names who holds it.
 //!
 //! [`Lock`] is a lock of the operating system on a file, so a process that dies frees it. The file says who holds it
-//! ([`Holder`]), and its modification time says when the holder last gave a sign of life. A lock can be taken over from a
-//! process that no longer answers: the file is replaced by another, and the former owner finds by [`Lock::is_ours`] that
-//! what stands at the path is not the file that it has locked. It must then touch nothing any more.
+//! ([`Holder`]), and its modification time says when the holder last gave a sign of life. A lock can be taken over from
+//! a process that no longer answers: the file is replaced by another, and the former owner finds by [`Lock::is_ours`]
+//! that what stands at the path is not the file that it has locked. It must then touch nothing any more.
 
 mod holder;
 mod lock;

@@ -122,8 +122,8 @@ impl Lock {
         }
     }
 
-    /// As [`take`](Self::take), also from a holder that gave no sign of life for [`SILENT_AFTER`]; that holder, if there
-    /// was one.
+    /// As [`take`](Self::take), also from a holder that gave no sign of life for [`SILENT_AFTER`]; that holder, if
+    /// there was one.
     ///
     /// # Errors
     /// [`LockError::Held`] when the holder works.
@@ -158,8 +158,8 @@ impl Lock {
         }
     }
 
-    /// Whether this process still holds it. It does not once another has replaced the file or written its own name into it:
-    /// then nothing that the lock stands for may be touched any more.
+    /// Whether this process still holds it. It does not once another has replaced the file or written its own name into
+    /// it: then nothing that the lock stands for may be touched any more.
     pub fn is_ours(&self) -> bool {
         is_at(&self.file, &self.path) && read(&self.file).is_ok_and(|text| text == self.text)
     }
@@ -244,9 +244,9 @@ impl Drop for Lock {
 
 /// Opens the lock file, or makes it; the second says whether it was made now.
 ///
-/// No link is followed, and nothing that is not a lock file is ever written to: in a folder where all may write, somebody
-/// may have put a trap. `O_CREAT` is used for a new file alone, because Linux refuses it on an existing file of another
-/// user there (fs.protected_regular), even to root.
+/// No link is followed, and nothing that is not a lock file is ever written to: in a folder where all may write,
+/// somebody may have put a trap. `O_CREAT` is used for a new file alone, because Linux refuses it on an existing file
+/// of another user there (fs.protected_regular), even to root.
 fn open(path: &Path) -> Result<(File, bool), LockError> {
     let io = |source| LockError::Io {
         path: path.to_owned(),

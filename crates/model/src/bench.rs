@@ -265,7 +265,8 @@ impl Model {
         readings.iter().map(place).collect()
     }
 
-    /// The illuminance in lx that the meter would show at one coordinate. For many, [`Model::predict_readings`] is quicker.
+    /// The illuminance in lx that the meter would show at one coordinate. For many, [`Model::predict_readings`] is
+    /// quicker.
     pub fn predict_reading(&self, at: &ReadingCoordinates) -> f64 {
         self.predict_readings(std::slice::from_ref(at))[0]
     }

@@ -1,5 +1,5 @@
-//! What the noise of the distribution's own directions does to predictions: one reading made each direction, and whoever looks there again meets the
-//! same error again.
+//! What the noise of the distribution's own directions does to predictions: one reading made each direction, and
+//! whoever looks there again meets the same error again.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,8 @@ use isolux_record::observation::{MapSet, ReadingCoordinates};
 use crate::model::Model;
 use crate::prepared::PreparedModel;
 
-/// What one direction of the distribution, wrong by one standard uncertainty, does to predictions. Directions are independent of each other.
+/// What one direction of the distribution, wrong by one standard uncertainty, does to predictions. Directions are
+/// independent of each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DirectionError {
     /// Its number in the distribution, `[ic * ng + ig]`; the first half-plane's at a pole.
@@ -22,8 +23,8 @@ pub struct DirectionError {
 const NEGLIGIBLE: f64 = 1e-3;
 
 impl Model {
-    /// Errors of the readings that come from the noise of single directions of the distribution, where the model states it
-    /// (`luminaire.u.direction_rel`, `direction_cd`); empty where it does not.
+    /// Errors of the readings that come from the noise of single directions of the distribution, where the model states
+    /// it (`luminaire.u.direction_rel`, `direction_cd`); empty where it does not.
     pub fn direction_errors_of_readings(&self, readings: &[ReadingCoordinates]) -> Vec<DirectionError> {
         self.direction_errors(|prepared, u_cd| {
             let places = self.detector_places(readings);

@@ -82,8 +82,8 @@ pub struct Uncertainty {
     /// Relative, of the luminous efficacy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ler_rel: Option<f64>,
-    /// Of each direction of the distribution on its own (the noise of its reading), relative to its intensity; adds in squares to
-    /// `direction_cd`.
+    /// Of each direction of the distribution on its own (the noise of its reading), relative to its intensity; adds in
+    /// squares to `direction_cd`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction_rel: Option<f64>,
     /// The same in candela, however little light there is.
@@ -92,14 +92,15 @@ pub struct Uncertainty {
     /// What was neither measured nor stated: a number that is computed from this luminaire has no complete uncertainty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
-    /// Diameter of the luminous area where the emitter is smaller: close by, a sensor sees a near field that the model lacks.
+    /// Diameter of the luminous area where the emitter is smaller: close by, a sensor sees a near field that the model
+    /// lacks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub luminous_diameter_mm: Option<f64>,
 }
 
 impl Uncertainty {
-    /// Standard uncertainty of one direction of intensity `intensity_cd` on its own, independent of every other direction; 0 where nothing is
-    /// stated.
+    /// Standard uncertainty of one direction of intensity `intensity_cd` on its own, independent of every other
+    /// direction; 0 where nothing is stated.
     pub fn of_direction_cd(&self, intensity_cd: f64) -> f64 {
         (self.direction_rel.unwrap_or(0.0) * intensity_cd).hypot(self.direction_cd.unwrap_or(0.0))
     }

@@ -31,7 +31,8 @@ pub enum Emitter {
         /// [x, y] or [x, y, z] of each LED.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         position_mm: Vec<Vec<f64>>,
-        /// Relative weight of each LED; all equal when absent. With `radius_mm`: one weight a circle, of each of its LEDs.
+        /// Relative weight of each LED; all equal when absent. With `radius_mm`: one weight a circle, of each of its
+        /// LEDs.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         weight: Vec<f64>,
         /// Radius of each circle.

@@ -11,8 +11,9 @@ use crate::luminaire::{FloorKey, FloorLight, Luminaire};
 /// Nodes of one panel.
 static PANEL: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(12));
 
-/// The integral varies as slowly as the lamp's light on the floor: it is computed on this lattice of γ and C, and a cubic through
-/// its points serves all places between. What a fit moves by a tenth of a degree costs no new integrals then.
+/// The integral varies as slowly as the lamp's light on the floor: it is computed on this lattice of γ and C, and a
+/// cubic through its points serves all places between. What a fit moves by a tenth of a degree costs no new integrals
+/// then.
 const GAMMA_STEP_DEG: f64 = 2.0;
 const C_STEP_DEG: f64 = 6.0;
 /// Share of the distance over which its power law is taken.
@@ -33,8 +34,8 @@ pub(crate) struct OverFloor {
 }
 
 impl OverFloor {
-    /// Illuminance in lx at the detector for albedo 1: (1/π) ∫ I(Θ) cosθ₁ cosθ₂ cosθ_det/(r₁² r₂²) dA over Z = −h, with the
-    /// intensities of the luminaire's file. Known places are not computed again.
+    /// Illuminance in lx at the detector for albedo 1: (1/π) ∫ I(Θ) cosθ₁ cosθ₂ cosθ_det/(r₁² r₂²) dA over Z = −h, with
+    /// the intensities of the luminaire's file. Known places are not computed again.
     pub fn light(mut self, luminaire: &Luminaire) -> FloorLight {
         if luminaire.distribution().is_rotational() {
             self.c_deg = 0.0;
@@ -114,16 +115,16 @@ impl OverFloor {
         light
     }
 
-    /// With dA cosθ₁/r₁² = sinθ dθ dφ the integral runs over directions out of the lamp, θ from straight down; what lies
-    /// beyond the detector's plane is behind its back and is left out.
+    /// With dA cosθ₁/r₁² = sinθ dθ dφ the integral runs over directions out of the lamp, θ from straight down; what
+    /// lies beyond the detector's plane is behind its back and is left out.
     fn integrate(&self, luminaire: &Luminaire) -> FloorLight {
         use std::f64::consts::{FRAC_PI_2, PI};
         let attitude = Attitude::new(self.c_deg, self.gamma_deg, self.nonperp_deg);
         let detector = DVec3::new(self.distance_mm, 0.0, 0.0);
         let rotational = luminaire.distribution().is_rotational();
         let (mut sum, mut whence) = (0.0, DVec3::ZERO);
-        // The detector sees its own foot best: over a low floor a narrow band towards it, and there the far end. Panels of
-        // their own keep the rule exact for both.
+        // The detector sees its own foot best: over a low floor a narrow band towards it, and there the far end. Panels
+        // of their own keep the rule exact for both.
         let band = (2.0 * self.height_mm / self.distance_mm).atan().min(FRAC_PI_2 / 2.0);
         let azimuths = [-PI, -FRAC_PI_2, -band, 0.0, band, FRAC_PI_2, PI];
         for panel in azimuths.windows(2) {
@@ -164,8 +165,8 @@ impl OverFloor {
     }
 }
 
-/// Number of the first of four neighbouring points, and Lagrange's weights of the cubic through them; a place on a point takes
-/// that point alone.
+/// Number of the first of four neighbouring points, and Lagrange's weights of the cubic through them; a place on a
+/// point takes that point alone.
 fn cubic(place: f64) -> (f64, [f64; 4]) {
     let cell = place.floor();
     let t = place - cell;
@@ -237,8 +238,8 @@ mod tests {
         }
     }
 
-    /// Between the lattice's points, and where an effect moves the detector or leans the axis: against the integral itself, for a lamp whose beam
-    /// is narrow and differs over C.
+    /// Between the lattice's points, and where an effect moves the detector or leans the axis: against the integral
+    /// itself, for a lamp whose beam is narrow and differs over C.
     #[test]
     fn the_lattice_is_the_integral() {
         let gamma: Vec<f64> = (0..=90).map(f64::from).collect();

@@ -1,8 +1,8 @@
 //! The lobe of one aimed LED, such that all LEDs together are the file's far field.
 //!
-//! Parallel LEDs each carry the file's distribution. LEDs that lean inward by ψ do not: their sum over azimuth widens the
-//! lobe, so the single lobe is narrower. Only its ratio to that sum is used, so that the far field is the file's exactly,
-//! whatever is left of the fit.
+//! Parallel LEDs each carry the file's distribution. LEDs that lean inward by ψ do not: their sum over azimuth widens
+//! the lobe, so the single lobe is narrower. Only its ratio to that sum is used, so that the far field is the file's
+//! exactly, whatever is left of the fit.
 
 use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
@@ -81,8 +81,8 @@ impl Lobe {
                 })
                 .collect()
         };
-        // Multiplicative iteration keeps the lobe positive; the correction is smoothed, because undoing an average would
-        // otherwise blow up the corners that the file's grid has between its angles.
+        // Multiplicative iteration keeps the lobe positive; the correction is smoothed, because undoing an average
+        // would otherwise blow up the corners that the file's grid has between its angles.
         let mut lobe = target.clone();
         for _ in 0..ITERATIONS {
             let sum = sum_of(&lobe);
@@ -201,7 +201,8 @@ mod tests {
     use super::*;
     use crate::emitter::Emitter;
 
-    /// LEDs of cosⁿ lobes, leaning inward: their far field is known in closed form of a sum, and so is each LED's share.
+    /// LEDs of cosⁿ lobes, leaning inward: their far field is known in closed form of a sum, and so is each LED's
+    /// share.
     #[test]
     fn finds_the_single_lobe_of_a_ring() {
         let (n, aim) = (6, 6.0f64);

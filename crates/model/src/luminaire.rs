@@ -72,8 +72,8 @@ impl Luminaire {
         self.lookup.at(&self.distribution, c_deg, gamma_deg)
     }
 
-    /// The directions of the file between which (C, γ) lies, by their number `[ic * ng + ig]`, with their bilinear weights; all half-planes of a
-    /// pole are its first one. Weights are 0 outside the file's γ.
+    /// The directions of the file between which (C, γ) lies, by their number `[ic * ng + ig]`, with their bilinear
+    /// weights; all half-planes of a pole are its first one. Weights are 0 outside the file's γ.
     pub(crate) fn corners(&self, c_deg: f64, gamma_deg: f64) -> [(usize, f64); 4] {
         let (cs, gammas) = (self.distribution.c_deg(), self.distribution.gamma_deg());
         let (planes, last) = (cs.len(), gammas.len() - 1);

@@ -8,7 +8,8 @@ use crate::model::Model;
 use crate::pose::SensorPose;
 use crate::prepared::PreparedModel;
 
-/// A bin counts as a point where (side/distance)² is below this: its mean differs from its middle by about 0.7 times that.
+/// A bin counts as a point where (side/distance)² is below this: its mean differs from its middle by about 0.7 times
+/// that.
 const POINT_LIKE: f64 = 5e-6;
 
 /// The distance at which the peak intensity fills a sensor whose file gives no `full_scale` and whose unit is absolute.
@@ -130,8 +131,9 @@ impl Model {
         signal
     }
 
-    /// Where each cell truly is in the luminaire's frame (mm), the direction that meets it at right angles, and the signal of one lux there in the unit
-    /// of the maps, the sensor's own factors apart; none where no light of the lamp comes.
+    /// Where each cell truly is in the luminaire's frame (mm), the direction that meets it at right angles, and the
+    /// signal of one lux there in the unit of the maps, the sensor's own factors apart; none where no light of the lamp
+    /// comes.
     pub(crate) fn cell_places(&self, maps: &MapSet) -> Vec<Option<(DVec3, DVec3, f64)>> {
         let chain = Chain::default();
         let prepared = PreparedModel::new(self);
@@ -183,7 +185,8 @@ impl Model {
         })
     }
 
-    /// Uniform light on a sensor that the effects add, in lx; `None` where it is given in W/m² and no efficacy is known.
+    /// Uniform light on a sensor that the effects add, in lx; `None` where it is given in W/m² and no efficacy is
+    /// known.
     pub fn background_lx(&self) -> Option<f64> {
         let mut sum = 0.0;
         for (act, values) in self.acts() {

@@ -291,7 +291,8 @@ impl Model {
             noise: Some(NoiseDocument { u_scale: self.u_scale }),
             effect: self.effects.iter().map(table_from_effect).collect(),
         };
-        // A document of plain tables and numbers always serialises; an empty text would not load and so not pass for one.
+        // A document of plain tables and numbers always serialises; an empty text would not load and so not pass for
+        // one.
         toml::to_string(&document).unwrap_or_default()
     }
 
@@ -356,8 +357,8 @@ impl Model {
         names
     }
 
-    /// The intensity distribution with everything that was refitted and every effect on directions, on a grid fine enough
-    /// for them. The file's own grid, untouched, where there is none.
+    /// The intensity distribution with everything that was refitted and every effect on directions, on a grid fine
+    /// enough for them. The file's own grid, untouched, where there is none.
     ///
     /// # Errors
     /// [`DistributionError`] if a factor is not finite.

@@ -1,5 +1,5 @@
-//! What a scene may put beside the direct path: windows and filters, vapour, a target plane seen through a lens, spectra over
-//! angle, the camera's electronics. The tables of `scene.toml`, read and checked.
+//! What a scene may put beside the direct path: windows and filters, vapour, a target plane seen through a lens,
+//! spectra over angle, the camera's electronics. The tables of `scene.toml`, read and checked.
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::document::{Fault, Source, read_text};

@@ -37,7 +37,8 @@ pub enum PhotometricFileError {
     },
 }
 
-/// The absolute intensity distribution of a photometric file, or of a CSV `gamma_deg,intensity_cd` for a rotational one.
+/// The absolute intensity distribution of a photometric file, or of a CSV `gamma_deg,intensity_cd` for a rotational
+/// one.
 ///
 /// # Errors
 /// [`PhotometricFileError`] with file and line; also for a file that can be read but has a finding of level error.

@@ -16,8 +16,8 @@ pub struct SensorPose {
     pub rot_z_deg: f64,
     /// Shift of the centre in x and y.
     pub offset_mm: DVec2,
-    /// A further rotation in the sensor's own axes, before all others: by the first angle, lifting the side at the second
-    /// (azimuth in the sensor's plane) towards the lamp. Zero unless an effect tilts the sensor in its mount.
+    /// A further rotation in the sensor's own axes, before all others: by the first angle, lifting the side at the
+    /// second (azimuth in the sensor's plane) towards the lamp. Zero unless an effect tilts the sensor in its mount.
     pub mount_tilt_deg: [f64; 2],
 }
 

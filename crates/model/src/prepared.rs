@@ -124,8 +124,8 @@ impl<'m> PreparedModel<'m> {
             .sum()
     }
 
-    /// What each direction of the distribution has to do with [`illuminance_lx`](Self::illuminance_lx): its number (`[ic * ng + ig]`) and the
-    /// derivative in lx/cd, added up by `sink`.
+    /// What each direction of the distribution has to do with [`illuminance_lx`](Self::illuminance_lx): its number
+    /// (`[ic * ng + ig]`) and the derivative in lx/cd, added up by `sink`.
     pub fn shares(&self, point_mm: DVec3, facing: DVec3, mut sink: impl FnMut(usize, f64)) {
         let reach = self.extent_mm / point_mm.length();
         let nodes = if self.lobe.is_none() && reach * reach < POINT_LIKE {

@@ -71,8 +71,8 @@ fn effect(name: &str, keys: &[(&str, f64)]) -> Effect {
     Effect::from_keys(name, keys.iter().copied()).unwrap()
 }
 
-/// Fits shape, harmonic and `extra` parameters on readings; rms in u of the fitted readings, and of held-out truth in its
-/// own noise.
+/// Fits shape, harmonic and `extra` parameters on readings; rms in u of the fitted readings, and of held-out truth in
+/// its own noise.
 fn gonio(number: &str, extra: &[(f64, f64)], build: Build<'_>) -> Option<(Vec<f64>, f64, f64)> {
     let folder = case(number)?;
     let model = Model::load(&folder.join("model.toml")).unwrap();

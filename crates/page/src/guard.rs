@@ -1,8 +1,8 @@
 //! Who may ask: the checks before any route, in the order in which an attack would try them.
 //!
-//! A page in the operator's own browser is the attacker that this is about: it can send requests to the loopback interface, and
-//! by DNS rebinding under a name of its own. So: Host first, then Origin, then what the browser says of the site that asks, then
-//! the cookie, which was exchanged for a code that works once.
+//! A page in the operator's own browser is the attacker that this is about: it can send requests to the loopback
+//! interface, and by DNS rebinding under a name of its own. So: Host first, then Origin, then what the browser says of
+//! the site that asks, then the cookie, which was exchanged for a code that works once.
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::{Mutex, PoisonError};

@@ -143,8 +143,8 @@ impl Hub {
         self.inner().status.clone()
     }
 
-    /// The events from number `from` of `session` on, as one JSON object with the status; and where the next one begins. Of
-    /// another session: from its beginning.
+    /// The events from number `from` of `session` on, as one JSON object with the status; and where the next one
+    /// begins. Of another session: from its beginning.
     pub fn message(&self, session: u64, from: usize) -> Message {
         let inner = self.inner();
         let same = session == inner.session && from <= inner.events.len();

@@ -1,7 +1,7 @@
 //! The local page: what the bench does, live, and the operator's commands, on the loopback interface.
 //!
-//! One process serves one desk. Everything that moves an axis goes through [`isolux_app`]; this crate holds no physics and
-//! opens no instrument. The order of the checks before a route is in [`guard`].
+//! One process serves one desk. Everything that moves an axis goes through [`isolux_app`]; this crate holds no physics
+//! and opens no instrument. The order of the checks before a route is in [`guard`].
 
 mod assets;
 mod desk;
@@ -169,7 +169,8 @@ async fn look(desk: Arc<Desk>) {
     }
 }
 
-/// Serves the page until a signal comes: `isolux serve`. `say` prints a line; `opened` is told the page once it can be opened.
+/// Serves the page until a signal comes: `isolux serve`. `say` prints a line; `opened` is told the page once it can be
+/// opened.
 ///
 /// # Errors
 /// As [`Page::beside_a_scan`].

@@ -82,8 +82,8 @@ pub struct IntensityDistribution {
 impl IntensityDistribution {
     /// A distribution from its grid.
     ///
-    /// `c_deg`: n half-planes rising within [0, 360); a single one means rotational symmetry. `gamma_deg`: m angles rising
-    /// within [0, 180]. `intensity_cd`: n × m values, plane by plane. Negative values are data.
+    /// `c_deg`: n half-planes rising within [0, 360); a single one means rotational symmetry. `gamma_deg`: m angles
+    /// rising within [0, 180]. `intensity_cd`: n × m values, plane by plane. Negative values are data.
     ///
     /// # Errors
     /// [`DistributionError`] names the first angle or intensity that is wrong.

@@ -4,8 +4,8 @@ use isolux_units::Degrees;
 
 use crate::IntensityDistribution;
 
-/// The two edges of a beam in the plane that a half-plane and its opposite form, as signed γ (negative: the opposite side;
-/// a beam about γ = 180° goes on beyond it).
+/// The two edges of a beam in the plane that a half-plane and its opposite form, as signed γ (negative: the opposite
+/// side; a beam about γ = 180° goes on beyond it).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Divergence {
     /// Edge on the side of C + 180°, signed γ in degrees.
@@ -22,8 +22,9 @@ impl Divergence {
 }
 
 impl IntensityDistribution {
-    /// Beam angle of the plane through C half-plane `plane`: the full angle between the directions where the intensity falls to
-    /// 50 % of that plane's maximum (CIE S 017 17-27-097, half-peak divergence). None where it does not fall that far.
+    /// Beam angle of the plane through C half-plane `plane`: the full angle between the directions where the intensity
+    /// falls to 50 % of that plane's maximum (CIE S 017 17-27-097, half-peak divergence). None where it does not fall
+    /// that far.
     pub fn beam_angle(&self, plane: usize) -> Option<Divergence> {
         self.divergence(plane, 0.5)
     }
@@ -33,8 +34,8 @@ impl IntensityDistribution {
         self.divergence(plane, 0.1)
     }
 
-    /// The exponent n of the lobe cosⁿ that has the beam angle of the narrowest plane; at least 1, that of a diffuse area, also where
-    /// no plane has a beam angle.
+    /// The exponent n of the lobe cosⁿ that has the beam angle of the narrowest plane; at least 1, that of a diffuse
+    /// area, also where no plane has a beam angle.
     pub fn lobe_exponent(&self) -> f64 {
         (0..self.c_deg().len())
             .filter_map(|plane| self.beam_angle(plane))
@@ -44,8 +45,8 @@ impl IntensityDistribution {
     }
 
     /// The edges around the plane's maximum where the interpolant first falls below `fraction` of it, going outwards.
-    /// None where the plane is dark or an edge lies beyond the γ range of the grid. The two half-planes meet at γ = 0, and at
-    /// γ = 180° where the grid reaches it.
+    /// None where the plane is dark or an edge lies beyond the γ range of the grid. The two half-planes meet at γ = 0,
+    /// and at γ = 180° where the grid reaches it.
     pub fn divergence(&self, plane: usize, fraction: f64) -> Option<Divergence> {
         let profile = self.profile(plane);
         let points = &profile.points;
@@ -183,8 +184,8 @@ mod tests {
 
     #[test]
     fn a_beam_upwards_closes_over_the_zenith() {
-        // Lambertian about γ = 180°: 120° between the edges, as about γ = 0; also where the grid has the upper half alone,
-        // and where a third of the light goes down (the beam is that of the plane's maximum).
+        // Lambertian about γ = 180°: 120° between the edges, as about γ = 0; also where the grid has the upper half
+        // alone, and where a third of the light goes down (the beam is that of the plane's maximum).
         for (first, below) in [(0, 0.0), (90, 0.0), (0, 0.3)] {
             let beam = uplight(first, below).beam_angle(0).unwrap();
             assert!(

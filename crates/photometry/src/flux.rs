@@ -43,8 +43,8 @@ impl IntensityDistribution {
             .collect()
     }
 
-    /// What one candela at each point of the grid adds to the flux over the sphere, in lumen: Φ = Σ wᵢ·Iᵢ, in the order of
-    /// [`intensity_cd`](Self::intensity_cd). The weights of a grid over the whole sphere add up to 4π sr.
+    /// What one candela at each point of the grid adds to the flux over the sphere, in lumen: Φ = Σ wᵢ·Iᵢ, in the order
+    /// of [`intensity_cd`](Self::intensity_cd). The weights of a grid over the whole sphere add up to 4π sr.
     pub fn flux_weights_sr(&self) -> Vec<f64> {
         let mut along_gamma = vec![0.0; self.gamma_deg().len()];
         for (index, edge) in self.gamma_deg().windows(2).enumerate() {

@@ -1,8 +1,9 @@
 //! The C-γ intensity distribution of a luminaire, and what follows from it by integration.
 //!
 //! [`IntensityDistribution`] holds absolute candela over a full circle of C half-planes and a range of γ. Between its
-//! points it is bilinear in (C, γ), periodic in C; outside its γ range it is dark. Every integral (flux, zones, divergence)
-//! is the exact integral of that interpolant over the sphere, so that no number depends on a rule of summation.
+//! points it is bilinear in (C, γ), periodic in C; outside its γ range it is dark. Every integral (flux, zones,
+//! divergence) is the exact integral of that interpolant over the sphere, so that no number depends on a rule of
+//! summation.
 //!
 //! Frame (CIE 121, EN 13032-1): d(C, γ) = (sin γ cos C, sin γ sin C, cos γ).
 

@@ -62,8 +62,8 @@ impl Symmetry {
 impl IntensityDistribution {
     /// The full circle from the half-planes that a symmetric file stores.
     ///
-    /// `rows`: (C in degrees, intensities in candela, one a γ), in any order; planes that coincide after mirroring must be
-    /// the mirror planes themselves and are taken once. [`Symmetry::Rotational`] takes the first row alone.
+    /// `rows`: (C in degrees, intensities in candela, one a γ), in any order; planes that coincide after mirroring must
+    /// be the mirror planes themselves and are taken once. [`Symmetry::Rotational`] takes the first row alone.
     ///
     /// # Errors
     /// [`SymmetryError`] for a half-plane that the symmetry does not store and for anything that

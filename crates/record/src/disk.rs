@@ -1,4 +1,5 @@
-//! Files and folders that outlive a loss of power: what is created or renamed is synced, and so is the folder that names it.
+//! Files and folders that outlive a loss of power: what is created or renamed is synced, and so is the folder that
+//! names it.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
@@ -131,8 +132,9 @@ impl Appended {
         Ok(())
     }
 
-    /// Appends and waits until the disk has it. After a failure the file is cut to what it held before, as far as the disk
-    /// still obeys, and takes no more: which bytes of a failed sync are on the disk cannot be known, whatever a reader sees.
+    /// Appends and waits until the disk has it. After a failure the file is cut to what it held before, as far as the
+    /// disk still obeys, and takes no more: which bytes of a failed sync are on the disk cannot be known, whatever a
+    /// reader sees.
     pub(crate) fn write_synced(&mut self, bytes: &[u8]) -> Result<(), DiskError> {
         let before = (self.bytes, self.hash.clone());
         self.write(bytes)?;

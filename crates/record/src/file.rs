@@ -1,7 +1,7 @@
 //! Whole files in memory: regular files alone, up to a stated size.
 //!
-//! A device or a pipe that is named where a file is meant has no end (`/dev/zero`) or gives its bytes once; both are refused
-//! before they are opened, as opening a pipe without a writer waits for ever.
+//! A device or a pipe that is named where a file is meant has no end (`/dev/zero`) or gives its bytes once; both are
+//! refused before they are opened, as opening a pipe without a writer waits for ever.
 
 use std::fs::{File, FileType};
 use std::io::{self, Read};

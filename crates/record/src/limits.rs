@@ -25,7 +25,8 @@ pub struct LimitsDocument {
     pub repeats_sigma: Option<f64>,
 }
 
-/// Valid limits. Whoever compares readings with them adds one digit of the display: what it rounds away is no disagreement.
+/// Valid limits. Whoever compares readings with them adds one digit of the display: what it rounds away is no
+/// disagreement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     reference_rel: f64,
@@ -36,8 +37,8 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// How far a visit to the reference point may lie from the first visit of the same switching-on of the lamp, relative
-    /// to that first visit.
+    /// How far a visit to the reference point may lie from the first visit of the same switching-on of the lamp,
+    /// relative to that first visit.
     pub const fn reference_rel(&self) -> f64 {
         self.reference_rel
     }
@@ -52,8 +53,9 @@ impl Limits {
         self.closing_rel
     }
 
-    /// The largest (max − min)/mean of the lamp's power over the window in which its light is watched, for a lamp to count as
-    /// stable: LM-79 and EN 13032-4 ask for 0.5 % of light and of power. Where the station has no power meter, light decides.
+    /// The largest (max − min)/mean of the lamp's power over the window in which its light is watched, for a lamp to
+    /// count as stable: LM-79 and EN 13032-4 ask for 0.5 % of light and of power. Where the station has no power meter,
+    /// light decides.
     pub const fn power_spread_rel(&self) -> f64 {
         self.power_spread_rel
     }
@@ -65,8 +67,8 @@ impl Limits {
 }
 
 impl Default for Limits {
-    /// A lamp that has met the stabilisation of EN 13032-4 (0.5 % over 15 min, and falling) stays within 1 %; a correction of
-    /// 2 % is twice that; six standard uncertainties are exceeded by chance once in 10⁹ readings.
+    /// A lamp that has met the stabilisation of EN 13032-4 (0.5 % over 15 min, and falling) stays within 1 %; a
+    /// correction of 2 % is twice that; six standard uncertainties are exceeded by chance once in 10⁹ readings.
     fn default() -> Self {
         Self {
             reference_rel: 0.01,

@@ -113,8 +113,8 @@ impl Readings {
     }
 }
 
-/// The hash of all rows up to one: the first 16 digits of SHA-256 over the one before and the row's own fields. A row that
-/// was removed, doubled, exchanged or taken from another run does not continue it.
+/// The hash of all rows up to one: the first 16 digits of SHA-256 over the one before and the row's own fields. A row
+/// that was removed, doubled, exchanged or taken from another run does not continue it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Chain {
     layout: Layout,
@@ -652,7 +652,8 @@ pub(crate) mod tests {
             let mut bytes = whole.clone();
             let place = place % (bytes.len() - 1);
             bytes[place] ^= 1 << bit;
-            // A line end that vanishes or appears may cut the file short, but never yields other rows than were written.
+            // A line end that vanishes or appears may cut the file short, but never yields other rows than were
+            // written.
             if let Ok(readings) = parse(&bytes) {
                 let original = parse(&whole).unwrap().rows;
                 prop_assert!(readings.rows.len() < original.len() && original.starts_with(&readings.rows));

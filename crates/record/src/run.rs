@@ -181,8 +181,8 @@ impl RunDir {
         Self::again(Survey::of(path)?.whole()?, now)
     }
 
-    /// Resumes a run with a damaged record: what is whole stays, damaged files are set aside in a folder of the run, run.toml
-    /// says so, and what is missing can be read again.
+    /// Resumes a run with a damaged record: what is whole stays, damaged files are set aside in a folder of the run,
+    /// run.toml says so, and what is missing can be read again.
     ///
     /// # Errors
     /// As [`resume`](Self::resume), but for the damage.
@@ -279,8 +279,8 @@ impl RunDir {
         self.next_index == 0
     }
 
-    /// Appends one reading and syncs; its `index`, `session` and `burning` are set here. When this returns, the row outlives a
-    /// loss of power. After an error no further row is taken: the run has to be resumed.
+    /// Appends one reading and syncs; its `index`, `session` and `burning` are set here. When this returns, the row
+    /// outlives a loss of power. After an error no further row is taken: the run has to be resumed.
     ///
     /// # Errors
     /// What the system says.
@@ -357,8 +357,8 @@ impl RunDir {
         self.write_header()
     }
 
-    /// Records how the run ended, with number and hash of its rows and events. run.toml is replaced in one step: it says so,
-    /// or it does not.
+    /// Records how the run ended, with number and hash of its rows and events. run.toml is replaced in one step: it
+    /// says so, or it does not.
     ///
     /// # Errors
     /// What the system says.
@@ -392,8 +392,8 @@ impl RunDir {
     }
 }
 
-/// Whether a run can begin in `path`: it is not there, is empty, or holds nothing but what [`RunDir::create`] writes before
-/// run.toml, left by a program that was killed.
+/// Whether a run can begin in `path`: it is not there, is empty, or holds nothing but what [`RunDir::create`] writes
+/// before run.toml, left by a program that was killed.
 pub fn vacant(path: &Utf8Path) -> bool {
     if !path.exists() {
         return true;

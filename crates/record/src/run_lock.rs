@@ -7,8 +7,8 @@ use isolux_lock::{Held, Lock, LockError};
 
 use crate::disk;
 
-/// Name of the lock file in a run directory. It is removed when its holder ends; one that is left behind by a process that
-/// was killed locks nothing.
+/// Name of the lock file in a run directory. It is removed when its holder ends; one that is left behind by a process
+/// that was killed locks nothing.
 pub(crate) const LOCK_FILE: &str = ".lock";
 
 /// Why a run directory could not be locked.
@@ -45,8 +45,8 @@ struct Inner {
 }
 
 impl RunLock {
-    /// Locks the run directory `path`, which is made where there is none. With `force` also from a process that gave no sign
-    /// of life for a while; that process, if there was one.
+    /// Locks the run directory `path`, which is made where there is none. With `force` also from a process that gave no
+    /// sign of life for a while; that process, if there was one.
     ///
     /// # Errors
     /// [`RunLockError`].

@@ -92,8 +92,8 @@ pub enum DarkSubtraction {
 }
 
 impl SpectrumRecord {
-    /// Irradiance of every pixel: scale to full scale, subtract dark, divide by the non-linearity polynomial, divide by the
-    /// integration time, multiply by the calibration factor (the order of the manufacturer's software).
+    /// Irradiance of every pixel: scale to full scale, subtract dark, divide by the non-linearity polynomial, divide by
+    /// the integration time, multiply by the calibration factor (the order of the manufacturer's software).
     ///
     /// # Errors
     /// [`SpectrumError::Polynomial`] when the polynomial is not above zero at a pixel.

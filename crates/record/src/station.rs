@@ -27,7 +27,8 @@ pub struct StationDocument {
     /// A name for people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// A `darkroom.toml` beside this file: the room behind links that begin with `memory:`. Without it the built-in one.
+    /// A `darkroom.toml` beside this file: the room behind links that begin with `memory:`. Without it the built-in
+    /// one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub darkroom: Option<Utf8PathBuf>,
     /// Geometry.
@@ -77,9 +78,9 @@ pub struct Bench {
     /// Height of the axes above the floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor_mm: Option<f64>,
-    /// Bound of the light of the lamp that does not come straight from it: the largest illuminance of it at `distance_mm`,
-    /// over all directions of the lamp, ÷ the largest illuminance of the direct light there. For readings without a
-    /// baffled block.
+    /// Bound of the light of the lamp that does not come straight from it: the largest illuminance of it at
+    /// `distance_mm`, over all directions of the lamp, ÷ the largest illuminance of the direct light there. For
+    /// readings without a baffled block.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stray_max_rel: Option<f64>,
     /// Bound of the illuminance at the detector with the lamp off. For readings without a lamp_off block.
@@ -155,7 +156,8 @@ pub struct LuxMeter {
     pub calibration_factor: f64,
     /// Relative standard uncertainty of the calibration (k = 1).
     pub u_rel: f64,
-    /// Relative standard deviation of one reading, of the meter and of the lamp together: what `isolux plan` counts as noise.
+    /// Relative standard deviation of one reading, of the meter and of the lamp together: what `isolux plan` counts as
+    /// noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_rel: Option<f64>,
     /// Standard deviation of one reading without light.
@@ -188,7 +190,8 @@ pub struct Spectroradiometer {
     /// Relative standard uncertainty of the irradiance calibration (k = 1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_rel: Option<f64>,
-    /// Relative standard uncertainty of the ratio of the calibration at 700 nm to that at 400 nm (k = 1): its spectral shape.
+    /// Relative standard uncertainty of the ratio of the calibration at 700 nm to that at 400 nm (k = 1): its spectral
+    /// shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_shape_rel: Option<f64>,
     /// Standard uncertainty of the wavelength scale (k = 1).
@@ -199,7 +202,8 @@ pub struct Spectroradiometer {
     pub stray_max_rel: Option<f64>,
 }
 
-/// The power meter in the lamp's supply line. Its uncertainties are of a reading at the level of the lamp: gain and range.
+/// The power meter in the lamp's supply line. Its uncertainties are of a reading at the level of the lamp: gain and
+/// range.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PowerMeter {
@@ -230,7 +234,8 @@ pub struct Supply {
     pub open: String,
 }
 
-/// The lamp's switch and size. On a bench with a supply that is the switch, and here there is neither `open` nor `prompt`.
+/// The lamp's switch and size. On a bench with a supply that is the switch, and here there is neither `open` nor
+/// `prompt`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lamp {
@@ -254,7 +259,8 @@ pub struct Lamp {
     pub stable: Option<Stable>,
 }
 
-/// Stabilisation of the lamp: on for at least `least_s`, and (max − min)/mean over the last `window_s` below `spread_rel`.
+/// Stabilisation of the lamp: on for at least `least_s`, and (max − min)/mean over the last `window_s` below
+/// `spread_rel`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stable {
@@ -266,7 +272,8 @@ pub struct Stable {
     pub spread_rel: f64,
 }
 
-/// The detector's carriage: a linear axis, or a person who is asked. Distance = zero_mm + sense × counts ÷ counts_per_mm.
+/// The detector's carriage: a linear axis, or a person who is asked. Distance = zero_mm + sense × counts ÷
+/// counts_per_mm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rail {

@@ -36,8 +36,8 @@ pub struct Chosen<'a> {
 
 impl<'a> Chosen<'a> {
     /// The blocks at the distance with the most directions that make one grid together; where they make none, the block
-    /// with the most directions and those that join its grid. What counts are the directions of the plan, so that neither
-    /// repeats nor an early end change which blocks are the distribution.
+    /// with the most directions and those that join its grid. What counts are the directions of the plan, so that
+    /// neither repeats nor an early end change which blocks are the distribution.
     ///
     /// # Errors
     /// [`ReduceError::NoLight`] without lit points, [`ReduceError::Unfinished`] when a block of the distribution has
@@ -99,8 +99,8 @@ pub fn planned(plan: &Plan, station_mm: f64) -> Result<Vec<Direction>, ReduceErr
     Ok(once(chosen.iter().flat_map(|block| block.planned.iter().copied())))
 }
 
-/// The lit blocks of the plan and of the lit points that were read, in that order. A block that has no reading yet is one of
-/// them.
+/// The lit blocks of the plan and of the lit points that were read, in that order. A block that has no reading yet is
+/// one of them.
 fn lit_blocks<'a>(plan: &'a Plan, station_mm: f64, points: Vec<&'a Reading>) -> Vec<Block<'a>> {
     let mut blocks: Vec<Block<'_>> = Vec::new();
     for block in plan.blocks() {

@@ -30,8 +30,9 @@ pub struct Common {
 
 /// A weighted sum Σ w·I of the intensities of a grid.
 ///
-/// The noise of each point is independent of every other. The rounding of a point is the same as that of every other point
-/// with the same display: behind the lamp, where every reading shows the same digits, all are wrong by the same amount.
+/// The noise of each point is independent of every other. The rounding of a point is the same as that of every other
+/// point with the same display: behind the lamp, where every reading shows the same digits, all are wrong by the same
+/// amount.
 pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'static str) -> Quantity {
     let intensity = grid.distribution.intensity_cd();
     let value: f64 = intensity.iter().zip(weights).map(|(cd, weight)| cd * weight).sum();
@@ -89,9 +90,11 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
     )
 }
 
-/// What the intensity of each direction is uncertain by on its own (scatter and rounding of its readings): relative, and in candela, adding in squares.
+/// What the intensity of each direction is uncertain by on its own (scatter and rounding of its readings): relative,
+/// and in candela, adding in squares.
 ///
-/// The law that fits the directions' own uncertainties best, in relative terms: Σ ((a² + b²·I²)/u² − 1)² least, a² and b² not negative.
+/// The law that fits the directions' own uncertainties best, in relative terms: Σ ((a² + b²·I²)/u² − 1)² least, a² and
+/// b² not negative.
 pub fn noise_of_directions(grid: &Grid) -> (f64, f64) {
     let (mut aa, mut ab, mut bb, mut a1, mut b1) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for sample in &grid.nodes {

@@ -4,7 +4,8 @@ use isolux_photometry::Symmetry;
 
 use crate::error::ReduceError;
 
-/// A gap between half-planes that is taken for a part that was not measured: at least this, and more than twice the next.
+/// A gap between half-planes that is taken for a part that was not measured: at least this, and more than twice the
+/// next.
 const GAP_DEG: f64 = 90.0;
 
 /// The half-planes of the full circle.
@@ -17,9 +18,9 @@ pub struct Circle {
 }
 
 impl Circle {
-    /// The circle of half-planes at `c_deg`, rising in [0, 360). One half-plane is a rotational lamp. Half-planes from one
-    /// principal plane to the next (C 0°…90°) or the next but one (C 0°…180°, C 90°…270°) are those of a lamp that is taken
-    /// as symmetric, as EN 13032-1 lets it be measured: the others are their mirror images.
+    /// The circle of half-planes at `c_deg`, rising in [0, 360). One half-plane is a rotational lamp. Half-planes from
+    /// one principal plane to the next (C 0°…90°) or the next but one (C 0°…180°, C 90°…270°) are those of a lamp that
+    /// is taken as symmetric, as EN 13032-1 lets it be measured: the others are their mirror images.
     ///
     /// # Errors
     /// [`ReduceError::NotRound`] when another part of the circle is missing.

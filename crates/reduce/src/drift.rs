@@ -93,8 +93,9 @@ impl Stability {
         }
     }
 
-    /// Relative standard uncertainty of a level over `seconds` without a visit. A lamp that just passes the criterion and goes on
-    /// as it did changes by the spread in every window: any reading lies within half of that change of the middle.
+    /// Relative standard uncertainty of a level over `seconds` without a visit. A lamp that just passes the criterion
+    /// and goes on as it did changes by the spread in every window: any reading lies within half of that change of the
+    /// middle.
     pub fn u_rel(self, seconds: f64) -> f64 {
         0.5 * self.spread_rel * (seconds / self.window_s).max(1.0) / 3.0_f64.sqrt()
     }
@@ -111,9 +112,10 @@ pub struct Seen {
     pub unknown_rel: f64,
 }
 
-/// The first rows of the burnings of the lamp: the first lit row, and every lit row that follows a lamp_off one, that the record
-/// counts to another switching on, or whose clock, which starts with the lamp, is behind that of the row before. The clock
-/// alone does not tell: after a long warm-up, or one that was set ahead, it reads more than before the lamp went out.
+/// The first rows of the burnings of the lamp: the first lit row, and every lit row that follows a lamp_off one, that
+/// the record counts to another switching on, or whose clock, which starts with the lamp, is behind that of the row
+/// before. The clock alone does not tell: after a long warm-up, or one that was set ahead, it reads more than before
+/// the lamp went out.
 pub fn burnings(rows: &[Reading]) -> Vec<u64> {
     let (mut starts, mut last_s, mut off, mut counted) = (Vec::new(), f64::NEG_INFINITY, false, None);
     for row in rows {
@@ -138,8 +140,8 @@ pub fn burning_of(starts: &[u64], row: u64) -> usize {
 }
 
 impl Drift {
-    /// The drift in the visits of several burnings. A lamp comes back at another level and its clock at zero, so that no line leads
-    /// from one burning into the next: each is brought to the mean of all visits by its own.
+    /// The drift in the visits of several burnings. A lamp comes back at another level and its clock at zero, so that
+    /// no line leads from one burning into the next: each is brought to the mean of all visits by its own.
     ///
     /// # Errors
     /// The mean of the visits of a burning where it is not above zero.
@@ -175,8 +177,9 @@ impl Drift {
         Ok(Self::ByBurning { burning, u_rel: worst })
     }
 
-    /// The drift in visits whose times rise, `unknown_rel` where they are fewer than two. The uncertainty of one visit is
-    /// mostly the digit of the display, so a line through all visits is better than lines between them wherever it fits.
+    /// The drift in visits whose times rise, `unknown_rel` where they are fewer than two. The uncertainty of one visit
+    /// is mostly the digit of the display, so a line through all visits is better than lines between them wherever it
+    /// fits.
     ///
     /// # Errors
     /// The mean of the visits where it is not above zero.
@@ -275,8 +278,8 @@ impl Drift {
     }
 }
 
-/// What lines between visits miss: each visit against the line between its neighbours, half of the root of the mean square,
-/// since the light may have changed anywhere between two visits.
+/// What lines between visits miss: each visit against the line between its neighbours, half of the root of the mean
+/// square, since the light may have changed anywhere between two visits.
 fn between_visits(relative: &[(f64, f64)]) -> f64 {
     let misses = relative.windows(3).map(|three| {
         let share = (three[1].0 - three[0].0) / (three[2].0 - three[0].0).max(f64::MIN_POSITIVE);
@@ -322,7 +325,8 @@ mod tests {
         );
     }
 
-    /// The lamp went out between two sessions, and its second warm-up took longer than the first session: its clock only rises.
+    /// The lamp went out between two sessions, and its second warm-up took longer than the first session: its clock
+    /// only rises.
     #[test]
     fn a_lamp_that_was_switched_on_again_is_another_burning_whatever_its_clock_reads() {
         let at = |index: u64, time_s: f64, burning: u32| Reading {

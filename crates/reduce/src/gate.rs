@@ -164,8 +164,8 @@ fn of_burning(seen: &Seen, level: f64, limits: &Limits, all: &[Reading]) -> Vec<
     findings
 }
 
-/// Where the closing half-plane C 360° does not agree with C 0°, relative to the largest intensity of C 0°; one digit of the
-/// display is allowed on top.
+/// Where the closing half-plane C 360° does not agree with C 0°, relative to the largest intensity of C 0°; one digit
+/// of the display is allowed on top.
 pub fn of_closing(samples: &[Sample], limits: &Limits, rows: &[&Reading]) -> Option<Finding> {
     let first: Vec<&Sample> = samples
         .iter()

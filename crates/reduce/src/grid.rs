@@ -20,8 +20,8 @@ pub struct Grid {
     pub smoothed: Option<(IntensityDistribution, Smoothing)>,
     /// The samples, by half-plane and γ; at a pole all half-planes share their mean.
     pub nodes: Vec<Sample>,
-    /// The sample of each node `[ic * ng + ig]` of the distribution: one for each, but for half-planes that are mirror images,
-    /// and for a pole that was read in some half-planes alone.
+    /// The sample of each node `[ic * ng + ig]` of the distribution: one for each, but for half-planes that are mirror
+    /// images, and for a pole that was read in some half-planes alone.
     pub sample_of: Vec<usize>,
     /// Symmetry that was assumed, because the half-planes do not go round.
     pub assumed: Symmetry,
@@ -30,8 +30,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The grid of the samples that are not of the closing half-plane. Half-planes over a quarter or half of the circle are
-    /// taken as those of a symmetric lamp.
+    /// The grid of the samples that are not of the closing half-plane. Half-planes over a quarter or half of the circle
+    /// are taken as those of a symmetric lamp.
     ///
     /// # Errors
     /// [`ReduceError::NoLight`] without two γ, [`ReduceError::NoGrid`] when half-planes have different γ,
@@ -53,7 +53,8 @@ impl Grid {
         let read: Vec<f64> = nodes.iter().map(|sample| sample.intensity_cd).collect();
         let mut moved = read.clone();
         for _ in 0..ROUNDS {
-            // At a pole the half-plane of a direction is a matter of rounding, so what is compared there is the one value.
+            // At a pole the half-plane of a direction is a matter of rounding, so what is compared there is the one
+            // value.
             let distribution = of(one_at_poles(&spread(&moved), &gamma_deg))?;
             moved = nodes
                 .iter()
@@ -122,8 +123,8 @@ impl Grid {
         self.shared_at_poles(weights)
     }
 
-    /// Weight of every node in the mean of E = I·cos α/R² over a square sensor on the axis, in 1/m²: the same quadrature
-    /// for all nodes.
+    /// Weight of every node in the mean of E = I·cos α/R² over a square sensor on the axis, in 1/m²: the same
+    /// quadrature for all nodes.
     pub fn sensor_weights_per_m2(&self, side_mm: f64, distance_mm: f64) -> Vec<f64> {
         let mut weights = vec![0.0; self.sample_of.len()];
         for (c, gamma, factor) in sensor_points(side_mm, distance_mm) {
@@ -148,8 +149,8 @@ impl Grid {
     }
 }
 
-/// 12 × 12 points of a square sensor on the axis: their direction (C, γ) in degrees, and what one candela there adds to the
-/// mean illuminance, in 1/m².
+/// 12 × 12 points of a square sensor on the axis: their direction (C, γ) in degrees, and what one candela there adds to
+/// the mean illuminance, in 1/m².
 pub fn sensor_points(side_mm: f64, distance_mm: f64) -> impl Iterator<Item = (f64, f64, f64)> {
     const POINTS: usize = 12;
     (0..POINTS * POINTS).map(move |point| {
@@ -193,8 +194,8 @@ fn gammas(planes: &[&[Sample]]) -> Result<Vec<f64>, ReduceError> {
     Ok(gamma_deg)
 }
 
-/// The sample of every node of the full circle, `[ic * ng + ig]`. Where a half-plane has no reading at a pole, those of the
-/// others stand for it in turn.
+/// The sample of every node of the full circle, `[ic * ng + ig]`. Where a half-plane has no reading at a pole, those of
+/// the others stand for it in turn.
 fn samples_of(nodes: &[Sample], measured: &[f64], circle: &Circle, gamma_deg: &[f64]) -> Vec<usize> {
     let mut of_nodes = Vec::with_capacity(circle.planes.len() * gamma_deg.len());
     for (place, &(_, plane)) in circle.planes.iter().enumerate() {
@@ -233,8 +234,8 @@ fn one_at_poles(intensity_cd: &[f64], gamma_deg: &[f64]) -> Vec<f64> {
     one
 }
 
-/// The interpolant beyond the poles: (C, −γ) is (C + 180°, γ), (C, 180° + x) is (C + 180°, 180° − x); clamped to the grid's
-/// γ elsewhere, because the distribution is zero outside it and a displaced sample is not.
+/// The interpolant beyond the poles: (C, −γ) is (C + 180°, γ), (C, 180° + x) is (C + 180°, 180° − x); clamped to the
+/// grid's γ elsewhere, because the distribution is zero outside it and a displaced sample is not.
 fn at_signed(distribution: &IntensityDistribution, c_deg: f64, gamma_deg: f64) -> f64 {
     let gammas = distribution.gamma_deg();
     let (first, last) = (gammas[0], gammas[gammas.len() - 1]);

@@ -1,10 +1,10 @@
 //! What is lost between the directions that were measured: estimated by leaving some of them out.
 //!
-//! Linear interpolation of a smooth distribution is wrong by K·h² to first order, h the step. With every second γ left out
-//! the step is 2·h and the error four times as large, so that a third of the change is the error of the whole grid
+//! Linear interpolation of a smooth distribution is wrong by K·h² to first order, h the step. With every second γ left
+//! out the step is 2·h and the error four times as large, so that a third of the change is the error of the whole grid
 //! (Richardson). Both ways of leaving out (the even places, the odd ones) are tried, with the ends kept, and the larger
-//! change counts, since one of them may vanish by chance. Half-planes are treated in the same way. At a single point close to a
-//! direction of the grid the error falls with h alone, and the whole change counts.
+//! change counts, since one of them may vanish by chance. Half-planes are treated in the same way. At a single point
+//! close to a direction of the grid the error falls with h alone, and the whole change counts.
 //!
 //! None of this sees light that no direction hits. So a distribution whose lobes are narrower than three directions, or
 //! whose half-planes are more than 45° apart, is not resolved, and its uncertainty is missing instead.
@@ -60,10 +60,10 @@ pub fn u_of(
     Ok(kind.share() * along_gamma.hypot(over_c))
 }
 
-/// By how much the intensity may rise between the directions around its largest value: the top of the parabola through the
-/// three directions about it, of their values or of the logarithms, whichever is higher, along γ and over C. At least
-/// δ/8/√12, δ being the second difference: a parabola whose top lies anywhere between two directions exceeds them by up to
-/// δ/8.
+/// By how much the intensity may rise between the directions around its largest value: the top of the parabola through
+/// the three directions about it, of their values or of the logarithms, whichever is higher, along γ and over C. At
+/// least δ/8/√12, δ being the second difference: a parabola whose top lies anywhere between two directions exceeds them
+/// by up to δ/8.
 pub fn above_the_largest_cd(distribution: &IntensityDistribution) -> f64 {
     let gammas = distribution.gamma_deg();
     let planes = distribution.c_deg().len();
@@ -166,7 +166,8 @@ fn top(below: f64, middle: f64, above: f64) -> f64 {
 /// Whether every lobe of `values` above `threshold` has enough directions within half of its largest value.
 fn resolved(values: &[f64], threshold: f64, round: bool) -> bool {
     let count = values.len();
-    // The value `by` places away, in a ring or in a row; beyond the ends of a row nothing is known, and nothing is held against it.
+    // The value `by` places away, in a ring or in a row; beyond the ends of a row nothing is known, and nothing is held
+    // against it.
     let at = |place: usize, by: isize| -> Option<f64> {
         let there = place as isize + by;
         if round {

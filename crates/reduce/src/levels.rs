@@ -165,8 +165,8 @@ impl Levels {
         })
     }
 
-    /// Its standard uncertainty, as (noise, digit). Where all three are subtracted, only the baffled level remains in the
-    /// sum, and only its uncertainty.
+    /// Its standard uncertainty, as (noise, digit). Where all three are subtracted, only the baffled level remains in
+    /// the sum, and only its uncertainty.
     pub fn u_lx(&self, gamma_deg: f64, subtract: Subtract) -> (f64, f64) {
         let (mut noise, mut digit) = (0.0_f64, 0.0_f64);
         let levels = self.at(gamma_deg);

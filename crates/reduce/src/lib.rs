@@ -1,7 +1,8 @@
 //! Record → distribution and spectrum, with uncertainty.
 //!
 //! Reduction is a pure function of a run: the same run gives the same numbers and the same bytes. Every correction is a
-//! switch ([`Correction`]), and every headline number is a [`Quantity`] whose parts say where its uncertainty comes from.
+//! switch ([`Correction`]), and every headline number is a [`Quantity`] whose parts say where its uncertainty comes
+//! from.
 
 mod apparent;
 mod blocks;
@@ -62,8 +63,8 @@ use headline::Headline;
 use reference::Reference;
 use unmeasured::{Done, Unmeasured};
 
-/// Side of the square sensor and its distance, for which the budget gives the mean irradiance: a full-frame-class sensor
-/// at half a metre.
+/// Side of the square sensor and its distance, for which the budget gives the mean irradiance: a full-frame-class
+/// sensor at half a metre.
 pub const SENSOR_MM: (f64, f64) = (24.576, 500.0);
 
 /// How a run is reduced.
@@ -71,8 +72,8 @@ pub const SENSOR_MM: (f64, f64) = (24.576, 500.0);
 pub struct Options {
     /// Corrections that are switched off.
     pub without: BTreeSet<Correction>,
-    /// Why a drift, an unstable reference or a closing half-plane beyond the limits of the plan is accepted, in a person's
-    /// words; none: it is refused.
+    /// Why a drift, an unstable reference or a closing half-plane beyond the limits of the plan is accepted, in a
+    /// person's words; none: it is refused.
     pub accept_drift: Option<String>,
 }
 
@@ -139,8 +140,8 @@ pub struct Reduction {
     pub without: BTreeSet<Correction>,
     /// Effects that a model took out.
     pub removed_effects: Vec<String>,
-    /// Further `[[effect]]` tables of the bench for the model file, without their heading: what a model took out, or what was
-    /// fitted to the stray light.
+    /// Further `[[effect]]` tables of the bench for the model file, without their heading: what a model took out, or
+    /// what was fitted to the stray light.
     pub bench_effects: Vec<String>,
 }
 
@@ -291,8 +292,8 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
     })
 }
 
-/// Every lit reading through the model's inverse at once, by row number. What the run itself measured of offset and stray
-/// light is taken off first where the model has no effect for it.
+/// Every lit reading through the model's inverse at once, by row number. What the run itself measured of offset and
+/// stray light is taken off first where the model has no effect for it.
 fn inverted(
     bench: &dyn BenchInverse,
     all: &[Reading],

@@ -6,9 +6,9 @@ use isolux_record::Station;
 /// Why an intensity has no near field in its budget.
 pub const NO_DIAMETER: &str = "the station states no lamp.diameter_mm: limited photometric distance";
 
-/// Largest relative error of I = E·d² on the axis at `distance_mm`: that of a ring of the luminous diameter whose every point
-/// radiates as the distribution does, (1 + R²/d²)^(−(n + 3)/2), n being the exponent of the cosⁿ lobe of the same beam angle.
-/// None where the station states no diameter.
+/// Largest relative error of I = E·d² on the axis at `distance_mm`: that of a ring of the luminous diameter whose every
+/// point radiates as the distribution does, (1 + R²/d²)^(−(n + 3)/2), n being the exponent of the cosⁿ lobe of the same
+/// beam angle. None where the station states no diameter.
 ///
 /// The flux has no such part: what crosses a closed surface around the lamp does not depend on its size.
 pub fn largest_rel(station: &Station, distribution: &IntensityDistribution, distance_mm: f64) -> Option<f64> {

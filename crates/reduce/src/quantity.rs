@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use isolux_units::digits::{K, Rounded, rounded};
 use serde::Serialize;
 
-/// One number with its standard uncertainty and the parts of it. Where a part was neither measured nor stated, the number
-/// has no uncertainty: what is left out would make it smaller, and a reader would take the number for better than it is.
+/// One number with its standard uncertainty and the parts of it. Where a part was neither measured nor stated, the
+/// number has no uncertainty: what is left out would make it smaller, and a reader would take the number for better
+/// than it is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quantity {
     /// The number.
@@ -66,8 +67,8 @@ impl Quantity {
         Self::new(self.value, self.unit, parts.filter(|(part, _)| *part != name)).lacking(self.missing.iter().cloned())
     }
 
-    /// The value and its expanded uncertainty (k = 2) of the known parts, to the digits that the uncertainty leaves. A colour
-    /// temperature is stated to 1 K, as photometric reports have it.
+    /// The value and its expanded uncertainty (k = 2) of the known parts, to the digits that the uncertainty leaves. A
+    /// colour temperature is stated to 1 K, as photometric reports have it.
     pub fn rounded(&self) -> Rounded {
         let finest = if self.unit == "K" { 0 } else { -9 };
         rounded(self.value, K * self.u_of_parts, finest)

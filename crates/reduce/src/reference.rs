@@ -16,7 +16,8 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// The visits among `all` readings that stand at the distance of the distribution's `rows`, with `light` as their value.
+    /// The visits among `all` readings that stand at the distance of the distribution's `rows`, with `light` as their
+    /// value.
     pub fn of(
         all: &[Reading],
         rows: &[&Reading],

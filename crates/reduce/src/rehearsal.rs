@@ -1,4 +1,5 @@
-//! What a plan will give, before it is carried out: a plan that no reduction takes is refused before the scan, not after it.
+//! What a plan will give, before it is carried out: a plan that no reduction takes is refused before the scan, not
+//! after it.
 
 use isolux_photometry::IntensityDistribution;
 use isolux_record::{Plan, Station};
@@ -11,8 +12,8 @@ use crate::samples::{Sample, unsigned};
 /// The distribution that `plan` on `station` gives of a lamp with 1 cd in every direction.
 ///
 /// # Errors
-/// What [`crate::reduce`] would say of such a run: no lit readings of the lux meter, no grid, half-planes that do not go
-/// round.
+/// What [`crate::reduce`] would say of such a run: no lit readings of the lux meter, no grid, half-planes that do not
+/// go round.
 pub fn rehearse(plan: &Plan, station: &Station) -> Result<IntensityDistribution, ReduceError> {
     let directions = blocks::planned(plan, station.bench().distance_mm)?;
     let full_circle = directions.iter().any(|(c, _)| *c == 0.0);

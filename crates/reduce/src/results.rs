@@ -91,8 +91,8 @@ fn diameter_mm(run: &Run) -> Option<f64> {
     run.header.station.lamp().and_then(|lamp| lamp.diameter_mm)
 }
 
-/// The distribution as files hold it: noise about zero that came out negative is written as zero there. The budget's flux
-/// is that of the readings; what the zeros add to it stands in `budget.json`.
+/// The distribution as files hold it: noise about zero that came out negative is written as zero there. The budget's
+/// flux is that of the readings; what the zeros add to it stands in `budget.json`.
 fn without_negative(measured: &IntensityDistribution) -> Result<IntensityDistribution, ReduceError> {
     let floor = measured.intensity_cd().iter().map(|value| value.max(0.0)).collect();
     Ok(IntensityDistribution::new(
@@ -378,8 +378,8 @@ fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Result
         .collect()
 }
 
-/// The model of the run: its distribution and spectrum with a disc of 1 mm as emitter, and the offset, ambient and stray
-/// light that were taken out of the readings as effects of the bench, so that its predictions are readings again.
+/// The model of the run: its distribution and spectrum with a disc of 1 mm as emitter, and the offset, ambient and
+/// stray light that were taken out of the readings as effects of the bench, so that its predictions are readings again.
 fn model_toml(reduction: &Reduction, diameter_mm: Option<f64>, run_files: &[(String, Vec<u8>)]) -> String {
     let mut text = String::from("format = \"isolux-model/1\"\n\n[luminaire]\ndistribution = \"luminaire.ldt\"\n");
     if let Some(spectral) = &reduction.spectral {
@@ -418,8 +418,9 @@ fn model_toml(reduction: &Reduction, diameter_mm: Option<f64>, run_files: &[(Str
     text
 }
 
-/// `[luminaire.u]`: relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy, each where
-/// nothing is missing in it; what is missing; the size of the luminous area, which the emitter of 1 mm leaves out.
+/// `[luminaire.u]`: relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy,
+/// each where nothing is missing in it; what is missing; the size of the luminous area, which the emitter of 1 mm
+/// leaves out.
 fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
     let mut text = String::from("[luminaire.u]\n");
     // The near field at some sensor's distance is the simulation's, which knows the distance.
@@ -452,7 +453,8 @@ fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
     text
 }
 
-/// Offset and ambient light as the run measured them, and the drift of the lamp. A level within its uncertainty of nothing is still what was subtracted.
+/// Offset and ambient light as the run measured them, and the drift of the lamp. A level within its uncertainty of
+/// nothing is still what was subtracted.
 fn bench_effects(reduction: &Reduction) -> Vec<String> {
     let [offset, ambient, _] = reduction.levels.parts_lx(0.0);
     let mut effects = Vec::new();
@@ -467,7 +469,8 @@ fn bench_effects(reduction: &Reduction) -> Vec<String> {
     effects
 }
 
-/// The drift that was taken out of the readings, which the lamp still has. The intensities are those of its reference time.
+/// The drift that was taken out of the readings, which the lamp still has. The intensities are those of its reference
+/// time.
 fn lamp_drift(drift: &Drift) -> Option<String> {
     let Drift::Linear {
         rate_per_h,

@@ -27,7 +27,8 @@ pub struct Sample {
     pub u_noise_cd: f64,
     /// Its standard uncertainty from the rounding of the display.
     pub u_digit_cd: f64,
-    /// What the display showed, in digits: equal displays are rounded alike. None where the scatter dithers the rounding.
+    /// What the display showed, in digits: equal displays are rounded alike. None where the scatter dithers the
+    /// rounding.
     pub display: Option<i64>,
 }
 
@@ -47,8 +48,8 @@ pub struct Corrected {
 /// The mean of every direction of the plan, sorted by half-plane (the closing one last) and γ.
 ///
 /// # Errors
-/// [`ReduceError::Missing`] when a direction has no reading with a number, [`ReduceError::Astray`] when an axis was read
-/// back far from where it was sent.
+/// [`ReduceError::Missing`] when a direction has no reading with a number, [`ReduceError::Astray`] when an axis was
+/// read back far from where it was sent.
 pub fn samples(
     rows: &[&Reading],
     mut correct: impl FnMut(&Reading, f64) -> Corrected,
@@ -102,7 +103,8 @@ fn closing(rows: &[&Reading]) -> impl Fn(&Reading) -> bool + use<> {
     move |row| full_circle && row.c_target_deg == 360.0 && row.gamma_target_deg >= 0.0
 }
 
-/// Numbers of the readings that make the distribution, in their order: those with a value, without the closing half-plane.
+/// Numbers of the readings that make the distribution, in their order: those with a value, without the closing
+/// half-plane.
 pub fn made_of(rows: &[&Reading]) -> Vec<u64> {
     let closing = closing(rows);
     let usable = |row: &&&Reading| row.quality == Quality::Ok && row.illuminance_lx.is_some() && !closing(row);

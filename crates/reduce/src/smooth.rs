@@ -1,21 +1,22 @@
 //! Readings as intervals, and the smoothest distribution that they allow.
 //!
-//! A display that rounds gives an interval of light, not a value, and its roundings differ from direction to direction as
-//! the light does not. What is sought is the distribution x that makes
+//! A display that rounds gives an interval of light, not a value, and its roundings differ from direction to direction
+//! as the light does not. What is sought is the distribution x that makes
 //!
 //! Σ (D x)²/v + Σ ((x − y)/s)² least, with |x − y| ≤ w at every direction:
 //!
 //! y is the raw intensity and s its standard uncertainty from rounding and scatter; w is half a digit and twice the
-//! scatter; D are third differences along γ and along C, and v is the variance that the light itself has there: the squares
-//! of the raw differences around a direction, less what rounding and scatter alone give. A cut-off or a narrow beam has
-//! large differences, and the sum leaves it as it was read; where the readings differ by no more than they are rounded, it
-//! follows a smooth curve through their intervals. Without the second term, the smoothest distribution inside the intervals
-//! lies on their ends and flattens every maximum by half a digit. A negative intensity is as good as another.
+//! scatter; D are third differences along γ and along C, and v is the variance that the light itself has there: the
+//! squares of the raw differences around a direction, less what rounding and scatter alone give. A cut-off or a narrow
+//! beam has large differences, and the sum leaves it as it was read; where the readings differ by no more than they are
+//! rounded, it follows a smooth curve through their intervals. Without the second term, the smoothest distribution
+//! inside the intervals lies on their ends and flattens every maximum by half a digit. A negative intensity is as good
+//! as another.
 //!
-//! The mean of all half-planes is known better than each of them, and what a lamp has along γ it mostly has in all of them.
-//! Both sums are therefore taken twice: of the mean over the half-planes, with the s and v of that mean, and of what each
-//! half-plane differs from it, with its own. Taken of each half-plane alone, the sums bend a curvature that all
-//! half-planes have by as much as one of them is uncertain, which is more than their mean is.
+//! The mean of all half-planes is known better than each of them, and what a lamp has along γ it mostly has in all of
+//! them. Both sums are therefore taken twice: of the mean over the half-planes, with the s and v of that mean, and of
+//! what each half-plane differs from it, with its own. Taken of each half-plane alone, the sums bend a curvature that
+//! all half-planes have by as much as one of them is uncertain, which is more than their mean is.
 
 mod boxed;
 
@@ -34,16 +35,16 @@ const SCATTER_WIDTH: f64 = 2.0;
 const AROUND: (usize, usize) = (3, 4);
 /// Least variance of the light's differences, relative to that of rounding and scatter.
 const LEAST_VARIANCE: f64 = 1e-3;
-/// Standard deviations of the mean of so few squares that are added to the variance of the light in the mean of all half-planes:
-/// where that came out too small by chance, a curve that all half-planes have would be bent straight.
+/// Standard deviations of the mean of so few squares that are added to the variance of the light in the mean of all
+/// half-planes: where that came out too small by chance, a curve that all half-planes have would be bent straight.
 const DOUBT: f64 = 2.0;
 /// Half-planes further apart than this do not tell of each other.
 const LARGEST_STEP_C_DEG: f64 = 45.0;
 /// Multiplications that a step of the solver may take; grids beyond it stay raw.
 const MOST_WORK: f64 = 4e9;
-/// The value of the sum is within this of its least value, for each direction: in units of the intervals' half widths what
-/// a half-plane differs from the mean of all N is then within 10⁻³ (rms) of the exact one, and the mean within 10⁻³·√N, as the
-/// second term is at least 3 times the squares of these distances.
+/// The value of the sum is within this of its least value, for each direction: in units of the intervals' half widths
+/// what a half-plane differs from the mean of all N is then within 10⁻³ (rms) of the exact one, and the mean within
+/// 10⁻³·√N, as the second term is at least 3 times the squares of these distances.
 const GAP: f64 = 1e-6;
 
 /// What smoothing did.
@@ -135,7 +136,8 @@ pub fn smooth(grid: &Grid) -> Result<(IntensityDistribution, Smoothing), SmoothE
     ))
 }
 
-/// The directions of a grid, each once: a pole belongs to all half-planes. Numbered γ by γ, so that neighbours are close.
+/// The directions of a grid, each once: a pole belongs to all half-planes. Numbered γ by γ, so that neighbours are
+/// close.
 struct Nodes {
     /// The node of each place `[ic * ng + ig]` of the distribution.
     of_place: Vec<usize>,
@@ -227,8 +229,8 @@ impl Nodes {
     }
 }
 
-/// What the mean of these samples is uncertain by, by rounding and by scatter: those with the same display are rounded alike,
-/// and one that stands for several directions is wrong in all of them.
+/// What the mean of these samples is uncertain by, by rounding and by scatter: those with the same display are rounded
+/// alike, and one that stands for several directions is wrong in all of them.
 fn of_mean(grid: &Grid, samples: &[usize]) -> (f64, f64) {
     let share = 1.0 / samples.len() as f64;
     let mut shares: BTreeMap<usize, f64> = BTreeMap::new();
@@ -378,8 +380,8 @@ fn third_difference(along: [(usize, f64); 4]) -> Vec<(usize, f64)> {
     terms
 }
 
-/// The variance of the light's own differences at every row: how much larger the squares around it are than `noise2`, what
-/// rounding and scatter make them, with so many standard deviations of that estimate.
+/// The variance of the light's own differences at every row: how much larger the squares around it are than `noise2`,
+/// what rounding and scatter make them, with so many standard deviations of that estimate.
 fn signal_variance(
     rows: &mut [Row],
     nodes: &Nodes,

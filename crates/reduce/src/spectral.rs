@@ -265,8 +265,8 @@ fn v_at(wavelength_nm: f64) -> f64 {
     }
 }
 
-/// For every whole nanometre whose ± ½ nm the pixels cover: weights of the pixels in the mean of their linear interpolant
-/// over that nanometre. Sampling it instead would throw away most of the pixels and keep their noise.
+/// For every whole nanometre whose ± ½ nm the pixels cover: weights of the pixels in the mean of their linear
+/// interpolant over that nanometre. Sampling it instead would throw away most of the pixels and keep their noise.
 fn bins(at_nm: &[f64]) -> (Vec<f64>, Vec<Vec<(usize, f64)>>) {
     let (first, last) = (at_nm[0], at_nm[at_nm.len() - 1]);
     let (from, to) = ((first + 0.5).ceil().max(200.0), (last - 0.5).floor().min(2500.0));

@@ -147,7 +147,8 @@ fn every_correction_brings_the_flux_home() {
     assert!((without(Correction::Stray) / (0.0225 * sphere_lm_per_lx) - 1.0).abs() < 1e-9);
     let drifting = accepted(day(|lux| lux, -0.02), &[]);
     assert!(
-        // 2 % of the first level are 2.05 % of the middle one, and the baffled readings did not see the drift of the stray.
+        // 2 % of the first level are 2.05 % of the middle one, and the baffled readings did not see the drift of the
+        // stray.
         matches!(drifting.drift, Drift::Linear { rate_per_h, .. } if (rate_per_h + 0.0207).abs() < 1e-4),
         "{:?}",
         drifting.drift
@@ -188,8 +189,8 @@ fn the_digit_of_the_dark_stands_in_the_budget_of_the_flux() {
 
 #[test]
 fn the_stated_uncertainty_covers_the_scatter_of_many_days() {
-    // Offset and ambient light take any value between two digits. The dark and the back of the lamp are rounded alike, so
-    // that their errors partly cancel; the budget adds them as if they did not, and may not state too little.
+    // Offset and ambient light take any value between two digits. The dark and the back of the lamp are rounded alike,
+    // so that their errors partly cancel; the budget adds them as if they did not, and may not state too little.
     let mut worst = 0.0_f64;
     let mut squares = 0.0;
     let count = 60;
@@ -559,7 +560,8 @@ fn a_signed_scan_beside_the_grid_is_left_out() {
     );
 }
 
-/// Half a grid in each of two burnings of the lamp: 3 % less light in the second, which falls by 1 %/h as the first does.
+/// Half a grid in each of two burnings of the lamp: 3 % less light in the second, which falls by 1 %/h as the first
+/// does.
 fn relit(visits: impl Fn(usize) -> bool, off_between: bool, second_start_s: f64) -> Vec<Reading> {
     let mut rows = Vec::new();
     let level = |half: usize, time: f64| if half == 0 { 1.0 } else { 0.97 } * (1.0 - 0.01 * (time - 1800.0) / 3600.0);
@@ -596,9 +598,11 @@ fn relit(visits: impl Fn(usize) -> bool, off_between: bool, second_start_s: f64)
 
 #[test]
 fn a_lamp_that_was_switched_on_twice_leaves_no_step() {
-    // A clock that starts again, in the resumed run and after lamp_off; and one that was read later than it ever stood before.
+    // A clock that starts again, in the resumed run and after lamp_off; and one that was read later than it ever stood
+    // before.
     for (off_between, second_start_s) in [(false, 1800.0), (true, 1800.0), (true, 9000.0)] {
-        // 5 % between the burnings is more than the limit. Of the distribution as it was read: smoothing moves it within its digits.
+        // 5 % between the burnings is more than the limit. Of the distribution as it was read: smoothing moves it
+        // within its digits.
         let result = accepted(relit(|_| true, off_between, second_start_s), &[Correction::Smoothing]);
         let Drift::ByBurning { burning, .. } = &result.drift else {
             panic!("{:?}", result.drift);

@@ -1,8 +1,8 @@
 //! What is left in the readings because it was not measured: offset, ambient light, stray light.
 //!
-//! A part that was not subtracted lies between zero and the bound that the station states; without a bound nothing is known
-//! of it. The value is not moved by half the bound: the square root of the mean square of a rectangular distribution on
-//! [0, b] about zero is b/√3, and so much it contributes, to all directions alike.
+//! A part that was not subtracted lies between zero and the bound that the station states; without a bound nothing is
+//! known of it. The value is not moved by half the bound: the square root of the mean square of a rectangular
+//! distribution on [0, b] about zero is b/√3, and so much it contributes, to all directions alike.
 
 use isolux_photometry::IntensityDistribution;
 use isolux_record::Station;
@@ -99,8 +99,8 @@ impl Unmeasured {
     }
 }
 
-/// Standard uncertainty of baffled readings that are interpolated over γ and taken for all half-planes; how many γ there
-/// are where they are too few for that or do not reach as far as the distribution.
+/// Standard uncertainty of baffled readings that are interpolated over γ and taken for all half-planes; how many γ
+/// there are where they are too few for that or do not reach as far as the distribution.
 fn over_gamma(done: &Done<'_>) -> Result<f64, usize> {
     let baffled = &done.levels.baffled;
     let gammas = done.distribution.gamma_deg();

@@ -169,7 +169,8 @@ fn diverging(t: f64) -> String {
     format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2))
 }
 
-/// Residuals (σ) against a coordinate, with their mean in equal-count bins and the fit through them (x, σ), rising in x.
+/// Residuals (σ) against a coordinate, with their mean in equal-count bins and the fit through them (x, σ), rising in
+/// x.
 pub fn residuals_along(label: &str, points: &[(f64, f64)], fit: &[(f64, f64)]) -> String {
     let mut svg = Svg::new(640.0, 340.0, "Residuals along the strongest coordinate");
     let xs = points.iter().map(|(x, _)| *x);

@@ -1,7 +1,7 @@
 //! Plots as SVG and self-contained HTML reports.
 //!
-//! Every picture is a function from data to an SVG string; a report is a page that carries its pictures, its numbers and
-//! its styles inside one file, so that it opens on a machine without a network.
+//! Every picture is a function from data to an SVG string; a report is a page that carries its pictures, its numbers
+//! and its styles inside one file, so that it opens on a machine without a network.
 
 pub mod axes;
 pub mod diagnosis;

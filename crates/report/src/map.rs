@@ -7,7 +7,8 @@ use font8x8::legacy::{BASIC_LEGACY, LATIN_LEGACY};
 use crate::axes::{Frame, Scale, number};
 use crate::svg::{Anchor, Stroke, Svg};
 
-/// A map as a solver leaves it: row 0 is the smallest y. Pictures show x to the right and y up, as the lamp sees the sensor.
+/// A map as a solver leaves it: row 0 is the smallest y. Pictures show x to the right and y up, as the lamp sees the
+/// sensor.
 #[derive(Debug, Clone, Copy)]
 pub struct Map<'a> {
     /// Values, `[iy * nx + ix]`.

@@ -1,7 +1,7 @@
 //! A report laid out on A4: which line of text, rule and picture stands where on which page.
 //!
-//! Lengths are in points, y downwards from the upper edge. Headings stay with what follows them, rows of tables and pictures
-//! are never split, a table that goes on over the page repeats its head.
+//! Lengths are in points, y downwards from the upper edge. Headings stay with what follows them, rows of tables and
+//! pictures are never split, a table that goes on over the page repeats its head.
 
 mod tables;
 

@@ -1,4 +1,5 @@
-//! What a photometric distance costs: rounding and noise grow with its square, near field and the error of its length fall.
+//! What a photometric distance costs: rounding and noise grow with its square, near field and the error of its length
+//! fall.
 
 use isolux_record::plan::{Block, Instrument, Plan, Repeats};
 use isolux_record::station::Rail;
@@ -17,7 +18,8 @@ pub struct DisplayRange {
     pub digit_lx: f64,
 }
 
-/// Share of a range that the expected illuminance may fill: an estimate is uncertain, and automatic ranges have hysteresis.
+/// Share of a range that the expected illuminance may fill: an estimate is uncertain, and automatic ranges have
+/// hysteresis.
 const FILLED: f64 = 0.85;
 /// Distances between the ends of the rail, evenly spaced in their logarithm.
 const BETWEEN: usize = 7;
@@ -54,7 +56,8 @@ pub struct Cost {
     pub illuminance_lx: Option<f64>,
     /// Digit of the range that shows it.
     pub digit_lx: Option<f64>,
-    /// Rounding, of the flux: what is subtracted is rounded alike for all directions, and so are readings without light.
+    /// Rounding, of the flux: what is subtracted is rounded alike for all directions, and so are readings without
+    /// light.
     pub rounding_lm: f64,
     /// Rounding, of the largest intensity: of the reading itself and of what is subtracted.
     pub rounding_cd: Option<f64>,
@@ -64,8 +67,8 @@ pub struct Cost {
     pub noise_cd: Option<f64>,
     /// Uncertainty of the distance, 2·u(d)/d: of both.
     pub distance_rel: Option<f64>,
-    /// Error of the inverse square law, of the largest intensity. The flux has none: what crosses a closed surface around the
-    /// lamp does not depend on its size.
+    /// Error of the inverse square law, of the largest intensity. The flux has none: what crosses a closed surface
+    /// around the lamp does not depend on its size.
     pub near_field_rel: Option<f64>,
     /// All contributions together, of the flux.
     pub flux_rel: Option<f64>,
@@ -73,8 +76,8 @@ pub struct Cost {
     pub i_max_rel: Option<f64>,
 }
 
-/// The costs of the distances of `plan` on `station`, whose meter has the ranges `display`; none without a distribution or a
-/// display that is known.
+/// The costs of the distances of `plan` on `station`, whose meter has the ranges `display`; none without a distribution
+/// or a display that is known.
 pub fn distances(station: &Station, plan: &Plan, display: &[DisplayRange]) -> Option<Distances> {
     let block = distribution_block(plan)?;
     let finest = display.first()?;
@@ -122,7 +125,8 @@ fn distribution_block(plan: &Plan) -> Option<&Block> {
         .filter(|block| directions(block) > 1)
 }
 
-/// The distances that the bench reaches: the rail's limits; without a driven rail, up to the station's own or the plan's.
+/// The distances that the bench reaches: the rail's limits; without a driven rail, up to the station's own or the
+/// plan's.
 fn reach(station: &Station, planned_mm: f64) -> [f64; 2] {
     if let Some(rail) = station.rail().and_then(Rail::driven) {
         return rail.limit_mm;
@@ -181,8 +185,8 @@ impl<'a> Setup<'a> {
         Some((TAU * self.peak_cd? / self.flux_lm? - 1.0).max(0.0))
     }
 
-    /// The least distance of far-field photometry, EN 13032-4, by the beam angle of that lobe: 5 D from 90°, 10 D from 60°,
-    /// 15 D below, and where it is not known.
+    /// The least distance of far-field photometry, EN 13032-4, by the beam angle of that lobe: 5 D from 90°, 10 D from
+    /// 60°, 15 D below, and where it is not known.
     fn least_mm(&self) -> Option<f64> {
         let full_angle_deg = self
             .lobe_exponent()

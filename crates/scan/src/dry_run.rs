@@ -64,8 +64,8 @@ pub struct BlockSummary {
     pub distance_class: DistanceClass,
 }
 
-/// Distance against the largest extent D of the luminous area, as EN 13032-4 asks of far-field photometry: at least 5 D for
-/// a Lambertian distribution, 10 D for a broad one, 15 D for a narrow one.
+/// Distance against the largest extent D of the luminous area, as EN 13032-4 asks of far-field photometry: at least 5 D
+/// for a Lambertian distribution, 10 D for a broad one, 15 D for a narrow one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "class", content = "distance_over_extent")]
 pub enum DistanceClass {
@@ -123,8 +123,8 @@ impl std::fmt::Display for DistanceClass {
 /// Interprets `plan` on `station`.
 ///
 /// # Errors
-/// A [`Fault`] with the plan's key for a pose outside an axis' limits, an instrument that the station lacks, a switch that
-/// nobody would throw.
+/// A [`Fault`] with the plan's key for a pose outside an axis' limits, an instrument that the station lacks, a switch
+/// that nobody would throw.
 pub fn dry_run(station: &Station, plan: &Plan) -> Result<DryRun, Fault> {
     for (index, block) in plan.blocks().iter().enumerate() {
         check_block(station, index, block)?;

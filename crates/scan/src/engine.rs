@@ -70,7 +70,8 @@ pub struct ScanSummary {
 impl Engine<'_> {
     /// Runs `plan` on `devices` into `run`. With `resumed`, the points that it holds are not read again.
     ///
-    /// Whatever happens, both axes are stopped and verified at rest before this returns, and run.toml says how it ended.
+    /// Whatever happens, both axes are stopped and verified at rest before this returns, and run.toml says how it
+    /// ended.
     ///
     /// # Errors
     /// [`ScanError`]; [`ScanError::NotAtRest`] wins over everything else.

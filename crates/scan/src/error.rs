@@ -234,7 +234,8 @@ impl ScanError {
         }
     }
 
-    /// Whether the same visit may succeed when it is made again: nothing is broken, but what was read is not to be trusted.
+    /// Whether the same visit may succeed when it is made again: nothing is broken, but what was read is not to be
+    /// trusted.
     pub(crate) const fn can_be_measured_again(&self) -> bool {
         matches!(
             self,

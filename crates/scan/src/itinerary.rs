@@ -10,8 +10,8 @@ pub struct Visit {
     pub block: usize,
     /// A point of the plan, or the reference point.
     pub role: Role,
-    /// Number of the plan's point over all blocks, from 0. A reference visit carries the number of the point that follows,
-    /// or, at the end of a block, one past its last.
+    /// Number of the plan's point over all blocks, from 0. A reference visit carries the number of the point that
+    /// follows, or, at the end of a block, one past its last.
     pub point: u64,
     /// Target C in degrees.
     pub c_deg: f64,
@@ -22,8 +22,8 @@ pub struct Visit {
 /// The reference point: C 0°, γ 0°.
 pub const REFERENCE_DEG: (f64, f64) = (0.0, 0.0);
 
-/// Every visit of a plan in order. With `reference_every = n` a block begins and ends at the reference point and returns
-/// to it after every n points.
+/// Every visit of a plan in order. With `reference_every = n` a block begins and ends at the reference point and
+/// returns to it after every n points.
 pub fn visits(plan: &Plan) -> Vec<Visit> {
     let mut visits = Vec::new();
     let mut point = 0;

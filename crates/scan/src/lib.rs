@@ -1,8 +1,8 @@
 //! Plan → points → dry run → run.
 //!
 //! [`Engine::run`] homes, warms up until the lamp is stable, moves, waits until position *and* reading have settled,
-//! reads, records, visits the reference point, and stops the axes on every exit. All waiting is on `tokio::time`, so that
-//! hours pass in seconds where the clock is paused; nothing ever sleeps for "long enough".
+//! reads, records, visits the reference point, and stops the axes on every exit. All waiting is on `tokio::time`, so
+//! that hours pass in seconds where the clock is paused; nothing ever sleeps for "long enough".
 
 pub mod cancel;
 pub mod clock;

@@ -60,7 +60,8 @@ impl<'a> Axes<'a> {
     /// Verifies that both axes still rest where they were sent.
     ///
     /// # Errors
-    /// [`ScanError::Disturbed`] for an axis that moves, stands elsewhere or has lost its reference; what the drives report.
+    /// [`ScanError::Disturbed`] for an axis that moves, stands elsewhere or has lost its reference; what the drives
+    /// report.
     pub async fn hold(&self) -> Result<(), ScanError> {
         if let Some((c_deg, gamma_deg)) = self.target {
             holds("axis.c", self.c, (c_deg, self.tolerance_c_deg)).await?;
@@ -203,8 +204,8 @@ impl<'a> Axes<'a> {
     }
 }
 
-/// Stops everything that can move, from any state, and verifies that it stands still. All are told at once: one that does
-/// not answer must not keep another running.
+/// Stops everything that can move, from any state, and verifies that it stands still. All are told at once: one that
+/// does not answer must not keep another running.
 ///
 /// # Errors
 /// The axes that could not be verified at rest, and why.

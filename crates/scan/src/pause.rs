@@ -4,7 +4,8 @@ use tokio::sync::watch;
 
 /// A handle that can be cloned and asked from anywhere to hold what runs under it, and to let it go on.
 ///
-/// A scan pauses where nothing is half done: before the next visit, and in a warm-up after the look that is being taken.
+/// A scan pauses where nothing is half done: before the next visit, and in a warm-up after the look that is being
+/// taken.
 #[derive(Debug, Clone)]
 pub struct Pause(watch::Sender<Wish>);
 

@@ -112,8 +112,8 @@ impl<'a> Photometer<'a> {
 }
 
 /// The readings of one visit until two in a row agree within noise and digit. Out of range twice is agreement too: more
-/// readings would say the same. The exchange by which a driver confirmed the first reading is the first of two; light that
-/// the driver found unsteady does not settle.
+/// readings would say the same. The exchange by which a driver confirmed the first reading is the first of two; light
+/// that the driver found unsteady does not settle.
 #[derive(Debug, Default)]
 pub struct Settling {
     before: Option<LuxReading>,

@@ -166,8 +166,8 @@ impl<'a> Sums<'a> {
 }
 
 impl Mean {
-    /// Whether the spectra agree in their total, which is their light: within the plan's limit for light that comes back,
-    /// and so many standard uncertainties of the scatter of the pixels and of the dark level.
+    /// Whether the spectra agree in their total, which is their light: within the plan's limit for light that comes
+    /// back, and so many standard uncertainties of the scatter of the pixels and of the dark level.
     ///
     /// # Errors
     /// [`ScanError::Spectra`] with the first that does not.
@@ -177,7 +177,8 @@ impl Mean {
         let Some(&median) = sorted.get(sorted.len() / 2) else {
             return Ok(());
         };
-        // u_counts are those of the mean; one spectrum scatters √n times as much. A count of the dark level is one of all pixels.
+        // u_counts are those of the mean; one spectrum scatters √n times as much. A count of the dark level is one of
+        // all pixels.
         let n = self.totals.len() as f64;
         let scatter = (self.u_counts.iter().map(|u| u * u).sum::<f64>() * n).sqrt();
         let allowed = limits.reference_rel() * median.abs()

@@ -97,8 +97,8 @@ pub struct Stable {
 
 const READINGS_A_LOOK: usize = 5;
 
-/// Digits of the display that the light must have: below them the window shows the display, not the lamp. A capped detector or
-/// a lamp that is off shows a few digits of offset and room light that are very stable.
+/// Digits of the display that the light must have: below them the window shows the display, not the lamp. A capped
+/// detector or a lamp that is off shows a few digits of offset and room light that are very stable.
 const LEAST_DIGITS: f64 = 10.0;
 
 /// A lamp may take so long to give light.
@@ -238,8 +238,8 @@ impl Gate {
 /// Watches the light where the detector now is until the lamp that was switched on at `on_at` is stable.
 ///
 /// # Errors
-/// [`ScanError::NotStable`] when it does not become so, [`ScanError::NoLight`] when there is no light to judge, or what the
-/// meter reports.
+/// [`ScanError::NotStable`] when it does not become so, [`ScanError::NoLight`] when there is no light to judge, or what
+/// the meter reports.
 pub async fn until_stable(
     photometer: &mut Photometer<'_>,
     power: Option<&dyn PowerMeter>,
@@ -322,8 +322,8 @@ impl Window {
     }
 }
 
-/// Scatter of single readings from successive differences, drift cancelled; the variance of rounding is taken out of it,
-/// because it is stated apart.
+/// Scatter of single readings from successive differences, drift cancelled; the variance of rounding is taken out of
+/// it, because it is stated apart.
 fn noise(scatter: &VecDeque<(f64, f64, f64)>, level_lx: f64) -> Noise {
     if scatter.is_empty() {
         return Noise::UNKNOWN;
@@ -335,7 +335,8 @@ fn noise(scatter: &VecDeque<(f64, f64, f64)>, level_lx: f64) -> Noise {
         .sum::<f64>()
         / count;
     let rounding = scatter.iter().map(|(_, _, digit)| digit * digit / 12.0).sum::<f64>() / count;
-    // Below the digit the scatter cannot be seen. What it could be at most without showing is about a tenth of the digit.
+    // Below the digit the scatter cannot be seen. What it could be at most without showing is about a tenth of the
+    // digit.
     let hidden = scatter.iter().map(|(_, _, digit)| *digit).fold(0.0, f64::max) * 0.1;
     let sigma = (variance - rounding).max(0.0).sqrt().max(hidden);
     Noise {

@@ -1,6 +1,7 @@
 //! Many rays at a time in the vector units: numbers, direction, origin and landing of [`LANES`] rays side by side.
 //!
-//! Every operation is the same IEEE operation on every machine, so that the counts do not depend on the width of the units.
+//! Every operation is the same IEEE operation on every machine, so that the counts do not depend on the width of the
+//! units.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 

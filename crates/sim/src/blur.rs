@@ -26,7 +26,8 @@ pub fn gaussian(map: &[f64], nx: usize, ny: usize, width_px: f64) -> Vec<f64> {
     pass(&pass(map, true), false)
 }
 
-/// `passes` means over 3 × 3 pixels, as map filters of commercial tools have them; at the edge over the pixels there are.
+/// `passes` means over 3 × 3 pixels, as map filters of commercial tools have them; at the edge over the pixels there
+/// are.
 pub fn box3(map: &[f64], nx: usize, ny: usize, passes: usize) -> Vec<f64> {
     let mut now = map.to_vec();
     for _ in 0..passes {

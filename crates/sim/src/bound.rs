@@ -26,8 +26,8 @@ impl Bound {
         }
     }
 
-    /// Adds `pixels` of at least `least` and at most `most` lx that are off by no more than `error` lx. While a map is filled,
-    /// `mean_lx` holds their sum.
+    /// Adds `pixels` of at least `least` and at most `most` lx that are off by no more than `error` lx. While a map is
+    /// filled, `mean_lx` holds their sum.
     pub(crate) fn add(&mut self, pixels: f64, error: f64, least: f64, allowed: Allowed) {
         self.mean_lx += pixels * error;
         self.largest_lx = self.largest_lx.max(error);

@@ -66,8 +66,8 @@ impl Camera {
         (light + self.dark_electrons_per_s * self.exposure_s).min(self.full_well_electrons)
     }
 
-    /// One exposure: shot noise, fixed patterns, read noise, full well, gain, quantisation. `fixed` seeds what stays from
-    /// exposure to exposure, `seed` what does not.
+    /// One exposure: shot noise, fixed patterns, read noise, full well, gain, quantisation. `fixed` seeds what stays
+    /// from exposure to exposure, `seed` what does not.
     pub fn expose(&self, photons_per_m2_s: &[f64], area_m2: f64, fixed: u64, seed: u64) -> Vec<u32> {
         let (pattern, noise) = (Random::new(fixed, Purpose::Camera), Random::new(seed, Purpose::Pixel));
         let top = (1_u64 << self.bits.min(32)) - 1;

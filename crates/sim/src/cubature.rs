@@ -1,5 +1,5 @@
-//! Adaptive integration over rectangles: the rule of Genz and Malik (degree 7 with an embedded degree 5, 17 points), halving
-//! the worst cell until the sum of the bounds is met.
+//! Adaptive integration over rectangles: the rule of Genz and Malik (degree 7 with an embedded degree 5, 17 points),
+//! halving the worst cell until the sum of the bounds is met.
 //!
 //! A. C. Genz, A. A. Malik, J. Comput. Appl. Math. 6 (1980) 295–302.
 
@@ -16,8 +16,8 @@ pub(crate) struct WorkLimit {
     pub hopeless: f64,
 }
 
-/// Integral of `f` over the rectangles `starts` (from and to along each coordinate), until the bound is below `relative` of it or
-/// below `floor` (absolute), or `work_limit` ends. `f` is given the rectangle's number too.
+/// Integral of `f` over the rectangles `starts` (from and to along each coordinate), until the bound is below
+/// `relative` of it or below `floor` (absolute), or `work_limit` ends. `f` is given the rectangle's number too.
 pub(crate) fn integral(
     starts: &[[[f64; 2]; 2]],
     relative: f64,
@@ -57,8 +57,8 @@ pub(crate) fn integral(
     total
 }
 
-/// Share of the distance between the rules of degree 5 and 3 that a bound is not below: across a kink, two rules can agree by
-/// chance, three seldom do.
+/// Share of the distance between the rules of degree 5 and 3 that a bound is not below: across a kink, two rules can
+/// agree by chance, three seldom do.
 const NULL: f64 = 0.02;
 
 /// A rectangle of the parameters and its integral.

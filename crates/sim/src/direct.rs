@@ -1,9 +1,10 @@
 //! Direct simulation: rays from the emitter, counted by pixel.
 //!
-//! Three samplings of one law. *Traced*: each of the N rays is emitted; its first number tells whether it leaves through a
-//! cell of the distribution from which the sensor can be reached, and only then is it followed. *Thinned*: the number of
-//! rays that leave through those cells is drawn from its binomial law, and only they are emitted. *Expected*: the counts of
-//! the pixels are drawn from their Poisson law on the inverse result. Results depend on the seed alone.
+//! Three samplings of one law. *Traced*: each of the N rays is emitted; its first number tells whether it leaves
+//! through a cell of the distribution from which the sensor can be reached, and only then is it followed. *Thinned*:
+//! the number of rays that leave through those cells is drawn from its binomial law, and only they are emitted.
+//! *Expected*: the counts of the pixels are drawn from their Poisson law on the inverse result. Results depend on the
+//! seed alone.
 
 use std::sync::atomic::AtomicU64;
 
@@ -19,8 +20,8 @@ use crate::source::Source;
 /// Rays of one piece of work.
 const CHUNK: u64 = 1 << 16;
 
-/// Block of the words that hold the low bits of the first numbers of traced rays. Of the high bits four rays share one block of
-/// four words: nearly all rays end there, and the low bits of the others are drawn when they are asked for.
+/// Block of the words that hold the low bits of the first numbers of traced rays. Of the high bits four rays share one
+/// block of four words: nearly all rays end there, and the low bits of the others are drawn when they are asked for.
 const LOW_WORDS: u32 = 5;
 
 /// Which of the three equal laws makes the counts.

@@ -1,7 +1,7 @@
 //! Light on the sensor: solvers over a luminaire and a sensor.
 //!
-//! [`inverse`] integrates, without noise and with a bound on its own error; [`direct`] counts rays, in three samplings of
-//! one law; [`noise`] says what the counting does to a result.
+//! [`inverse`] integrates, without noise and with a bound on its own error; [`direct`] counts rays, in three samplings
+//! of one law; [`noise`] says what the counting does to a result.
 
 mod angles;
 mod batch;

@@ -72,8 +72,8 @@ pub fn sum(values: impl Iterator<Item = f64>) -> f64 {
     total.value()
 }
 
-/// Upper limit at 95 % for the expected rays of a pixel that caught `count`: 3.0 for none, not 0 (exact Poisson limit by
-/// bisection on P(n ≤ count) = 5 %).
+/// Upper limit at 95 % for the expected rays of a pixel that caught `count`: 3.0 for none, not 0 (exact Poisson limit
+/// by bisection on P(n ≤ count) = 5 %).
 pub fn upper_limit_95(count: u64) -> f64 {
     let k = count as f64;
     let (mut low, mut high) = (k, k + 5.0 * (k + 1.0).sqrt() + 5.0);

@@ -1,10 +1,10 @@
-//! What else may stand in the path: windows, filters, vapour, a thin lens, a Lambertian target. Closed forms, each tested
-//! against its limits and for the balance of energy.
+//! What else may stand in the path: windows, filters, vapour, a thin lens, a Lambertian target. Closed forms, each
+//! tested against its limits and for the balance of energy.
 
 use std::f64::consts::PI;
 
-/// Fresnel reflectances (s, p) of a plane boundary for light from index `n1` at the cosine of incidence into `n2`; (1, 1)
-/// beyond the critical angle.
+/// Fresnel reflectances (s, p) of a plane boundary for light from index `n1` at the cosine of incidence into `n2`; (1,
+/// 1) beyond the critical angle.
 pub fn fresnel(n1: f64, n2: f64, cos_incidence: f64) -> (f64, f64) {
     let sine = n1 / n2 * (1.0 - cos_incidence * cos_incidence).max(0.0).sqrt();
     if sine >= 1.0 {
@@ -58,8 +58,8 @@ pub fn thin_lens(luminance: f64, transmittance: f64, f_number: f64, magnificatio
         / (4.0 * f_number * f_number * (1.0 + magnification.abs()).powi(2))
 }
 
-/// Share of the lens's pupil that a second aperture of equal radius, displaced by `shift` radii, lets through: mechanical
-/// vignetting, the overlap of two circles.
+/// Share of the lens's pupil that a second aperture of equal radius, displaced by `shift` radii, lets through:
+/// mechanical vignetting, the overlap of two circles.
 pub fn overlap(shift: f64) -> f64 {
     let x = (0.5 * shift.abs()).min(1.0);
     2.0 / PI * (x.acos() - x * (1.0 - x * x).sqrt())

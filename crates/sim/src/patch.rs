@@ -1,10 +1,10 @@
 //! The mean of the direct irradiance over a flat patch of lines of sight, exact across the kinks of the interpolant.
 //!
-//! Light from an emitter point e reaches the sensor point p along v = p − e, and both the pixel and the emitter are flat,
-//! so v runs over a flat parallelogram or disc while p or e runs over its own. Along a straight line of v the bilinear
-//! interpolant bends where the line crosses a half-plane C = C_i (a linear equation) or a cone γ = γ_j (a monotone one, once
-//! the line is cut at its extremum of γ). Between the crossings the integrand is analytic and a short Gauss rule is exact to
-//! rounding; the integral over the lines is adaptive.
+//! Light from an emitter point e reaches the sensor point p along v = p − e, and both the pixel and the emitter are
+//! flat, so v runs over a flat parallelogram or disc while p or e runs over its own. Along a straight line of v the
+//! bilinear interpolant bends where the line crosses a half-plane C = C_i (a linear equation) or a cone γ = γ_j (a
+//! monotone one, once the line is cut at its extremum of γ). Between the crossings the integrand is analytic and a
+//! short Gauss rule is exact to rounding; the integral over the lines is adaptive.
 
 use std::f64::consts::{PI, TAU};
 
@@ -190,8 +190,8 @@ pub(crate) fn bend_within(table: &Table, centre: DVec3, radius: f64) -> f64 {
     table.bend(gamma, spread, centre.y.atan2(centre.x), spread_c)
 }
 
-/// Mean of `light` over the parallelogram corner + s·first + t·second, with an error below `relative` of it or below `floor`
-/// (lx) on each panel.
+/// Mean of `light` over the parallelogram corner + s·first + t·second, with an error below `relative` of it or below
+/// `floor` (lx) on each panel.
 pub(crate) fn mean(
     light: Light<'_>,
     [corner, first, second]: [DVec3; 3],
@@ -243,8 +243,8 @@ fn line_mean(light: Light<'_>, a: DVec3, b: DVec3, scratch: &mut Vec<f64>) -> f6
     sum
 }
 
-/// ∫ light·w dx along origin + x·along (a unit vector), where w rises from 0 at corners[0] with slope 1 to corners[1], is even
-/// to corners[2] and falls to 0 at corners[3].
+/// ∫ light·w dx along origin + x·along (a unit vector), where w rises from 0 at corners[0] with slope 1 to corners[1],
+/// is even to corners[2] and falls to 0 at corners[3].
 pub(crate) fn trapezoid(
     light: Light<'_>,
     origin: DVec3,
@@ -272,8 +272,8 @@ pub(crate) fn trapezoid(
     length * sum
 }
 
-/// ∫ weight·light over u in [from, to] with a Gauss rule that suits the distance to the nearest singularity: the emitter itself and,
-/// because azimuth and polar angle are not smooth there, the pole axis.
+/// ∫ weight·light over u in [from, to] with a Gauss rule that suits the distance to the nearest singularity: the
+/// emitter itself and, because azimuth and polar angle are not smooth there, the pole axis.
 fn segment(
     light: Light<'_>,
     a: DVec3,
@@ -429,8 +429,8 @@ fn crossing(a: DVec3, b: DVec3, cosine: f64, from: f64, to: f64) -> f64 {
     u
 }
 
-/// The t in (0, 1) at which the line corner + t·second + s·first touches a cone γ = γ_j: the plane through the emitter and
-/// the line has the normal N = (corner + t·second) × first, and touches the cone where N_z² = sin²γ |N|².
+/// The t in (0, 1) at which the line corner + t·second + s·first touches a cone γ = γ_j: the plane through the emitter
+/// and the line has the normal N = (corner + t·second) × first, and touches the cone where N_z² = sin²γ |N|².
 pub(crate) fn tangents(table: &Table, corner: DVec3, first: DVec3, second: DVec3, out: &mut Vec<f64>) {
     let (n0, n1) = (corner.cross(first), second.cross(first));
     for &kink in table.gamma_kinks() {

@@ -1,7 +1,7 @@
 //! The quick route: a fixed product rule over pixel and emitter, in the vector units.
 //!
-//! How far a bend of the interpolant can lead a rule astray is measured on ramps when the rule is made: a rule is used only where
-//! that bound meets the tolerance.
+//! How far a bend of the interpolant can lead a rule astray is measured on ramps when the rule is made: a rule is used
+//! only where that bound meets the tolerance.
 
 use glam::DVec3;
 
@@ -62,15 +62,15 @@ fn nodes(pixel: &Patch, emitter: Option<&Patch>, orders: [usize; 2]) -> Vec<(DVe
 }
 
 impl Rule {
-    /// Relative error on a smooth integrand, when the reach is `ratio` of the distance to its nearest singularity: n points
-    /// a side are exact to degree 2n − 1.
+    /// Relative error on a smooth integrand, when the reach is `ratio` of the distance to its nearest singularity: n
+    /// points a side are exact to degree 2n − 1.
     pub fn smooth(&self, ratio: f64) -> f64 {
         let one = |k: usize| (self.shares[k] * ratio).powi(2 * self.orders[k] as i32);
         one(0) + one(1)
     }
 
-    /// Relative error on a function that is linear in the angles about an axis, when the reach is `ratio` of the distance from
-    /// that axis: the tip of a cone where it is in reach.
+    /// Relative error on a function that is linear in the angles about an axis, when the reach is `ratio` of the
+    /// distance from that axis: the tip of a cone where it is in reach.
     pub fn about(&self, ratio: f64) -> f64 {
         let tip = 2.0 * self.ramp;
         if ratio < 1.0 {

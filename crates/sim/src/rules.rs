@@ -12,7 +12,8 @@ pub fn gauss(n: usize) -> &'static [(f64, f64)] {
     &RULES[n.clamp(1, 24) - 1]
 }
 
-/// A Gauss–Kronrod pair on [−1, 1]: abscissae ≥ 0 with Kronrod weight and Gauss weight (0 where the Gauss rule has no node).
+/// A Gauss–Kronrod pair on [−1, 1]: abscissae ≥ 0 with Kronrod weight and Gauss weight (0 where the Gauss rule has no
+/// node).
 pub type Pair = &'static [(f64, f64, f64)];
 
 /// The pair G3–K7 (the Kronrod rule is exact to degree 11).
@@ -68,8 +69,8 @@ impl Estimate {
     }
 }
 
-/// Integrates `f` over the rising `panels` with `pair`, halving each until the rules agree to `relative` of the whole or to
-/// `floor` (absolute), or `depth` halvings are used up.
+/// Integrates `f` over the rising `panels` with `pair`, halving each until the rules agree to `relative` of the whole
+/// or to `floor` (absolute), or `depth` halvings are used up.
 pub fn adaptive(
     f: &mut dyn FnMut(f64) -> f64,
     pair: Pair,
@@ -110,8 +111,8 @@ fn once(f: &mut dyn FnMut(f64) -> f64, pair: Pair, a: f64, b: f64) -> Estimate {
     }
 }
 
-/// The Kronrod rule is far better than its distance from the Gauss rule: a distance of ten tolerances is taken as one, and
-/// beyond that halving and agreeing is the witness.
+/// The Kronrod rule is far better than its distance from the Gauss rule: a distance of ten tolerances is taken as one,
+/// and beyond that halving and agreeing is the witness.
 fn refine(
     f: &mut dyn FnMut(f64) -> f64,
     pair: Pair,

@@ -165,7 +165,8 @@ fn widest(sensor: &Sensor, apparent_shift_mm: f64, findings: &mut Vec<String>) {
         .iter()
         .map(|place| place.dot(sensor.toward) / place.length())
         .fold(1.0_f64, f64::min);
-    // With n = 1.5 the shift at angle θ is larger than on the axis by about 0.67·sin²θ; E follows twice the relative shift of distance.
+    // With n = 1.5 the shift at angle θ is larger than on the axis by about 0.67·sin²θ; E follows twice the relative
+    // shift of distance.
     let error = 2.0 * 0.67 * (1.0 - cosine * cosine) * apparent_shift_mm / sensor.centre().length();
     if error > 1e-4 {
         findings.push(format!(

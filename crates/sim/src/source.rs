@@ -7,7 +7,8 @@ use glam::{DMat3, DVec3};
 use crate::patch::Patch;
 use crate::table::Table;
 
-/// Where the light of one part leaves from. Lengths in mm, luminaire frame; areas lie in planes z = const and emit evenly.
+/// Where the light of one part leaves from. Lengths in mm, luminaire frame; areas lie in planes z = const and emit
+/// evenly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// One point.

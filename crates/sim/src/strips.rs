@@ -1,9 +1,10 @@
 //! Pixel and emitter, both flat and of comparable size: four dimensions made three.
 //!
-//! The planes of pixel and emitter share a direction (that of the line in which they meet). Cut both into chords along it:
-//! over two chords the line of sight v moves along one straight line, and the density of v on it is the convolution of two
-//! intervals, a trapezoid. That integral is exact across every kink of the interpolant; over the two remaining coordinates,
-//! one across each patch, the trapezoid's ends have smoothed the kinks, and an adaptive rule does the rest.
+//! The planes of pixel and emitter share a direction (that of the line in which they meet). Cut both into chords along
+//! it: over two chords the line of sight v moves along one straight line, and the density of v on it is the convolution
+//! of two intervals, a trapezoid. That integral is exact across every kink of the interpolant; over the two remaining
+//! coordinates, one across each patch, the trapezoid's ends have smoothed the kinks, and an adaptive rule does the
+//! rest.
 
 use glam::DVec3;
 
@@ -11,8 +12,8 @@ use crate::cubature::{self, WorkLimit};
 use crate::patch::{self, Light, Patch, Scratch};
 use crate::rules::Estimate;
 
-/// Mean of `light` over all lines of sight p + e, p over `pixel` and e over `emitter`, with an error below `relative` of it
-/// or below `floor` (lx), or a bound that says by how much it is not.
+/// Mean of `light` over all lines of sight p + e, p over `pixel` and e over `emitter`, with an error below `relative`
+/// of it or below `floor` (lx), or a bound that says by how much it is not.
 pub(crate) fn mean(
     light: Light<'_>,
     pixel: &Patch,
@@ -95,8 +96,8 @@ const LONG: WorkLimit = WorkLimit {
     hopeless: f64::INFINITY,
 };
 
-/// Pairs of chords, sorted by the turn ψ of the plane through emitter and line of sight: over a line at turn ψ, γ does not fall
-/// below |ψ|, so that lines touch the cone of a kink γ_j at ψ = ±γ_j and nowhere else.
+/// Pairs of chords, sorted by the turn ψ of the plane through emitter and line of sight: over a line at turn ψ, γ does
+/// not fall below |ψ|, so that lines touch the cone of a kink γ_j at ψ = ±γ_j and nowhere else.
 struct Fan {
     /// Middle and both sides' directions, in the plane across the chords: (height, width).
     middle: [f64; 2],
@@ -140,7 +141,8 @@ impl Fan {
         turns
     }
 
-    /// Places on side `k` between `ends`, the other side's middle opposite, at which a kink is touched; not more than 24.
+    /// Places on side `k` between `ends`, the other side's middle opposite, at which a kink is touched; not more than
+    /// 24.
     fn crossings(&self, k: usize, [low, high]: [f64; 2], kinks: &[f64]) -> Vec<f64> {
         let mut places: Vec<f64> = kinks
             .iter()
@@ -204,7 +206,8 @@ impl Fan {
         turns
     }
 
-    /// The place (y, z) at `share` of the leaf at `turn` within a pane, and the area per turn and share. `None` off the pane.
+    /// The place (y, z) at `share` of the leaf at `turn` within a pane, and the area per turn and share. `None` off the
+    /// pane.
     fn leaf(&self, pane: [[f64; 2]; 2], turn: f64, share: f64) -> Option<([f64; 2], f64)> {
         let (leaf, other) = (self.leaf, 1 - self.leaf);
         let (sin, cos) = turn.sin_cos();

@@ -1,5 +1,6 @@
-//! No pixel is off by more than the bound that is stated for it: seeded random luminaires, emitters and poses, every pixel against a far
-//! tighter solution, which for extended emitters goes another way (chords where the map takes outlines, and the reverse).
+//! No pixel is off by more than the bound that is stated for it: seeded random luminaires, emitters and poses, every
+//! pixel against a far tighter solution, which for extended emitters goes another way (chords where the map takes
+//! outlines, and the reverse).
 
 use std::sync::Arc;
 

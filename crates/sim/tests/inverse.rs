@@ -102,8 +102,8 @@ fn a_point_source_on_the_axis_obeys_the_inverse_square_law() {
 
 #[test]
 fn a_lambertian_disc_obeys_its_form_factor() {
-    // Point on the axis of a Lambertian disc of radius a, intensity I0·cos γ: E = I0/(a² + d²). The table is dense enough
-    // for its own interpolation error, 1/8·Δγ², to stay below 1e-6.
+    // Point on the axis of a Lambertian disc of radius a, intensity I0·cos γ: E = I0/(a² + d²). The table is dense
+    // enough for its own interpolation error, 1/8·Δγ², to stay below 1e-6.
     let gamma_deg: Vec<f64> = (0..=3600).map(|i| f64::from(i) * 0.025).collect();
     let intensity = gamma_deg.iter().map(|g| 250.0 * g.to_radians().cos()).collect();
     let lambert = IntensityDistribution::new(vec![0.0], gamma_deg, intensity).unwrap();

@@ -69,7 +69,8 @@ pub fn nearest_planckian(colour: Chromaticity) -> Option<Cct> {
 pub fn beside_locus(temperature_k: f64, duv: f64) -> Option<Chromaticity> {
     let (u, v) = planckian_chromaticity(temperature_k)?.uv_1960();
     let (nu, nv) = planckian_chromaticity(temperature_k * 1.001)?.uv_1960();
-    // The locus runs to the left (falling u) as the temperature rises; its upper normal is (−dv, du) turned to point up.
+    // The locus runs to the left (falling u) as the temperature rises; its upper normal is (−dv, du) turned to point
+    // up.
     let (du, dv) = (nu - u, nv - v);
     let length = du.hypot(dv).copysign(-du);
     Some(Chromaticity::from_uv_1960(u + duv * dv / length, v - duv * du / length))

@@ -1,13 +1,14 @@
 //! Weighting functions of the CIE at 1 nm from 360 nm to 830 nm (471 values each).
 //!
-//! Source: CIE 018:2019 / ISO/CIE 23539 (V(λ)) and ISO/CIE 11664-1 (CIE 1931 colour-matching functions), as tabulated in
-//! colour-science 0.4.7 (BSD-3-Clause).
+//! Source: CIE 018:2019 / ISO/CIE 23539 (V(λ)) and ISO/CIE 11664-1 (CIE 1931 colour-matching functions), as tabulated
+//! in colour-science 0.4.7 (BSD-3-Clause).
 
 /// First wavelength of the tables, in nanometre.
 pub const FIRST_NM: usize = 360;
 /// Last wavelength of the tables, in nanometre.
 pub const LAST_NM: usize = 830;
-/// Maximum luminous efficacy of radiation K_m for photopic vision, in lm/W, rounded as every table of photometry has it.
+/// Maximum luminous efficacy of radiation K_m for photopic vision, in lm/W, rounded as every table of photometry has
+/// it.
 pub const K_M_LM_PER_W: f64 = 683.0;
 
 /// Spectral luminous efficiency for photopic vision V(λ).

@@ -126,8 +126,9 @@ pub struct Dominant {
     pub purity: f64,
 }
 
-/// Dominant wavelength and excitation purity against `white` (CIE 15, 9.2): the ray from the white through the colour to the
-/// spectrum locus or the purple line. None for the white itself (its hue has no direction) and for no real colour.
+/// Dominant wavelength and excitation purity against `white` (CIE 15, 9.2): the ray from the white through the colour
+/// to the spectrum locus or the purple line. None for the white itself (its hue has no direction) and for no real
+/// colour.
 pub fn dominant(colour: Chromaticity, white: Chromaticity) -> Option<Dominant> {
     let (dx, dy) = (colour.x - white.x, colour.y - white.y);
     let distance = dx.hypot(dy);

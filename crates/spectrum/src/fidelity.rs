@@ -95,7 +95,8 @@ fn index(difference: f64) -> f64 {
     10.0 * ((100.0 - 6.73 * difference) / 10.0).exp().ln_1p()
 }
 
-/// Planck to 4000 K, daylight from 5000 K, between them both at the source's own temperature, mixed by luminance (CIE 224, 4.2).
+/// Planck to 4000 K, daylight from 5000 K, between them both at the source's own temperature, mixed by luminance (CIE
+/// 224, 4.2).
 fn reference(t: f64) -> Option<[f64; 471]> {
     if t <= 4000.0 {
         return Some(illuminant::planck(t));

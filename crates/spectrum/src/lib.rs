@@ -1,7 +1,8 @@
 //! Spectra, photopic weighting and colour.
 //!
-//! A [`Spectrum`] is linear between its points and zero outside them. Every integral is a sum at 1 nm over 360–830 nm, the
-//! range of V(λ) (CIE 018:2019), of [`Spectrum::per_nm`], so that a number does not depend on the spacing of a file.
+//! A [`Spectrum`] is linear between its points and zero outside them. Every integral is a sum at 1 nm over 360–830 nm,
+//! the range of V(λ) (CIE 018:2019), of [`Spectrum::per_nm`], so that a number does not depend on the spacing of a
+//! file.
 
 pub mod cct;
 pub mod cie;

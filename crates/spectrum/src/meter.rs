@@ -4,8 +4,8 @@ use crate::illuminant::illuminant_a;
 use crate::per_nm::per_nm;
 use crate::{Spectrum, cie};
 
-/// General V(λ) mismatch index f1′ of a relative responsivity, as a fraction (0.015 is 1.5 %), calibrated with illuminant A;
-/// none where the responsivity does not answer illuminant A.
+/// General V(λ) mismatch index f1′ of a relative responsivity, as a fraction (0.015 is 1.5 %), calibrated with
+/// illuminant A; none where the responsivity does not answer illuminant A.
 pub fn f1_prime(responsivity: &Spectrum) -> Option<f64> {
     let s = responsivity.per_nm();
     let a = illuminant_a();
@@ -37,7 +37,8 @@ pub enum NoMismatch {
     SourceUnseen,
 }
 
-/// Spectral mismatch correction factor F of a meter calibrated under `calibration` that reads `source`: true = F × reading.
+/// Spectral mismatch correction factor F of a meter calibrated under `calibration` that reads `source`: true = F ×
+/// reading.
 ///
 /// F = (∫S_C s · ∫S_Z V) / (∫S_C V · ∫S_Z s).
 ///
@@ -109,7 +110,8 @@ mod tests {
 
     #[test]
     fn a_shifted_v_has_the_index_of_its_integral() {
-        // Independent value: numpy, V shifted by +2 nm by linear interpolation, CIE A, 1 nm sums (tables/generate.py's data).
+        // Independent value: numpy, V shifted by +2 nm by linear interpolation, CIE A, 1 nm sums (tables/generate.py's
+        // data).
         let shifted = spectrum(|nm| Spectrum::from_1_nm(&cie::V_LAMBDA).unwrap().at_nm(nm - 2.0));
         let f = f1_prime(&shifted).unwrap();
         assert!((0.03..0.05).contains(&f), "{f}");

@@ -1,8 +1,9 @@
 //! A spectrum of any spacing, at the whole nanometres of the CIE's tables.
 //!
-//! The tables are lines between whole nanometres. A spectrum that bends at whole nanometres alone is a line there too, and the
-//! sum of products at 1 nm is the CIE's own rule (CIE 15, 7.1). A spectrum with a point strictly between two whole nanometres
-//! has more to say in that nanometre than its two ends: there the product of the two is integrated exactly, piece by piece.
+//! The tables are lines between whole nanometres. A spectrum that bends at whole nanometres alone is a line there too,
+//! and the sum of products at 1 nm is the CIE's own rule (CIE 15, 7.1). A spectrum with a point strictly between two
+//! whole nanometres has more to say in that nanometre than its two ends: there the product of the two is integrated
+//! exactly, piece by piece.
 
 use crate::{Spectrum, cie};
 
@@ -12,8 +13,9 @@ const TABLE: usize = cie::LAST_NM - cie::FIRST_NM + 1;
 /// Nanometre `i` reaches from 359 + i to 360 + i, so that the entry of 360 + i lies between nanometres `i` and `i + 1`.
 const NANOMETRES: usize = TABLE + 1;
 
-/// Entries w(360), … w(830) with Σ w·t = ∫ Π S·t dλ for every table t that is linear between whole nanometres: ∫ Π S·hat dλ
-/// with the triangle "hat" of ±1 nm about each. In a nanometre where no factor has a point, half of the product at each end.
+/// Entries w(360), … w(830) with Σ w·t = ∫ Π S·t dλ for every table t that is linear between whole nanometres: ∫ Π
+/// S·hat dλ with the triangle "hat" of ±1 nm about each. In a nanometre where no factor has a point, half of the
+/// product at each end.
 pub(crate) fn per_nm(factors: &[&Spectrum]) -> [f64; TABLE] {
     let parts: Vec<Option<[f64; 2]>> = (0..NANOMETRES).map(|i| exact(factors, from(i))).collect();
     let outside = |i: usize| {

@@ -57,7 +57,8 @@ pub struct Quantities {
 
 /// Computes all quantities of a spectrum.
 pub fn quantities(data: &Spectrum) -> Quantities {
-    // All but the peak and the centroid rest on the entries at whole nanometres: of fine data these are integrated once.
+    // All but the peak and the centroid rest on the entries at whole nanometres: of fine data these are integrated
+    // once.
     let entries = Spectrum::from_1_nm(&data.per_nm());
     let spectrum = entries.as_ref().unwrap_or(data);
     let chromaticity = spectrum.chromaticity();

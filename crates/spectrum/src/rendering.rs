@@ -14,8 +14,8 @@ pub struct Rendering {
     pub r: [f64; 15],
 }
 
-/// Indices of a source against the Planckian radiator (below 5000 K) or the daylight of its own colour temperature; none
-/// where no such reference exists (no light, no colour temperature, or above 25 000 K).
+/// Indices of a source against the Planckian radiator (below 5000 K) or the daylight of its own colour temperature;
+/// none where no such reference exists (no light, no colour temperature, or above 25 000 K).
 pub fn rendering(source: &Spectrum) -> Option<Rendering> {
     let test = source.per_nm();
     let white = Tristimulus::of_1_nm(&test);

@@ -107,10 +107,12 @@ impl Spectrum {
         }
     }
 
-    /// What falls to 360, 361, … 830 nm, so that Σ of it times a table of the CIE is ∫ S·t dλ with t linear between its entries.
+    /// What falls to 360, 361, … 830 nm, so that Σ of it times a table of the CIE is ∫ S·t dλ with t linear between its
+    /// entries.
     ///
-    /// Where the data have points at whole nanometres alone these are the values there, to the bit; in a nanometre that has a
-    /// point between its ends the integral is exact (decision 0004), so that no line can hide between two entries.
+    /// Where the data have points at whole nanometres alone these are the values there, to the bit; in a nanometre that
+    /// has a point between its ends the integral is exact (decision 0004), so that no line can hide between two
+    /// entries.
     pub fn per_nm(&self) -> [f64; 471] {
         per_nm::per_nm(&[self])
     }

@@ -1,5 +1,5 @@
-//! Fifty CIE illuminants against two libraries that we did not write (colour-science 0.4.7, luxpy 1.12.5): every quantity must
-//! lie within the libraries' own disagreement plus a small tolerance.
+//! Fifty CIE illuminants against two libraries that we did not write (colour-science 0.4.7, luxpy 1.12.5): every
+//! quantity must lie within the libraries' own disagreement plus a small tolerance.
 
 #![expect(clippy::print_stdout, reason = "says how far the worst quantity is")]
 

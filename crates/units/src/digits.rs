@@ -12,8 +12,8 @@ pub struct Rounded {
     pub expanded: String,
 }
 
-/// Rounds the expanded uncertainty to one significant digit, to two where it begins with 1 or 2, and the value to the same
-/// place; neither is finer than `finest`, the power of ten of the last digit that means something in this unit.
+/// Rounds the expanded uncertainty to one significant digit, to two where it begins with 1 or 2, and the value to the
+/// same place; neither is finer than `finest`, the power of ten of the last digit that means something in this unit.
 ///
 /// ```
 /// # use isolux_units::digits::rounded;

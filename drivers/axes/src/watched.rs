@@ -1,7 +1,8 @@
 //! An axis whose moves are watched to their end, whatever language its drive speaks.
 //!
 //! The languages here have no request numbers: a position is given when two looks in a row show the axis at rest in one
-//! place, or when the one between two others lies between them, and no byte arrived in between that nothing had asked for.
+//! place, or when the one between two others lies between them, and no byte arrived in between that nothing had asked
+//! for.
 
 use std::marker::PhantomData;
 use std::time::Duration;
@@ -82,8 +83,8 @@ pub(crate) fn at_rest<P>(before: &AxisPosition<P>, now: &AxisPosition<P>, tolera
     !before.moving && !now.moving && same
 }
 
-/// Whether three positions in a row are those of an axis on its way. If one of the three was an old answer, the axis has still
-/// been where the middle one says.
+/// Whether three positions in a row are those of an axis on its way. If one of the three was an old answer, the axis
+/// has still been where the middle one says.
 pub(crate) fn on_its_way<P>([a, b, c]: [&AxisPosition<P>; 3]) -> bool {
     let way = a.steps.min(c.steps)..=a.steps.max(c.steps);
     let moving = a.moving && b.moving && c.moving && a.homed == b.homed && b.homed == c.homed;

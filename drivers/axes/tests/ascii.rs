@@ -1,7 +1,7 @@
 //! Axes by a profile against a scripted turntable on an in-memory link, with the clock paused.
 //!
-//! The turntable speaks degrees with three digits, echoes what it is sent, and has no word for its reference: what the template
-//! of the program does not show. It answers by its own code.
+//! The turntable speaks degrees with three digits, echoes what it is sent, and has no word for its reference: what the
+//! template of the program does not show. It answers by its own code.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 

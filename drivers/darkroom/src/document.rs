@@ -1,7 +1,7 @@
 //! `darkroom.toml`: the room, its instruments, their faults and their flaws, in one file.
 //!
-//! A key that a file leaves out is that of the built-in room. An unknown key, or a value that no room can have, is an error
-//! with its line. [`Darkroom::default`] is not the built-in room but one without flaws.
+//! A key that a file leaves out is that of the built-in room. An unknown key, or a value that no room can have, is an
+//! error with its line. [`Darkroom::default`] is not the built-in room but one without flaws.
 
 use serde::{Deserialize, Serialize};
 

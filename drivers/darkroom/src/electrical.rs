@@ -1,4 +1,5 @@
-//! What the lamp takes from its supply: a driver that keeps its power whatever the voltage, and takes more while it is cold.
+//! What the lamp takes from its supply: a driver that keeps its power whatever the voltage, and takes more while it is
+//! cold.
 
 use crate::document::Darkroom;
 use crate::output::warmup_excess;

@@ -1,8 +1,8 @@
 //! Every effect of the catalogue as a switch of the room, under the names and keys that model files use.
 //!
-//! A flaw is switched off by its null value, or by `only = true` with all that a file does not name. How each one acts is in the module of the
-//! part that it belongs to: [`crate::mount`], [`crate::floor`], [`crate::output`], [`crate::meter`],
-//! [`crate::spectrograph`], [`crate::camera`].
+//! A flaw is switched off by its null value, or by `only = true` with all that a file does not name. How each one acts
+//! is in the module of the part that it belongs to: [`crate::mount`], [`crate::floor`], [`crate::output`],
+//! [`crate::meter`], [`crate::spectrograph`], [`crate::camera`].
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,8 @@ macro_rules! flaws {
         #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
         #[serde(default, deny_unknown_fields)]
         pub struct Flaws {
-            /// In a file: every flaw that it does not name is off, whatever the built-in room has. Always false once read.
+            /// In a file: every flaw that it does not name is off, whatever the built-in room has. Always false once
+            /// read.
             pub only: bool,
             $( $(#[$doc])* pub $field: $name, )*
         }
@@ -170,7 +171,8 @@ flaws! {
         /// Phase at switch-on, rad.
         phase_rad = 0.0,
     }
-    /// LEDs of one sector are dimmed. With parallel LEDs the far field keeps its shape; give the lamp an aim to see it in C.
+    /// LEDs of one sector are dimmed. With parallel LEDs the far field keeps its shape; give the lamp an aim to see it
+    /// in C.
     dead_sector: DeadSector {
         /// Relative loss of the LED in the middle of the sector.
         depth_rel = 0.0,

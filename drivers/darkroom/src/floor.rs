@@ -79,8 +79,8 @@ impl Patches {
         }
     }
 
-    /// Place and length of cell `k` of `n` of a line that is stretched like h·tan about 0: even steps of the angle seen from
-    /// height h, which is where the light is.
+    /// Place and length of cell `k` of `n` of a line that is stretched like h·tan about 0: even steps of the angle seen
+    /// from height h, which is where the light is.
     fn stretched(k: usize, n: usize, height: f64, low: f64, high: f64) -> (f64, f64) {
         let (a, b) = ((low / height).atan(), (high / height).atan());
         let edge = |i: usize| height * (a + (b - a) * i as f64 / n as f64).tan();

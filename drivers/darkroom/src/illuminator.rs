@@ -1,6 +1,7 @@
 //! The lamp: LEDs one by one, each with its place, its axis and its share of the flux.
 //!
-//! Frame of the luminaire: light centre at the origin, z along γ = 0, direction (C, γ) = (sin γ cos C, sin γ sin C, cos γ).
+//! Frame of the luminaire: light centre at the origin, z along γ = 0, direction (C, γ) = (sin γ cos C, sin γ sin C, cos
+//! γ).
 
 use glam::DVec3;
 
@@ -181,7 +182,8 @@ impl Illuminator {
     }
 }
 
-/// Share of its flux that an LED at `azimuth` (rad) has lost: a raised cosine over twice the sector's width at half depth.
+/// Share of its flux that an LED at `azimuth` (rad) has lost: a raised cosine over twice the sector's width at half
+/// depth.
 fn dead_share(sector: &DeadSector, azimuth: f64) -> f64 {
     let width = sector.width_deg.to_radians();
     let from_middle = (azimuth - sector.azimuth_deg.to_radians())

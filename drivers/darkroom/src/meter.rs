@@ -10,8 +10,8 @@ pub fn digit_lx(range: u8) -> f64 {
     10f64.powi(i32::from(range.clamp(1, 5)) - 3)
 }
 
-/// The range that the meter chooses by itself for `illuminance_lx`, coming from `present`: up when the present one ends,
-/// down only when the reading has fallen well into the lower one.
+/// The range that the meter chooses by itself for `illuminance_lx`, coming from `present`: up when the present one
+/// ends, down only when the reading has fallen well into the lower one.
 pub fn auto_range(illuminance_lx: f64, present: u8) -> u8 {
     let fits = |range: u8, share: f64| illuminance_lx.abs() <= share * RANGE_TOP_LX[usize::from(range) - 1];
     let mut range = present.clamp(1, 5);

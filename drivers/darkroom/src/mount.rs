@@ -1,8 +1,8 @@
 //! Where the luminaire on the goniophotometer really points: a chain of rotations with the errors of each joint in it.
 //!
-//! Bench frame: origin at the intersection of the axes, X towards the detector, Z up. At (C, γ) = (0, 0) the luminaire's z
-//! lies along X, its x along −Y and its y along Z: seen from behind, C runs counter-clockwise. The C axis turns the
-//! luminaire about X, then the γ axis turns both about Z.
+//! Bench frame: origin at the intersection of the axes, X towards the detector, Z up. At (C, γ) = (0, 0) the
+//! luminaire's z lies along X, its x along −Y and its y along Z: seen from behind, C runs counter-clockwise. The C axis
+//! turns the luminaire about X, then the γ axis turns both about Z.
 
 use glam::{DMat3, DVec3};
 
@@ -18,8 +18,8 @@ pub struct Mounted {
 }
 
 impl Mounted {
-    /// The luminaire at the read-back position (C, γ), reached with `travel` (sign of the last γ motion, or a share of it
-    /// while play is being taken up).
+    /// The luminaire at the read-back position (C, γ), reached with `travel` (sign of the last γ motion, or a share of
+    /// it while play is being taken up).
     pub fn at(c_deg: f64, gamma_deg: f64, travel: f64, flaws: &Flaws) -> Self {
         let gamma_deg = gamma_deg
             + flaws.gamma_zero.offset_deg

@@ -1,8 +1,8 @@
 //! Surfaces before a detector: plates of glass, cosine receivers.
 
-/// Transmittance of `plates` parallel plates of index `index` for unpolarized light at the incidence cosine `cos`, with all
-/// reflections between their 2·`plates` faces summed (Stokes 1862; Born & Wolf §1.6.4): T = (1 − R)/(1 + (2m − 1)R) for each
-/// polarization, R from Fresnel's equations.
+/// Transmittance of `plates` parallel plates of index `index` for unpolarized light at the incidence cosine `cos`, with
+/// all reflections between their 2·`plates` faces summed (Stokes 1862; Born & Wolf §1.6.4): T = (1 − R)/(1 + (2m − 1)R)
+/// for each polarization, R from Fresnel's equations.
 pub fn plates_transmittance(plates: f64, index: f64, cos: f64) -> f64 {
     if plates == 0.0 {
         return 1.0;
@@ -23,8 +23,9 @@ pub fn directional_response(at_60: f64, cos: f64) -> f64 {
     1.0 + at_60 * (1.0 - cos) / 0.5
 }
 
-/// Share of partly polarized light that a polarization-sensitive receiver takes when the lamp's plane of polarization is
-/// rolled by `roll` (rad) before it: Jones vectors through the receiver's two transmittances, normalized to 1 on average.
+/// Share of partly polarized light that a polarization-sensitive receiver takes when the lamp's plane of polarization
+/// is rolled by `roll` (rad) before it: Jones vectors through the receiver's two transmittances, normalized to 1 on
+/// average.
 pub fn polarized_response(amplitude: f64, roll: f64) -> f64 {
     let through = |power: f64, angle: f64| {
         let (along, across) = (angle.cos(), angle.sin());

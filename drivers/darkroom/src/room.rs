@@ -207,7 +207,8 @@ impl Room {
         sum / square.sqrt()
     }
 
-    /// One reading with noise, digits left out: (illuminance, its standard deviation), lx. `index` is its place in the day.
+    /// One reading with noise, digits left out: (illuminance, its standard deviation), lx. `index` is its place in the
+    /// day.
     pub fn reading_lx(&self, o: &Observation, index: u64) -> (f64, f64) {
         let indicated = self.indicated_lx(o);
         let u = self.reading_noise_lx(indicated);

@@ -69,8 +69,9 @@ impl Room {
         gain * self.spread_irradiance(stated_nm, illuminance_lx) + self.document().flaws.spectro_dark.offset
     }
 
-    /// Irradiance calibration of the instrument as its certificate states it: W/(m² nm) for one count per second at pixel
-    /// `pixel`, after offset, dark and non-linearity. Zero where the responsivity is below a thousandth of its maximum.
+    /// Irradiance calibration of the instrument as its certificate states it: W/(m² nm) for one count per second at
+    /// pixel `pixel`, after offset, dark and non-linearity. Zero where the responsivity is below a thousandth of its
+    /// maximum.
     pub fn calibration(&self, pixel: usize) -> f64 {
         let instrument = &self.document().spectroradiometer;
         let response = responsivity(wavelength_nm(instrument.wavelength_nm, pixel as f64));
@@ -122,8 +123,8 @@ fn bend(instrument: &Spectroradiometer, linear: f64) -> f64 {
     linear * (1.0 - instrument.nonlinearity * linear / 65_535.0)
 }
 
-/// Coefficients of the polynomial P(counts) that undoes the non-linearity as linear = counts / P(counts), as the maker's
-/// calibration stores them (order 7).
+/// Coefficients of the polynomial P(counts) that undoes the non-linearity as linear = counts / P(counts), as the
+/// maker's calibration stores them (order 7).
 ///
 /// With counts = x (1 − a x), x = counts · C(a · counts) where C is the generating function of Catalan's numbers, and
 /// 1/C(t) = 1 − t C(t).

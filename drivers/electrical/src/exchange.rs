@@ -33,7 +33,8 @@ pub(crate) struct Exchange {
 }
 
 impl Exchange {
-    /// What was answered at `ended` to a request that was sent at `asked`: voltage, current, power and power factor, as the meter gave them.
+    /// What was answered at `ended` to a request that was sent at `asked`: voltage, current, power and power factor, as
+    /// the meter gave them.
     ///
     /// # Errors
     /// Why these values cannot be of one moment.
@@ -132,8 +133,8 @@ pub(crate) trait Source: Send + Sync {
     async fn put_in_step(&self) -> Result<(), DeviceError>;
 }
 
-/// A reading of nothing from before `not_before`: two exchanges, more than an update apart, that agree; without agreement the
-/// last one, not steady. `asked` is when the last reading was asked for.
+/// A reading of nothing from before `not_before`: two exchanges, more than an update apart, that agree; without
+/// agreement the last one, not steady. `asked` is when the last reading was asked for.
 pub(crate) async fn confirmed(
     source: &dyn Source,
     asked: &Mutex<Option<Instant>>,

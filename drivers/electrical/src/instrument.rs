@@ -64,7 +64,8 @@ impl Instrument {
         Ok(instrument)
     }
 
-    /// `*IDN?`: maker, model, serial number, firmware. The model is looked for in all of it, since makers divide it differently.
+    /// `*IDN?`: maker, model, serial number, firmware. The model is looked for in all of it, since makers divide it
+    /// differently.
     async fn identify(&mut self, manners: &Manners) -> Result<(), DeviceError> {
         const ACTION: &str = "*IDN?";
         let reply = self.twice(ACTION).await?;

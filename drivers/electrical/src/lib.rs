@@ -1,4 +1,5 @@
-//! Electrical instruments: power meters and supplies that switch a lamp in SCPI, by profiles in TOML; power meters on Modbus/TCP.
+//! Electrical instruments: power meters and supplies that switch a lamp in SCPI, by profiles in TOML; power meters on
+//! Modbus/TCP.
 
 mod exchange;
 mod instrument;

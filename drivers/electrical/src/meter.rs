@@ -1,8 +1,8 @@
 //! Power meters in SCPI: `scpi-meter:LINK?profile=gpm-8213`.
 //!
-//! All quantities come in one answer, so that they are of one update. The meter updates all the time and a request gets the
-//! latest values: of the update interval before the request. A reading is given when two exchanges, more than an update apart,
-//! agree, and no byte arrived that nothing had asked for.
+//! All quantities come in one answer, so that they are of one update. The meter updates all the time and a request gets
+//! the latest values: of the update interval before the request. A reading is given when two exchanges, more than an
+//! update apart, agree, and no byte arrived that nothing had asked for.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! Supplies in SCPI that switch a lamp: `scpi-supply:LINK?profile=dp800&channel=1&voltage_v=24&current_a=0.35`.
 //!
-//! On: the levels are set and read back, then the output is switched on and read back. A protection that has tripped is a
-//! fault: it switches the output off and keeps the levels.
+//! On: the levels are set and read back, then the output is switched on and read back. A protection that has tripped is
+//! a fault: it switches the output off and keeps the levels.
 
 use std::sync::Arc;
 

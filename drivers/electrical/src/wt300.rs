@@ -1,8 +1,8 @@
 //! Yokogawa WT310 to WT333 over Modbus/TCP: `yokogawa-wt300:modbus-tcp://192.168.1.6:502`.
 //!
-//! The communication output items are read, single precision, high word first: U, I, P, S, Q and λ of element 1, which are the
-//! first six as the meter is delivered (IM WT310-17EN, page 9-7). Were they changed, the values contradict each other
-//! (|P| above U·I, λ not P ÷ U·I) and are refused.
+//! The communication output items are read, single precision, high word first: U, I, P, S, Q and λ of element 1, which
+//! are the first six as the meter is delivered (IM WT310-17EN, page 9-7). Were they changed, the values contradict each
+//! other (|P| above U·I, λ not P ÷ U·I) and are refused.
 
 use std::sync::Arc;
 use std::time::Duration;

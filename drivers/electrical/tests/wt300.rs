@@ -1,5 +1,5 @@
-//! The driver of the WT300 against scripted frames. The numbers are those of a block answer in the manuals of the family:
-//! 230 V is 43660000h, 0.1834 A is 3E3BCD36h, 40.15 W is 4220999Ah.
+//! The driver of the WT300 against scripted frames. The numbers are those of a block answer in the manuals of the
+//! family: 230 V is 43660000h, 0.1834 A is 3E3BCD36h, 40.15 W is 4220999Ah.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 

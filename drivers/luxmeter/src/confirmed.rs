@@ -1,9 +1,9 @@
 //! What the drivers of lux meters share: new light only, and no value on the word of a single answer.
 //!
-//! The languages of these meters have no request numbers, or only short cycles of them. A value is therefore given only when
-//! two exchanges in a row agree and no byte arrived that nothing had asked for; such a byte discards what was read, and the
-//! line is put in step again. The exchange before confirms the next one, so a series of readings of the same light costs one
-//! exchange more in all.
+//! The languages of these meters have no request numbers, or only short cycles of them. A value is therefore given only
+//! when two exchanges in a row agree and no byte arrived that nothing had asked for; such a byte discards what was
+//! read, and the line is put in step again. The exchange before confirms the next one, so a series of readings of the
+//! same light costs one exchange more in all.
 
 use std::time::Duration;
 
@@ -17,8 +17,8 @@ use tokio::time::{Instant, sleep, sleep_until, timeout_at};
 /// Exchanges of one reading within which two in a row must agree.
 const MOST_EXCHANGES: usize = 12;
 
-/// Two exchanges agree when they differ by no more than this share of the value. Scatter of 0.1 %, as a stable lamp has,
-/// stays inside; a lamp that changes faster than 1 % a second is not steady.
+/// Two exchanges agree when they differ by no more than this share of the value. Scatter of 0.1 %, as a stable lamp
+/// has, stays inside; a lamp that changes faster than 1 % a second is not steady.
 const AGREEMENT: f64 = 0.005;
 
 /// Over and above the interval between two requests: the meter's clock is not this one.
@@ -140,7 +140,8 @@ impl State {
         self.earlier.clear();
     }
 
-    /// Whether bytes have arrived that answer no request. They discard what was read: any answer since may be an old one.
+    /// Whether bytes have arrived that answer no request. They discard what was read: any answer since may be an old
+    /// one.
     fn surplus<M: Meter + ?Sized>(&mut self, meter: &M) -> bool {
         let unsolicited = meter.bus().unsolicited();
         let surplus = unsolicited != self.unsolicited;
@@ -282,8 +283,8 @@ impl Confirmed {
 }
 
 impl Exchange {
-    /// Whether both can be readings of the same light, which one digit may separate or none. A change of range between them
-    /// is a disagreement: a meter may repeat old values while it changes.
+    /// Whether both can be readings of the same light, which one digit may separate or none. A change of range between
+    /// them is a disagreement: a meter may repeat old values while it changes.
     fn agrees(&self, other: &Self, digits: f64) -> bool {
         let (a, b) = (&self.reading, &other.reading);
         match (a.outcome, b.outcome) {
@@ -299,8 +300,8 @@ impl Exchange {
         }
     }
 
-    /// The exchange that confirms this one: the one before, with the same value; or, where the light lies between two values
-    /// of the display, the one before that, if the one between is a single digit away.
+    /// The exchange that confirms this one: the one before, with the same value; or, where the light lies between two
+    /// values of the display, the one before that, if the one between is a single digit away.
     fn confirmed<'a>(&self, earlier: &'a [Self]) -> Option<&'a Self> {
         match earlier {
             [.., before] if self.agrees(before, 0.0) => Some(before),

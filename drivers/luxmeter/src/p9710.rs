@@ -1,8 +1,9 @@
 //! Gigahertz-Optik P-9710 optometer with a photometric detector: `gigahertz-p9710:LINK`.
 //!
-//! A request begins a measurement of its own, of the integration time that is set here; so a reading is of light after its
-//! request. Eight ranges of the detector's current, 2 mA to 200 pA, the automatic range by the meter. `a_per_lx=4.2e-10`,
-//! the detector's sensitivity from its certificate, says where the ranges end in lx; nothing else depends on it.
+//! A request begins a measurement of its own, of the integration time that is set here; so a reading is of light after
+//! its request. Eight ranges of the detector's current, 2 mA to 200 pA, the automatic range by the meter.
+//! `a_per_lx=4.2e-10`, the detector's sensitivity from its certificate, says where the ranges end in lx; nothing else
+//! depends on it.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;

@@ -1,15 +1,17 @@
 //! Konica Minolta T-10A: `konica-t10a:LINK?head=0`.
 //!
-//! The meter converts all the time, a new value every half second, and a request gets the latest one. So a request sent at
-//! `t` is answered with light of (t − 1 s, t], and while the automatic range is changing the old value is repeated for one
-//! interval more (manual, section 1). The driver therefore waits two intervals after `not_before` in a fixed range, three in
-//! automatic range, and more than one interval between two requests, so that no conversion is returned twice.
+//! The meter converts all the time, a new value every half second, and a request gets the latest one. So a request sent
+//! at `t` is answered with light of (t − 1 s, t], and while the automatic range is changing the old value is repeated
+//! for one interval more (manual, section 1). The driver therefore waits two intervals after `not_before` in a fixed
+//! range, three in automatic range, and more than one interval between two requests, so that no conversion is returned
+//! twice.
 //!
-//! An answer carries no number that would tie it to its request: see the module `confirmed` for when a value is believed.
+//! An answer carries no number that would tie it to its request: see the module `confirmed` for when a value is
+//! believed.
 //!
 //! Several heads on one line are as many meters that share the line: while one of them waits for its answer, and for as
-//! long after it as the true answer could still come, no other request is sent; a byte that nothing had asked for discards
-//! what was read from every head. The commands 54 and 55 concern all heads alike.
+//! long after it as the true answer could still come, no other request is sent; a byte that nothing had asked for
+//! discards what was read from every head. The commands 54 and 55 concern all heads alike.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -234,8 +236,8 @@ impl Meter for T10a {
         self.reading(measurement, exchanged.sent - reach, evidence)
     }
 
-    /// PC mode, then all heads running. The short answer to 54 proves that no reading is on its way, and a meter that was
-    /// switched off and on answers nothing else. No head is asked anything before the meter is ready again.
+    /// PC mode, then all heads running. The short answer to 54 proves that no reading is on its way, and a meter that
+    /// was switched off and on answers nothing else. No head is asked anything before the meter is ready again.
     async fn put_in_step(&self, deadline: Instant) -> Result<(), DeviceError> {
         let action = "connect (command 54)";
         let line = self.bus.alone(deadline).await;
@@ -292,8 +294,8 @@ impl T10a {
     }
 }
 
-/// Refuses a value that a meter in `range` cannot show: above the range's end, or in steps coarser than its digit. A meter
-/// that states no range (0) is held to its widest.
+/// Refuses a value that a meter in `range` cannot show: above the range's end, or in steps coarser than its digit. A
+/// meter that states no range (0) is held to its widest.
 fn shown_in(range: u8, value: Value) -> Result<(), String> {
     let place = if range == 0 {
         FULL_SCALE_LX.len()

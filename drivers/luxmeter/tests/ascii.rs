@@ -1,7 +1,8 @@
 //! A lux meter by a profile against a scripted meter on an in-memory link, with the clock paused.
 //!
-//! The meter below answers the language that its profile describes, by its own code. It converts each half second, and the light of
-//! conversion n is 100 + 0.05 n lx: as values two that follow each other agree, and each says when it was taken.
+//! The meter below answers the language that its profile describes, by its own code. It converts each half second, and
+//! the light of conversion n is 100 + 0.05 n lx: as values two that follow each other agree, and each says when it was
+//! taken.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 
@@ -148,7 +149,8 @@ fn later() -> Instant {
     Instant::now() + Duration::from_mins(1)
 }
 
-/// Whether a reading shows light of after `not_before`: to half a per cent, within which two exchanges confirm each other.
+/// Whether a reading shows light of after `not_before`: to half a per cent, within which two exchanges confirm each
+/// other.
 async fn read(meter: &dyn LuxMeter, script: &Shared, not_before: Instant) -> Result<(), String> {
     let reading = meter.read(not_before, later()).await.unwrap();
     let began = script.lock().unwrap().began;

@@ -1,7 +1,7 @@
 //! The driver of Modbus lux meters against a scripted meter on an in-memory link, with the clock paused.
 //!
-//! The meter below was written from the specification's text, not from the codec. It converts every second, and a value says
-//! in which conversion it was taken.
+//! The meter below was written from the specification's text, not from the codec. It converts every second, and a value
+//! says in which conversion it was taken.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
@@ -337,8 +337,8 @@ async fn a_late_reading_never_becomes_the_next_one() {
     }
 }
 
-/// Where every answer is later than the silence after a failure, each fits the next request: it is the answer to the request
-/// for another number of registers that tells them apart.
+/// Where every answer is later than the silence after a failure, each fits the next request: it is the answer to the
+/// request for another number of registers that tells them apart.
 #[tokio::test(start_paused = true)]
 async fn a_line_that_is_always_late_gives_no_reading() {
     for late in [600, 1000, 1520, 1600, 2000, 3100] {

@@ -1,7 +1,7 @@
 //! The drivers of MAVO-USB and P-9710 against scripted meters on an in-memory link, with the clock paused.
 //!
-//! The meters below were written from the manuals' text, not from the codecs. The light of second n is 100 + 0.1 n lx: as values
-//! two that follow each other agree, and each says when it was taken.
+//! The meters below were written from the manuals' text, not from the codecs. The light of second n is 100 + 0.1 n lx:
+//! as values two that follow each other agree, and each says when it was taken.
 
 #![expect(clippy::unwrap_used, clippy::single_match_else, reason = "a test")]
 

@@ -1,7 +1,7 @@
 //! A Modbus unit on a port.
 //!
-//! The link in the address chooses the frame: `modbus-tcp://host:port` speaks MBAP; everything else, also `tcp://`, carries
-//! the bytes of RTU. `unit=N` is the unit's number.
+//! The link in the address chooses the frame: `modbus-tcp://host:port` speaks MBAP; everything else, also `tcp://`,
+//! carries the bytes of RTU. `unit=N` is the unit's number.
 
 use std::time::Duration;
 
@@ -11,8 +11,8 @@ use isolux_protocol_modbus::{Data, Mbap, Reply, Rtu, crc, silent_interval};
 use isolux_transport::{Bus, LineSettings, Place, Ports};
 use tokio::time::Instant;
 
-/// No answer is ever complete later than this after its request: a time-out of a second is what masters use (SL 2.4.1), and
-/// gateways give their devices as long.
+/// No answer is ever complete later than this after its request: a time-out of a second is what masters use (SL 2.4.1),
+/// and gateways give their devices as long.
 const SLOWEST_ANSWER: Duration = Duration::from_secs(1);
 
 /// Answers come within 10 to 50 ms at 9600 baud; a gateway may add as much.
@@ -135,8 +135,8 @@ impl Unit {
         &self.name
     }
 
-    /// How often bytes have come that nothing had asked for. RTU numbers nothing: a change between two looks puts what was
-    /// read between them in doubt.
+    /// How often bytes have come that nothing had asked for. RTU numbers nothing: a change between two looks puts what
+    /// was read between them in doubt.
     pub fn unsolicited(&self) -> u64 {
         self.bus.unsolicited()
     }
@@ -152,8 +152,8 @@ impl Unit {
         self.registers(reply.map_err(|error| error.during(&self.name, action))?, action)
     }
 
-    /// Writes registers (function 10h, whose answer an echo cannot imitate), again if the line lost or damaged the answer: for
-    /// values that may be written twice.
+    /// Writes registers (function 10h, whose answer an echo cannot imitate), again if the line lost or damaged the
+    /// answer: for values that may be written twice.
     ///
     /// # Errors
     /// As [`read`](Self::read).

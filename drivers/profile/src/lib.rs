@@ -50,7 +50,8 @@ pub enum ProfileError {
     },
 }
 
-/// The profile that `target` names: one among `shipped`, or a file (its name ends in `.toml`) in the folder of the station.
+/// The profile that `target` names: one among `shipped`, or a file (its name ends in `.toml`) in the folder of the
+/// station.
 ///
 /// # Errors
 /// [`OpenError::Address`] without the option `profile`, and for a profile that is refused.
@@ -70,7 +71,8 @@ fn names(shipped: Shipped) -> String {
     shipped.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
 }
 
-/// The profile of this name among `shipped`, or in the file of this name (one that ends in `.toml`), which is at `path`.
+/// The profile of this name among `shipped`, or in the file of this name (one that ends in `.toml`), which is at
+/// `path`.
 ///
 /// # Errors
 /// [`ProfileError`].

@@ -1,5 +1,5 @@
-//! Instruments in plain ASCII: what every profile of one says. `[messages]`, `[errors]`, `[identity]`, and commands with
-//! the replies to them.
+//! Instruments in plain ASCII: what every profile of one says. `[messages]`, `[errors]`, `[identity]`, and commands
+//! with the replies to them.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -142,8 +142,8 @@ impl Manners {
         self.errors.iter().map(|(_, form)| form)
     }
 
-    /// The message of `exchange` with `value` in its place. Its answer has one of the forms of the replies or means an error, and
-    /// has none of the forms `unlike`.
+    /// The message of `exchange` with `value` in its place. Its answer has one of the forms of the replies or means an
+    /// error, and has none of the forms `unlike`.
     pub fn message(&self, exchange: &Exchange, value: &str, unlike: &[Form]) -> Message {
         let error = |(_, pattern): &(String, Pattern)| Form {
             pattern: pattern.clone(),
@@ -195,8 +195,8 @@ pub struct Exchange {
 }
 
 impl Ask {
-    /// The exchange that `[key]` describes. The command holds the places `input` and no others, the reply the field `output` and
-    /// no other; `number` says that a number stands there. Where there is an output there must be a reply.
+    /// The exchange that `[key]` describes. The command holds the places `input` and no others, the reply the field
+    /// `output` and no other; `number` says that a number stands there. Where there is an output there must be a reply.
     ///
     /// # Errors
     /// [`Wrong`].

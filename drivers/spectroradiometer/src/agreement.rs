@@ -9,7 +9,8 @@ const SIGMAS: f64 = 6.0;
 /// And in counts above that: two roundings.
 const ROUNDING: f64 = 2.0;
 
-/// The light of two exposures in a row may differ as a whole by this share (a lamp on mains power and a short exposure).
+/// The light of two exposures in a row may differ as a whole by this share (a lamp on mains power and a short
+/// exposure).
 const CHANGE: f64 = 0.05;
 
 /// A pixel is bright from this share of the peak on.
@@ -18,9 +19,9 @@ const BRIGHT: f64 = 0.2;
 /// Fewer pixels than this give no estimate.
 const FEWEST: usize = 16;
 
-/// Noise of one pixel by the data sheet of the USB2000+: 50 counts without light, and a signal to noise ratio of 250:1 at
-/// full scale, so 1.05 counts² a count. What is measured may be more, but not without limit: a spectrum of random bytes
-/// must not set its own tolerance.
+/// Noise of one pixel by the data sheet of the USB2000+: 50 counts without light, and a signal to noise ratio of 250:1
+/// at full scale, so 1.05 counts² a count. What is measured may be more, but not without limit: a spectrum of random
+/// bytes must not set its own tolerance.
 const SHOT: f64 = 1.05;
 const MOST_READ_NOISE: f64 = 150.0;
 const MOST_SHOT: f64 = 5.0;
@@ -71,8 +72,8 @@ impl fmt::Display for Difference {
 impl Pair<'_> {
     /// Compares them pixel by pixel, apart from one common factor near 1.
     ///
-    /// The noise is estimated from the pair itself: without light from the dimmer half of the pixels, that of the light from
-    /// the bright ones, both as medians, which single damaged pixels do not move.
+    /// The noise is estimated from the pair itself: without light from the dimmer half of the pixels, that of the light
+    /// from the bright ones, both as medians, which single damaged pixels do not move.
     pub fn agree(&self) -> Result<(), Difference> {
         let (before, after) = (self.before, self.after);
         if before.len() != after.len() {

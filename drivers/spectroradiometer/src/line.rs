@@ -53,8 +53,8 @@ impl Line {
         }
     }
 
-    /// A short request, again if the line damaged or lost the answer. The status proves in between that nothing older is on
-    /// its way: the instrument answers in order, and the status looks like no other answer.
+    /// A short request, again if the line damaged or lost the answer. The status proves in between that nothing older
+    /// is on its way: the instrument answers in order, and the status looks like no other answer.
     pub async fn ask(&self, request: Request) -> Result<Answer, DeviceError> {
         let prove = (request != Request::Status).then_some(Request::Status);
         let asked = self

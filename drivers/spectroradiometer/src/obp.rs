@@ -1,8 +1,9 @@
 //! Ocean Optics STS in the Ocean Binary Protocol: `ocean-obp:usb:…`, or `ocean-obp:LINK` over a serial line.
 //!
-//! Answers are asked for with an MD5 sum and with the number of their request. What comes without a sum is read twice, and
-//! two spectra must agree (see `agreement`). The first spectrum of every acquisition is thrown away: its exposure may have
-//! begun before the call, and after a change of integration time it is the old one's (python-seabreeze issues 110, 177).
+//! Answers are asked for with an MD5 sum and with the number of their request. What comes without a sum is read twice,
+//! and two spectra must agree (see `agreement`). The first spectrum of every acquisition is thrown away: its exposure
+//! may have begun before the call, and after a change of integration time it is the old one's (python-seabreeze issues
+//! 110, 177).
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -298,8 +299,9 @@ impl OceanObp {
         }
     }
 
-    /// Whether nothing else is on its way: the instrument answers in order, so what is asked for must be the next answer. The
-    /// integration time must be the one that was set; after a restart, or where another program uses it, it is not.
+    /// Whether nothing else is on its way: the instrument answers in order, so what is asked for must be the next
+    /// answer. The integration time must be the one that was set; after a restart, or where another program uses it, it
+    /// is not.
     async fn in_step(&self, integration: Duration, unsolicited: u64) -> Result<bool, DeviceError> {
         let (request, expected) = if self.reads_back {
             (Request::Integration, Value::Count(integration.as_micros() as u32))
@@ -334,8 +336,8 @@ impl OceanObp {
     }
 }
 
-/// The irradiance calibration that is stored: W/(m²·nm) for one linear count a second. `None` where there is none that can
-/// be one.
+/// The irradiance calibration that is stored: W/(m²·nm) for one linear count a second. `None` where there is none that
+/// can be one.
 ///
 /// Stored are µJ a count and the area in cm²; a pixel sees the wavelengths up to halfway to its neighbours:
 /// E = factor · counts ÷ (time · area · width), and 1 µW/cm² = 0.01 W/m².

@@ -1,8 +1,8 @@
-//! Ocean Optics USB2000+ and Flame-S in the OOI language: `ocean-ooi:usb:…`, or `ocean-ooi:LINK` over any byte link that
-//! carries one frame a USB transfer (see `isolux-protocol-ooi`).
+//! Ocean Optics USB2000+ and Flame-S in the OOI language: `ocean-ooi:usb:…`, or `ocean-ooi:LINK` over any byte link
+//! that carries one frame a USB transfer (see `isolux-protocol-ooi`).
 //!
-//! The detector integrates all the time and a request may be answered with an exposure that was begun before it, so each
-//! acquisition throws one spectrum away and returns the next (python-seabreeze issues 110 and 177).
+//! The detector integrates all the time and a request may be answered with an exposure that was begun before it, so
+//! each acquisition throws one spectrum away and returns the next (python-seabreeze issues 110 and 177).
 //!
 //! The language has neither checksum nor request number. What the instrument stores is therefore read twice and held
 //! against what its detector can be (see `stored`); a spectrum is given only when it agrees, pixel by pixel, with the
@@ -202,7 +202,8 @@ impl OceanOoi {
         }
     }
 
-    /// One try at a spectrum: where the line may be out of step, the proof that nothing older is on its way, then the request.
+    /// One try at a spectrum: where the line may be out of step, the proof that nothing older is on its way, then the
+    /// request.
     async fn exposed(
         &self,
         state: &mut State,
@@ -350,9 +351,9 @@ impl OceanOoi {
         surplus
     }
 
-    /// Whether no spectrum is on its way: the instrument answers in order, so its status must be the next answer. It also says
-    /// whether the integration time is still the one that was set; after a restart, or where another program uses the
-    /// instrument, it is not.
+    /// Whether no spectrum is on its way: the instrument answers in order, so its status must be the next answer. It
+    /// also says whether the integration time is still the one that was set; after a restart, or where another program
+    /// uses the instrument, it is not.
     async fn in_step(&self, state: &mut State) -> Result<bool, DeviceError> {
         let integration = state.integration;
         let expected = |us: u32, trigger: u8| Duration::from_micros(u64::from(us)) == integration && trigger == 0;

@@ -1,7 +1,7 @@
 //! What the instrument stores of itself: read twice, compared, and held against what its detector can be.
 //!
-//! EEPROM slots and irradiance factors come without a checksum. One bit flipped in the first coefficient of the wavelengths
-//! shifts a whole spectrum and still looks like an instrument, so no single reading is believed.
+//! EEPROM slots and irradiance factors come without a checksum. One bit flipped in the first coefficient of the
+//! wavelengths shifts a whole spectrum and still looks like an instrument, so no single reading is believed.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,7 +21,8 @@ const STEP_FACTOR: f64 = 2.5;
 const LINEARITY: (f64, f64) = (0.7, 1.4);
 /// Counts below which no detector saturates: a quarter of the converter's range.
 const LEAST_SATURATION: u16 = FULL_SCALE / 4;
-/// Neighbouring pixels have neighbouring factors: one that is off by this factor between two that agree within 2 is damage.
+/// Neighbouring pixels have neighbouring factors: one that is off by this factor between two that agree within 2 is
+/// damage.
 const SPIKE: f64 = 10.0;
 
 /// Places that are read between two proofs that the answers are in step with the requests.
@@ -62,8 +63,8 @@ pub(crate) struct Checked {
 }
 
 impl Stored {
-    /// Reads everything in two passes, so that a repeated answer cannot confirm itself. Where the two differ a third reading
-    /// decides, if it is one of them.
+    /// Reads everything in two passes, so that a repeated answer cannot confirm itself. Where the two differ a third
+    /// reading decides, if it is one of them.
     pub async fn read_twice(line: &Line) -> Result<Self, DeviceError> {
         let (mut first, second) = (Self::read(line).await?, Self::read(line).await?);
         if first.0.len() != second.0.len() {
@@ -180,8 +181,8 @@ impl Stored {
     }
 }
 
-/// Reads `places` in a row, again until the answers are known to belong to the requests: nothing came unasked, and the answer
-/// after the last is a status, which looks like no other. One old answer would shift all that follow it.
+/// Reads `places` in a row, again until the answers are known to belong to the requests: nothing came unasked, and the
+/// answer after the last is a status, which looks like no other. One old answer would shift all that follow it.
 async fn read_in_step(line: &Line, places: &[Place]) -> Result<BTreeMap<Place, Vec<u8>>, DeviceError> {
     for _ in 0..MOST_READINGS {
         let unsolicited = line.unsolicited();

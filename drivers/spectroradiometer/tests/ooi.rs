@@ -1,7 +1,7 @@
 //! The OOI driver against a scripted USB2000+ on an in-memory link, with the clock paused.
 //!
-//! The instrument below has its own framing; each spectrum says in the last bits of its counts when its exposure began and
-//! how long it was, so that two exposures of the same light differ by no more than one count.
+//! The instrument below has its own framing; each spectrum says in the last bits of its counts when its exposure began
+//! and how long it was, so that two exposures of the same light differ by no more than one count.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};

@@ -12,8 +12,8 @@ use tokio::time::{Instant, timeout_at};
 
 use crate::port::{Job, Port};
 
-/// A request whose answer is lost or damaged is made so often in all before its failure is told. Drivers count to the same
-/// number where they have to look at an answer to know that it is none; nothing above them asks again.
+/// A request whose answer is lost or damaged is made so often in all before its failure is told. Drivers count to the
+/// same number where they have to look at an answer to know that it is none; nothing above them asks again.
 pub const TRIES: u32 = 4;
 
 /// Why a request has no answer.
@@ -77,7 +77,8 @@ pub const fn worth_another_try(kind: ErrorKind) -> bool {
 pub struct Exchanged<A> {
     /// The answer.
     pub answer: A,
-    /// Just before the first byte of the request was written: what the answer says was true later, or the device is slow.
+    /// Just before the first byte of the request was written: what the answer says was true later, or the device is
+    /// slow.
     pub sent: Instant,
 }
 
@@ -105,8 +106,9 @@ impl<C: Conversation> Bus<C> {
         }
     }
 
-    /// How often bytes have arrived on this port while no request was in flight, and second answers to a request. Either
-    /// means that an answer that was believed may have belonged to another request: compare before and after reading a value.
+    /// How often bytes have arrived on this port while no request was in flight, and second answers to a request.
+    /// Either means that an answer that was believed may have belonged to another request: compare before and after
+    /// reading a value.
     pub fn unsolicited(&self) -> u64 {
         self.port.unsolicited()
     }
@@ -116,8 +118,8 @@ impl<C: Conversation> Bus<C> {
         self.port.is_closed()
     }
 
-    /// Asks, and waits for the answer until `deadline`. If the caller goes away in the middle, the exchange is still brought
-    /// to its end, so that its answer cannot reach anybody else.
+    /// Asks, and waits for the answer until `deadline`. If the caller goes away in the middle, the exchange is still
+    /// brought to its end, so that its answer cannot reach anybody else.
     ///
     /// # Errors
     /// [`BusError`].
@@ -126,8 +128,8 @@ impl<C: Conversation> Bus<C> {
             .await
     }
 
-    /// The same, with at most `patience` from when the request was sent: time spent in the queue, or on draining the line
-    /// after an earlier failure, does not count.
+    /// The same, with at most `patience` from when the request was sent: time spent in the queue, or on draining the
+    /// line after an earlier failure, does not count.
     ///
     /// # Errors
     /// [`BusError`].
@@ -142,8 +144,8 @@ impl<C: Conversation> Bus<C> {
     }
 
     /// The same, [`TRIES`] times in all where the answer is lost or damaged. The codec drains the line in between. In a
-    /// language whose answers carry no number that is not enough: there `prove` is a request whose answer looks like no other, and
-    /// it must be answered before `request` is made again; it counts as a try.
+    /// language whose answers carry no number that is not enough: there `prove` is a request whose answer looks like no
+    /// other, and it must be answered before `request` is made again; it counts as a try.
     ///
     /// # Errors
     /// [`BusError`] of the last try.
@@ -174,9 +176,10 @@ impl<C: Conversation> Bus<C> {
         }
     }
 
-    /// Keeps the port to the caller until what is returned is dropped: the requests of every other handle wait, so that all
-    /// bytes that arrive in that time concern the caller's requests. For languages without request numbers, around an exchange
-    /// and the time in which its true answer would still arrive. Everything else on the line waits, a `stop` too: keep it short.
+    /// Keeps the port to the caller until what is returned is dropped: the requests of every other handle wait, so that
+    /// all bytes that arrive in that time concern the caller's requests. For languages without request numbers, around
+    /// an exchange and the time in which its true answer would still arrive. Everything else on the line waits, a
+    /// `stop` too: keep it short.
     ///
     /// # Errors
     /// [`BusError::Timeout`] when others keep the port until `deadline`.

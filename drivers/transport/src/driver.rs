@@ -24,7 +24,8 @@ pub struct Driver {
     pub identify: &'static [Probe],
     /// Reads an address as opening it would, and opens nothing: what it uses behind its link, and how the line is set.
     pub place: fn(&Target, Kind) -> Result<Place, OpenError>,
-    /// Full scale and last digit of every range that the display of a lux meter has, in lx; empty where they are not known.
+    /// Full scale and last digit of every range that the display of a lux meter has, in lx; empty where they are not
+    /// known.
     pub display_lx: fn(&Target) -> Vec<(f64, f64)>,
     /// What opens its devices, on the ports of a session.
     pub factories: fn(Arc<Ports>) -> Factories,
@@ -42,8 +43,8 @@ pub struct UsbModel {
 /// What a target uses behind its link.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// Which of the things there, for people: `axis 2 of device 1`. Two targets on one port with the same words are the same
-    /// thing. Empty where the link leads to one thing only.
+    /// Which of the things there, for people: `axis 2 of device 1`. Two targets on one port with the same words are the
+    /// same thing. Empty where the link leads to one thing only.
     pub channel: String,
     /// Settings of the line.
     pub line: LineSettings,

@@ -1,11 +1,11 @@
 //! Byte links and who owns them.
 //!
 //! A link is `AsyncRead + AsyncWrite`: a serial port or pty, a TCP connection, or a pipe inside the process. [`Links`]
-//! opens one by its address; [`SystemLinks`] is the real thing, for one process at a time, [`MemoryLinks`] the pipes that twins listen on,
-//! [`Recorder`] writes every byte of any of them to a trace, and a [`Trace`] plays one back. [`Ports`] opens each address
-//! once a session and gives every device on it a [`Bus`]: a handle on the one task that owns the link, to which callers send
-//! requests, and where a conversation (the codec) decides which bytes answer which request. [`Driver`] is what a driver says of itself to
-//! the catalogue.
+//! opens one by its address; [`SystemLinks`] is the real thing, for one process at a time, [`MemoryLinks`] the pipes
+//! that twins listen on, [`Recorder`] writes every byte of any of them to a trace, and a [`Trace`] plays one back.
+//! [`Ports`] opens each address once a session and gives every device on it a [`Bus`]: a handle on the one task that
+//! owns the link, to which callers send requests, and where a conversation (the codec) decides which bytes answer which
+//! request. [`Driver`] is what a driver says of itself to the catalogue.
 
 mod bus;
 mod driver;

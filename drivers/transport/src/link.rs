@@ -24,8 +24,8 @@ pub trait Links: Send + Sync {
     /// [`LinkError`] with what the system said and what to do.
     async fn open(&self, address: &str, line: LineSettings) -> Result<Box<dyn Link>, LinkError>;
 
-    /// Opens the USB device that `address` (`usb:…`) means among those of `profile`. Links that are not the system's know
-    /// it by its address like any other.
+    /// Opens the USB device that `address` (`usb:…`) means among those of `profile`. Links that are not the system's
+    /// know it by its address like any other.
     ///
     /// # Errors
     /// As [`open`](Self::open).

@@ -47,7 +47,8 @@ impl MemoryLinks {
         self.listen_as(name, None)
     }
 
-    /// The same for an instrument whose line is set so: opened with other settings it would understand nothing, and is refused.
+    /// The same for an instrument whose line is set so: opened with other settings it would understand nothing, and is
+    /// refused.
     ///
     /// # Errors
     /// [`NameTaken`].

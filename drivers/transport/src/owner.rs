@@ -29,8 +29,8 @@ pub async fn lock_files(address: &str) -> io::Result<Vec<PathBuf>> {
     Ok(things.iter().map(|thing| folder.join(file_name(thing))).collect())
 }
 
-/// What is behind `address`, by all its names: two addresses with a name in common lead to one device. A host with several
-/// addresses has as many names.
+/// What is behind `address`, by all its names: two addresses with a name in common lead to one device. A host with
+/// several addresses has as many names.
 ///
 /// # Errors
 /// What the system says to the name of the host.
@@ -43,8 +43,8 @@ pub async fn things(address: &str) -> io::Result<BTreeSet<String>> {
     })
 }
 
-/// Host and port of an address on the network: `tcp://` for the bytes of a serial line, `modbus-tcp://` for Modbus frames
-/// with a header of their own.
+/// Host and port of an address on the network: `tcp://` for the bytes of a serial line, `modbus-tcp://` for Modbus
+/// frames with a header of their own.
 pub(crate) fn network_peer(address: &str) -> Option<&str> {
     ["tcp://", "modbus-tcp://"]
         .iter()
@@ -67,8 +67,8 @@ fn serial_name(path: &str) -> String {
     format!("serial:{real}")
 }
 
-/// The socket that a USB device is plugged into, which has one name whatever the address says. What no device or more than
-/// one fits keeps its address: opening it says what is wrong, or takes the name of the one that the driver means.
+/// The socket that a USB device is plugged into, which has one name whatever the address says. What no device or more
+/// than one fits keeps its address: opening it says what is wrong, or takes the name of the one that the driver means.
 fn usb_name(address: &str) -> String {
     let Ok(Some(wanted)) = UsbAddress::parse(address) else {
         return address.to_owned();
@@ -111,8 +111,8 @@ impl Locks {
         held.values().find(|lock| !lock.is_ours()).map(|one| lost(one))
     }
 
-    /// The locks of what is behind `address`, taken now where this session does not have them yet; and who they were taken
-    /// over from, which only `force` does.
+    /// The locks of what is behind `address`, taken now where this session does not have them yet; and who they were
+    /// taken over from, which only `force` does.
     pub async fn of(&self, address: &str, force: bool) -> Result<(Vec<Arc<Lock>>, Option<Held>), LinkError> {
         let files = lock_files(address).await.map_err(|error| LinkError {
             address: address.to_owned(),

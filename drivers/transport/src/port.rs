@@ -30,7 +30,8 @@ enum Message {
     Ask(Job),
 }
 
-/// A handle to the task that owns a link. Clones reach the same task; it ends, and closes the link, with the last of them.
+/// A handle to the task that owns a link. Clones reach the same task; it ends, and closes the link, with the last of
+/// them.
 #[derive(Debug, Clone)]
 pub(crate) struct Port {
     messages: mpsc::Sender<Message>,

@@ -43,9 +43,10 @@ impl Ports {
         })
     }
 
-    /// The port of `target` in the language `C`, opened now if it is not yet, or if its link was lost. It stays open until the
-    /// registry and all handles are gone. The first device of a language on a port brings the conversation by `begin`; all
-    /// others of that language share it, because what was asked before concerns the line and not the device.
+    /// The port of `target` in the language `C`, opened now if it is not yet, or if its link was lost. It stays open
+    /// until the registry and all handles are gone. The first device of a language on a port brings the conversation by
+    /// `begin`; all others of that language share it, because what was asked before concerns the line and not the
+    /// device.
     ///
     /// # Errors
     /// [`OpenError::Address`] when another device uses the port with other line settings; [`OpenError::Link`].

@@ -12,7 +12,8 @@ use tokio::time::Instant;
 use crate::replay::{Direction, Passage};
 use crate::{LineSettings, Link, LinkError, Links, UsbProfile};
 
-/// Opens links through another [`Links`] and writes what passes to a trace: one line a passage, see [`Trace`](crate::Trace).
+/// Opens links through another [`Links`] and writes what passes to a trace: one line a passage, see
+/// [`Trace`](crate::Trace).
 pub struct Recorder<L> {
     inner: L,
     sink: Arc<Mutex<Sink>>,

@@ -48,8 +48,8 @@ impl SystemLinks {
         self.locks.as_ref().and_then(|locks| locks.lost())
     }
 
-    /// Becomes the owner of what is behind `address` before it is opened. With `force` also where its owner gave no sign of
-    /// life for a while; that owner, if there was one.
+    /// Becomes the owner of what is behind `address` before it is opened. With `force` also where its owner gave no
+    /// sign of life for a while; that owner, if there was one.
     ///
     /// # Errors
     /// [`LinkError`] says who else owns it.
@@ -181,8 +181,8 @@ fn open_serial(path: &str, line: LineSettings, alone: bool) -> Result<Box<dyn Li
         .parity(parity)
         .exclusive(alone);
     let opened = builder.open_native_async().and_then(|mut port| {
-        // That nobody else uses it was seen on opening. From now on `isolux stop` must be able to open it too; programs that
-        // lock the port (flock) are kept away still.
+        // That nobody else uses it was seen on opening. From now on `isolux stop` must be able to open it too; programs
+        // that lock the port (flock) are kept away still.
         #[cfg(unix)]
         port.set_exclusive(false)?;
         Ok(port)

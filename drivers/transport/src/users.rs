@@ -1,7 +1,7 @@
 //! Which programs have a port open, as far as the system says.
 
-/// The processes that have the file at `path` open, as `name (pid N)`: those of this user, or all for root. Empty where the
-/// system has no `/proc`.
+/// The processes that have the file at `path` open, as `name (pid N)`: those of this user, or all for root. Empty where
+/// the system has no `/proc`.
 pub(crate) fn users_of(path: &str) -> Vec<String> {
     let (Ok(real), Ok(processes)) = (std::fs::canonicalize(path), std::fs::read_dir("/proc")) else {
         return Vec::new();

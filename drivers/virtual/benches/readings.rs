@@ -1,8 +1,9 @@
-//! The software's own share of a reading, driver and bus together: from the call of the driver to the typed value, without the
-//! time that the twin takes to answer and without any waiting. `cargo bench -p isolux-virtual --bench readings`
+//! The software's own share of a reading, driver and bus together: from the call of the driver to the typed value,
+//! without the time that the twin takes to answer and without any waiting. `cargo bench -p isolux-virtual --bench
+//! readings`
 //!
-//! The clock of the runtime is paused, so that nobody waits, and each turn of the twin is timed and taken off. Beside it stands
-//! what the bytes of the reading take at the line's speed.
+//! The clock of the runtime is paused, so that nobody waits, and each turn of the twin is timed and taken off. Beside
+//! it stands what the bytes of the reading take at the line's speed.
 
 #![expect(clippy::print_stdout, reason = "the figures")]
 #![allow(clippy::unwrap_used, reason = "a program to run by hand")]

@@ -137,7 +137,8 @@ fn active(fault: &Fault, done: bool, now_s: f64) -> bool {
 /// What a person asks of twins that serve: a line of text.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Order {
-    /// `luxmeter late delay_s=0.8 for_s=10`: instrument, kind and keys as in a `darkroom.toml`; `at_s` counts from now on.
+    /// `luxmeter late delay_s=0.8 for_s=10`: instrument, kind and keys as in a `darkroom.toml`; `at_s` counts from now
+    /// on.
     Fault(Fault),
     /// `clear`, `clear axes`: all faults of all or of one instrument end.
     Clear(Option<Instrument>),

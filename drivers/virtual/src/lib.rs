@@ -2,7 +2,8 @@
 //!
 //! [`VirtualRoom`] is the room with its switches, axes and clock. [`VirtualRoom::listen`] serves its instruments on
 //! pipes inside the process: on a runtime whose clock is paused a day of hours takes seconds. [`outlet`] serves them on
-//! a pty or over TCP for other programs. [`twins`] is the table of twins. They share no codec with the drivers, so that both must be right.
+//! a pty or over TCP for other programs. [`twins`] is the table of twins. They share no codec with the drivers, so that
+//! both must be right.
 
 pub mod fault;
 mod luxmeter;

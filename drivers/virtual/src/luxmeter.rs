@@ -1,7 +1,7 @@
 //! The lux meter: a Konica Minolta T-10A with one head, address 00.
 //!
-//! A new value every half second; commands 10 (read), 28, 54 (PC mode), 55 (hold, broadcast). Frames and status characters
-//! after "T-10 Communication specifications".
+//! A new value every half second; commands 10 (read), 28, 54 (PC mode), 55 (hold, broadcast). Frames and status
+//! characters after "T-10 Communication specifications".
 
 use isolux_darkroom::document::Instrument;
 use isolux_darkroom::meter;
@@ -28,7 +28,8 @@ pub(crate) const TWIN: TwinKind = TwinKind {
 
 const STX: u8 = 0x02;
 const ETX: u8 = 0x03;
-/// A request has 14 bytes, so it takes this long at 9600 baud with ten bits a byte; an answer takes this for each byte, s.
+/// A request has 14 bytes, so it takes this long at 9600 baud with ten bits a byte; an answer takes this for each byte,
+/// s.
 const BYTE_S: f64 = 10.0 / 9600.0;
 
 /// The meter.
@@ -179,7 +180,8 @@ mod tests {
         }
     }
 
-    /// devices.md §2: PC mode is 02 "00541   " 03 "13"; hold "99551  0" has 02, run "99550  0" has 03, read "00100200" has 00.
+    /// devices.md §2: PC mode is 02 "00541   " 03 "13"; hold "99551  0" has 02, run "99550  0" has 03, read "00100200"
+    /// has 00.
     #[test]
     fn block_checks_are_the_published_ones() {
         for (body, check) in [

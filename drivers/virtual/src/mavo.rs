@@ -1,7 +1,7 @@
 //! The lux meter: a Gossen MAVOLUX 5032 by its MAVO-USB interface.
 //!
-//! A new value every two seconds; five ranges, 19.99 lx to 199.9 klx, four digits of which the first is 0 or 1. Commands and
-//! answers after "Interface description MAVO-USB" 1.1/02.18.
+//! A new value every two seconds; five ranges, 19.99 lx to 199.9 klx, four digits of which the first is 0 or 1.
+//! Commands and answers after "Interface description MAVO-USB" 1.1/02.18.
 
 use isolux_darkroom::document::Instrument;
 use isolux_transport::{LineSettings, Parity};
@@ -78,7 +78,8 @@ impl Mavolux {
         if !echoed && !self.echo {
             return data;
         }
-        // The echo is the header as it was written; the description's examples keep the question mark in measurements alone.
+        // The echo is the header as it was written; the description's examples keep the question mark in measurements
+        // alone.
         let echo = if header.contains("PHO") {
             header
         } else {

@@ -1,6 +1,7 @@
 //! Frames of Modbus as a server sees them: RTU, and MBAP where a request comes in one.
 //!
-//! After MODBUS Application Protocol Specification V1.1b3, MODBUS over Serial Line V1.02 and MODBUS Messaging on TCP/IP V1.0b.
+//! After MODBUS Application Protocol Specification V1.1b3, MODBUS over Serial Line V1.02 and MODBUS Messaging on TCP/IP
+//! V1.0b.
 
 /// In which frame a request came; its answer goes back in the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,8 @@
-//! A lux meter on Modbus, unit 1: an RS-485 transmitter that gives its reading in lx (u32, registers 0007h and 0008h) and in
-//! thousandths of a lux (u32, registers 0002h and 0003h), the upper word first; function 03 and 04 alike.
+//! A lux meter on Modbus, unit 1: an RS-485 transmitter that gives its reading in lx (u32, registers 0007h and 0008h)
+//! and in thousandths of a lux (u32, registers 0002h and 0003h), the upper word first; function 03 and 04 alike.
 //!
-//! A new value after each integration of the room's meter. There is one range, and no number below zero: noise about a dark
-//! offset is cut off there, as such instruments do.
+//! A new value after each integration of the room's meter. There is one range, and no number below zero: noise about a
+//! dark offset is cut off there, as such instruments do.
 
 use isolux_darkroom::document::Instrument;
 use isolux_transport::{LineSettings, Parity};

@@ -1,9 +1,9 @@
-//! Two Oriental Motor AZ drives on one RS-485 line: unit 1 turns C, unit 2 turns γ. Registers after the manual HM-60262E as
-//! public drivers cite it.
+//! Two Oriental Motor AZ drives on one RS-485 line: unit 1 turns C, unit 2 turns γ. Registers after the manual
+//! HM-60262E as public drivers cite it.
 //!
 //! A drive's steps are the room's microsteps. The inputs R-IN0 to 15 are assigned as the maker does, except that ZHOME
-//! searches the home sensor: at power-up no home position is set. A command that the drive cannot follow is acknowledged and
-//! ignored, without an alarm.
+//! searches the home sensor: at power-up no home position is set. A command that the drive cannot follow is
+//! acknowledged and ignored, without an alarm.
 
 use std::collections::BTreeMap;
 

@@ -131,7 +131,8 @@ impl Optometer {
     }
 }
 
-/// Reads the light of a window in the present range or, if it is automatic, in that which fits; the number of the error.
+/// Reads the light of a window in the present range or, if it is automatic, in that which fits; the number of the
+/// error.
 fn measure(world: &World, from_s: f64, to_s: f64, automatic: bool, range: u8) -> Result<Measured, u8> {
     let light = world.meter_lx(from_s, to_s);
     let room = world.room();

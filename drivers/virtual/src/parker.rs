@@ -1,8 +1,8 @@
 //! The axes: two Parker XLi indexer drives in a daisy chain, address 1 turns C, address 2 turns γ, in EASI.
 //!
-//! 4000 steps a revolution of the motor, one step of the drive is one microstep of the room. The home switch is at 0. Commands
-//! and reports after the "XL25i, XL50i & XL80i Stepper Drive User Guide", chapter 6; programs (labels, triggers, registration)
-//! are left out and refused as not supported.
+//! 4000 steps a revolution of the motor, one step of the drive is one microstep of the room. The home switch is at 0.
+//! Commands and reports after the "XL25i, XL50i & XL80i Stepper Drive User Guide", chapter 6; programs (labels,
+//! triggers, registration) are left out and refused as not supported.
 
 use isolux_darkroom::document::Instrument;
 use isolux_transport::{LineSettings, Parity};

@@ -1,7 +1,7 @@
 //! The power meter: a GW Instek GPM-8213 in the supply line of the lamp.
 //!
-//! Numeric items as in Yokogawa's grammar; engineering notation with five digits; `NAN` where there is nothing to divide by,
-//! `INF` beyond the range. After public captures of a GPM-8213.
+//! Numeric items as in Yokogawa's grammar; engineering notation with five digits; `NAN` where there is nothing to
+//! divide by, `INF` beyond the range. After public captures of a GPM-8213.
 
 use isolux_darkroom::document::Instrument;
 use isolux_darkroom::noise::{Noise, Stream};

@@ -23,8 +23,8 @@ pub(crate) struct Unit {
 }
 
 impl Unit {
-    /// Whether the header is this one, as `NUMeric:NORMal:ITEM#`: capitals are the short form, `#` a number (1 if left out).
-    /// The numbers.
+    /// Whether the header is this one, as `NUMeric:NORMal:ITEM#`: capitals are the short form, `#` a number (1 if left
+    /// out). The numbers.
     pub fn is(&self, pattern: &str) -> Option<Vec<usize>> {
         let expected: Vec<&str> = pattern.split(':').collect();
         if expected.len() != self.words.len() {
@@ -121,7 +121,8 @@ pub(crate) fn units(line: &str) -> Vec<Unit> {
     units
 }
 
-/// Runs a line: what all instruments have is answered here, the rest by `run`. The answers come in one line joined by `;`.
+/// Runs a line: what all instruments have is answered here, the rest by `run`. The answers come in one line joined by
+/// `;`.
 pub(crate) fn run_line(
     line: &str,
     identity: &str,

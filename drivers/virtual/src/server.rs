@@ -86,8 +86,8 @@ impl VirtualRoom {
         }
     }
 
-    /// Opens the room that `document` describes, with the default twins; its clock starts now, on the clock of the present
-    /// runtime.
+    /// Opens the room that `document` describes, with the default twins; its clock starts now, on the clock of the
+    /// present runtime.
     pub fn open(document: Darkroom) -> Self {
         Self::open_with(document, &Choice::default())
     }
@@ -127,7 +127,8 @@ impl VirtualRoom {
     }
 
     /// Serves the instruments as `memory:axes`, `memory:luxmeter`, `memory:spectrometer` and, where there are such,
-    /// `memory:outputs`, `memory:powermeter` and `memory:supply` of `links`, on the present runtime. A pipe opened with other line settings than the instrument has is refused.
+    /// `memory:outputs`, `memory:powermeter` and `memory:supply` of `links`, on the present runtime. A pipe opened with
+    /// other line settings than the instrument has is refused.
     ///
     /// # Errors
     /// A name is served already.
@@ -200,7 +201,8 @@ impl VirtualRoom {
         act(&mut lock(&self.world), now_s)
     }
 
-    /// Carries out what a person asks of the instruments' links from now on. False where the room has no such instrument.
+    /// Carries out what a person asks of the instruments' links from now on. False where the room has no such
+    /// instrument.
     pub fn order(&self, order: &Order) -> bool {
         let now_s = self.now_s();
         match order {

@@ -1,7 +1,8 @@
 //! The spectroradiometer: an Ocean Optics USB2000+ that speaks OOI, one frame a USB transfer.
 //!
-//! A frame on a byte link is `endpoint u8, length u16 little-endian, payload`: 0x01 host to device, 0x81 control answers,
-//! 0x82 spectra. The irradiance calibration in the instrument (command 6D) is W/(m² nm) for one linear count per second.
+//! A frame on a byte link is `endpoint u8, length u16 little-endian, payload`: 0x01 host to device, 0x81 control
+//! answers, 0x82 spectra. The irradiance calibration in the instrument (command 6D) is W/(m² nm) for one linear count
+//! per second.
 
 use isolux_darkroom::Room;
 use isolux_darkroom::document::Instrument;

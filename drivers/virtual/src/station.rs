@@ -23,8 +23,8 @@ pub fn in_memory(choice: &Choice) -> Vec<Outlet> {
     choice.instruments().filter_map(outlet).collect()
 }
 
-/// Text of a station file (`isolux-station/1`) for the instruments at `outlets`. It says what an operator knows: nominal
-/// distances, the certificates with their uncertainties, no flaw.
+/// Text of a station file (`isolux-station/1`) for the instruments at `outlets`. It says what an operator knows:
+/// nominal distances, the certificates with their uncertainties, no flaw.
 ///
 /// `darkroom` names the room's file where it is not the built-in one and the instruments are in memory.
 pub fn station_in(darkroom: Option<&str>, document: &Darkroom, outlets: &[Outlet]) -> String {

@@ -1,7 +1,7 @@
 //! The spectroradiometer as an Ocean Optics STS: the Ocean Binary Protocol, 1024 pixels of 14 bits.
 //!
-//! Its optics are those of the room's spectrometer; each of its pixels is the mean of two of that one's, in a quarter of
-//! its counts. A message is a header of 44 bytes, a payload, 16 bytes of MD5 or zeros, and a footer.
+//! Its optics are those of the room's spectrometer; each of its pixels is the mean of two of that one's, in a quarter
+//! of its counts. A message is a header of 44 bytes, a payload, 16 bytes of MD5 or zeros, and a footer.
 
 use isolux_darkroom::document::Instrument;
 use isolux_darkroom::spectrograph::{Exposure, PIXELS as FINE_PIXELS, linearity_coefficients, wavelength_nm};

@@ -1,8 +1,8 @@
-//! The axes that the template of `ascii-axis` describes: two drives on a line, address 1 turns C, address 2 turns γ. No real
-//! instrument.
+//! The axes that the template of `ascii-axis` describes: two drives on a line, address 1 turns C, address 2 turns γ. No
+//! real instrument.
 //!
-//! A command is an address, a blank, a word and perhaps a number, ended by CR; answers end with CR LF. One step of a drive is one
-//! microstep of the room.
+//! A command is an address, a blank, a word and perhaps a number, ended by CR; answers end with CR LF. One step of a
+//! drive is one microstep of the room.
 
 use isolux_darkroom::document::Instrument;
 use isolux_transport::{LineSettings, Parity};

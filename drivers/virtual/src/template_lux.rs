@@ -1,7 +1,7 @@
 //! The lux meter that the template of `ascii-lux` describes: no real instrument.
 //!
-//! ID?, UNIT LX and E?, ended by CR LF as the answers are. One range up to 200 klx, two decimals; a new value after each
-//! integration of the room's meter.
+//! ID?, UNIT LX and E?, ended by CR LF as the answers are. One range up to 200 klx, two decimals; a new value after
+//! each integration of the room's meter.
 
 use isolux_darkroom::document::Instrument;
 use isolux_transport::{LineSettings, Parity};

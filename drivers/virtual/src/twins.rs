@@ -41,8 +41,8 @@ pub struct TwinKind {
     pub line: LineSettings,
     /// The parts of a station that it can be, and what follows its address in their `open`: `("axis.c", "?axis=1")`.
     pub opens: &'static [(&'static str, &'static str)],
-    /// Text of the calibration file that its driver needs, `wavelength_nm,factor` in W/(m² nm) for one linear count per second;
-    /// none where the instrument keeps its own calibration, and for every instrument but a spectroradiometer.
+    /// Text of the calibration file that its driver needs, `wavelength_nm,factor` in W/(m² nm) for one linear count per
+    /// second; none where the instrument keeps its own calibration, and for every instrument but a spectroradiometer.
     pub calibration: Option<fn(&Room) -> String>,
     /// The twin at power-up.
     pub(crate) start: fn(&World) -> Box<dyn Twin>,
@@ -125,7 +125,8 @@ impl Choice {
         }
     }
 
-    /// Where the axes' controller cannot switch the lamp, or lacks another of the outputs, a controller that can stands beside.
+    /// Where the axes' controller cannot switch the lamp, or lacks another of the outputs, a controller that can stands
+    /// beside.
     fn complete(&mut self) {
         let lacks = |twin: &TwinKind| OUTPUTS.iter().any(|part| twin.open(part).is_none());
         if self.0.get(&Instrument::Axes).is_none_or(|twin| lacks(twin))

@@ -1,7 +1,7 @@
 //! The spectrometers as USB devices.
 //!
-//! Ids and endpoints are those of the instruments (python-seabreeze, `devices.py`); packet sizes follow from their speed.
-//! Release numbers and words are made up: no driver may depend on them.
+//! Ids and endpoints are those of the instruments (python-seabreeze, `devices.py`); packet sizes follow from their
+//! speed. Release numbers and words are made up: no driver may depend on them.
 
 use isolux_darkroom::document::Instrument;
 use isolux_usbip::{Bench, Model, Packing, Speed, Twin};
@@ -41,8 +41,8 @@ pub fn device(room: &VirtualRoom, instrument: Instrument) -> Option<Twin> {
     Some(twin(room, model, instrument))
 }
 
-/// Offers the instrument over USB/IP on the loopback address, port 0 for a free one; the address that it has once a kernel has
-/// attached it as device `1-1`, the port, and what serves it. None where it has no USB connector.
+/// Offers the instrument over USB/IP on the loopback address, port 0 for a free one; the address that it has once a
+/// kernel has attached it as device `1-1`, the port, and what serves it. None where it has no USB connector.
 ///
 /// # Errors
 /// The system refuses the port.

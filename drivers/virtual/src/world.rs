@@ -235,8 +235,8 @@ impl World {
         climate::temperature_c(&self.room.document().room, now_s)
     }
 
-    /// Illuminance on the lux meter, averaged from `from_s` to `to_s`, lx. Axes that turn and switches that switch in that
-    /// time are followed through it; the floor's light, which changes slowly, is that of the middle.
+    /// Illuminance on the lux meter, averaged from `from_s` to `to_s`, lx. Axes that turn and switches that switch in
+    /// that time are followed through it; the floor's light, which changes slowly, is that of the middle.
     pub fn meter_lx(&self, from_s: f64, to_s: f64) -> f64 {
         let floor_lx = self.floor_lx(&self.observation(Kind::Baffled, 0.5 * (from_s + to_s)));
         let dazzle_lx = self.dazzle_lx(Instrument::Luxmeter, from_s, to_s);
@@ -257,8 +257,8 @@ impl World {
             })
     }
 
-    /// Illuminance on the spectroradiometer's entrance, averaged from `from_s` to `to_s`, lx. Shutter and baffle stand before
-    /// it as before the meter.
+    /// Illuminance on the spectroradiometer's entrance, averaged from `from_s` to `to_s`, lx. Shutter and baffle stand
+    /// before it as before the meter.
     pub fn spectroradiometer_lx(&self, from_s: f64, to_s: f64) -> f64 {
         let dazzle_lx = self.dazzle_lx(Instrument::Spectroradiometer, from_s, to_s);
         dazzle_lx

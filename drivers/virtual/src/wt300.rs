@@ -1,6 +1,7 @@
 //! The power meter: a Yokogawa WT310E on Modbus/TCP, RTU or MBAP as the request comes.
 //!
-//! Items 1 to 9 as delivered, in input registers 2001 to 2018 (07D0h on the wire), single precision, high word first; function
+//! Items 1 to 9 as delivered, in input registers 2001 to 2018 (07D0h on the wire), single precision, high word first;
+//! function
 //! 04. What it has not is 7E951BEEh, what is beyond the range 7E94F56Ah. After IM WT310-17EN, chapter 9.
 
 use isolux_darkroom::document::Instrument;

@@ -1,8 +1,8 @@
 //! The axes: a Zaber X-MCC controller of firmware 7, three axes, digital outputs and an analogue input, in ASCII.
 //!
-//! Axis 1 turns C, axis 2 turns γ, axis 3 carries the detector (2000 microsteps a millimetre, position = distance, encoder
-//! absolute). Digital output 1 switches the lamp, 2 opens the shutter, 3 puts the baffle in. Analogue input 1 is a
-//! temperature transmitter, 0–10 V for −50 to 100 °C. Commands and replies after Zaber's ASCII protocol manual.
+//! Axis 1 turns C, axis 2 turns γ, axis 3 carries the detector (2000 microsteps a millimetre, position = distance,
+//! encoder absolute). Digital output 1 switches the lamp, 2 opens the shutter, 3 puts the baffle in. Analogue input 1
+//! is a temperature transmitter, 0–10 V for −50 to 100 °C. Commands and replies after Zaber's ASCII protocol manual.
 
 use std::collections::BTreeSet;
 
@@ -94,8 +94,8 @@ impl Controller {
         }
     }
 
-    /// Stops the first axis short whose motion lasts past `from_s`, in the middle of that motion, as an obstacle does. True
-    /// if that has come to pass by `now_s`.
+    /// Stops the first axis short whose motion lasts past `from_s`, in the middle of that motion, as an obstacle does.
+    /// True if that has come to pass by `now_s`.
     fn stall(&mut self, world: &mut World, from_s: f64, now_s: f64) -> bool {
         for (drive, name) in self.axes.iter_mut().zip(AxisName::ALL) {
             let axis = world.axis_mut(name);

@@ -1,5 +1,6 @@
-//! Zaber's own library `zaber-motion` (`tests/peers/zaber.py`) homes, moves, stops and switches the axes' twin over TCP, and
-//! reads what is true. Each field that it reads is changed on its way once: it must then read something else, or fail.
+//! Zaber's own library `zaber-motion` (`tests/peers/zaber.py`) homes, moves, stops and switches the axes' twin over
+//! TCP, and reads what is true. Each field that it reads is changed on its way once: it must then read something else,
+//! or fail.
 //!
 //! Without the library the test says that it was skipped, and fails where `ISOLUX_NO_SKIP` is set.
 

@@ -1,5 +1,5 @@
-//! The software's own share of a reading in the languages of text lines: from the request to the typed value, the answer in
-//! one piece and byte by byte. On the wire, request and answer take 25 ms to 40 ms at 9600 baud.
+//! The software's own share of a reading in the languages of text lines: from the request to the typed value, the
+//! answer in one piece and byte by byte. On the wire, request and answer take 25 ms to 40 ms at 9600 baud.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -22,7 +22,8 @@ pub trait Language: Send + 'static {
     /// Begins a request: its bytes, and its outcome where nobody answers it.
     fn start(&mut self, request: Self::Request) -> (Vec<u8>, Option<Self::Answer>);
 
-    /// Judges everything that has arrived since the request. An answer must be all of it: bytes beyond its end are damage.
+    /// Judges everything that has arrived since the request. An answer must be all of it: bytes beyond its end are
+    /// damage.
     fn judge(&self, received: &[u8]) -> Judgement<Self::Answer>;
 }
 
@@ -48,8 +49,9 @@ pub struct Reply<A> {
 
 /// The conversation in a [`Language`].
 ///
-/// These languages do not number their messages, or only within short cycles. After a timeout or a damaged answer anything
-/// that arrives may be the answer that was given up: it is thrown away, and each byte of it makes the silence begin anew.
+/// These languages do not number their messages, or only within short cycles. After a timeout or a damaged answer
+/// anything that arrives may be the answer that was given up: it is thrown away, and each byte of it makes the silence
+/// begin anew.
 #[derive(Debug)]
 pub struct Lines<L> {
     language: L,

@@ -10,8 +10,8 @@ pub struct Number {
 }
 
 impl Number {
-    /// Reads `12`, `1.25`, `-.5` or `1.25E+02`. Words (`NAN`, `INF`), blanks, a unit, and numbers beyond the doubles are
-    /// none.
+    /// Reads `12`, `1.25`, `-.5` or `1.25E+02`. Words (`NAN`, `INF`), blanks, a unit, and numbers beyond the doubles
+    /// are none.
     pub fn parse(text: &str) -> Option<Self> {
         let unsigned = text.strip_prefix(['+', '-']).unwrap_or(text);
         let (mantissa, exponent) = match unsigned.split_once(['E', 'e']) {

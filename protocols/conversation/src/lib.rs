@@ -1,18 +1,19 @@
 //! What every codec implements: one request at a time, and which bytes answer it.
 //!
-//! A conversation is the host's side of a line, without a clock and without input or output of its own. The owner of the
-//! link (`isolux-transport`) sends the bytes, passes on those that arrive, and keeps the deadlines.
+//! A conversation is the host's side of a line, without a clock and without input or output of its own. The owner of
+//! the link (`isolux-transport`) sends the bytes, passes on those that arrive, and keeps the deadlines.
 
 use std::time::Instant;
 
 /// The host's side of one language on one line.
 ///
-/// Contract of the caller: no [`start`](Self::start) before [`ready_at`](Self::ready_at); every byte that arrives goes to
-/// [`handle_input`](Self::handle_input), between requests too; [`abandon`](Self::abandon) once the deadline has passed. A
-/// request is over with its answer, with [`Event::Malformed`] or when it is abandoned, and only then may the next one start.
+/// Contract of the caller: no [`start`](Self::start) before [`ready_at`](Self::ready_at); every byte that arrives goes
+/// to [`handle_input`](Self::handle_input), between requests too; [`abandon`](Self::abandon) once the deadline has
+/// passed. A request is over with its answer, with [`Event::Malformed`] or when it is abandoned, and only then may the
+/// next one start.
 ///
-/// Contract of the codec: bytes that belong to an older request never answer a newer one. Where the language numbers its
-/// messages, the number decides; where it does not, the codec demands silence on the line after every failure.
+/// Contract of the codec: bytes that belong to an older request never answer a newer one. Where the language numbers
+/// its messages, the number decides; where it does not, the codec demands silence on the line after every failure.
 pub trait Conversation: Send + 'static {
     /// One request.
     type Request: Send + 'static;

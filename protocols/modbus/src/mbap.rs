@@ -16,8 +16,9 @@ const LENGTHS: std::ops::RangeInclusive<usize> = 2..=254;
 /// The client's side of a Modbus TCP connection.
 ///
 /// The transaction number decides: a late answer is dropped with a remark, and the line is ready at once. A stream that
-/// loses its frames (a header that is none, or an answer torn off at a deadline) is thrown away until it has been silent for
-/// a while, because only silence tells where the next frame begins. TCP itself guards the bytes; MBAP has no check.
+/// loses its frames (a header that is none, or an answer torn off at a deadline) is thrown away until it has been
+/// silent for a while, because only silence tells where the next frame begins. TCP itself guards the bytes; MBAP has no
+/// check.
 #[derive(Debug)]
 pub struct Mbap {
     silence: Duration,

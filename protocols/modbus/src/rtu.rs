@@ -40,12 +40,13 @@ pub fn silent_interval(baud: u32) -> Duration {
 
 /// The client's side of an RTU line.
 ///
-/// The language has no request numbers: an answer that comes after its deadline fits the next request just as well. After a
-/// timeout or a damaged answer the line must therefore be silent for longer than the slowest answer, and each byte that comes
-/// meanwhile makes the silence begin anew. An answer must begin with its first byte: nothing before it is skipped.
+/// The language has no request numbers: an answer that comes after its deadline fits the next request just as well.
+/// After a timeout or a damaged answer the line must therefore be silent for longer than the slowest answer, and each
+/// byte that comes meanwhile makes the silence begin anew. An answer must begin with its first byte: nothing before it
+/// is skipped.
 ///
-/// The silence of 1.5 characters *within* a frame (SL 2.5.1.1) is not watched: operating systems and bridges do not keep it.
-/// The length that the request implies and the CRC bound the frame instead.
+/// The silence of 1.5 characters *within* a frame (SL 2.5.1.1) is not watched: operating systems and bridges do not
+/// keep it. The length that the request implies and the CRC bound the frame instead.
 #[derive(Debug)]
 pub struct Rtu {
     silence: Duration,
@@ -62,8 +63,8 @@ struct Waiting {
 }
 
 impl Rtu {
-    /// A line whose frames are `silence` apart, and on which no answer is ever complete later than `slowest_answer` after its
-    /// request was sent.
+    /// A line whose frames are `silence` apart, and on which no answer is ever complete later than `slowest_answer`
+    /// after its request was sent.
     pub fn new(silence: Duration, slowest_answer: Duration) -> Self {
         Self {
             silence,

@@ -58,8 +58,8 @@ impl fmt::Display for NumberType {
 }
 
 impl Encoding {
-    /// The number, exactly: every type fits into a double. A float may be NaN or infinite. None if `words` are not as many as
-    /// the type takes.
+    /// The number, exactly: every type fits into a double. A float may be NaN or infinite. None if `words` are not as
+    /// many as the type takes.
     pub fn decode(self, words: &[u16]) -> Option<f64> {
         let long = |words: &[u16; 2]| {
             let [first, second] = words.map(u32::from);

@@ -174,8 +174,8 @@ proptest! {
             let given = values(&feed(&mut line, &bytes, &cuts));
             prop_assert!(given.is_empty() || given == [case.says.clone()], "{:?}", given);
         }
-        // In one piece with what follows it, an answer is in doubt; in a piece of its own it is one, and the rest is counted
-        // by the owner of the link.
+        // In one piece with what follows it, an answer is in doubt; in a piece of its own it is one, and the rest is
+        // counted by the owner of the link.
         let mut line = rtu();
         line.start(Instant::now(), case.request());
         prop_assert!(is_malformed(&line.handle_input(Instant::now(), &[frame, after].concat())));
@@ -341,9 +341,9 @@ fn arrived(on_its_way: &mut OnItsWay, by: Instant) -> Option<(Instant, Vec<u8>)>
         .then(|| on_its_way.pop_front())?
 }
 
-/// Four requests to a server on a virtual clock, which answers in order and takes 350 ms for the first answer, 20 ms for the
-/// others. The host gives up after 200 ms; one that `waits` keeps to [`Conversation::ready_at`], another goes on after 40 ms.
-/// Which answer came to which request.
+/// Four requests to a server on a virtual clock, which answers in order and takes 350 ms for the first answer, 20 ms
+/// for the others. The host gives up after 200 ms; one that `waits` keeps to [`Conversation::ready_at`], another goes
+/// on after 40 ms. Which answer came to which request.
 fn four_requests(
     mut codec: impl Conversation<Request = Request, Answer = Reply>,
     waits: bool,
@@ -385,8 +385,8 @@ fn four_requests(
     got
 }
 
-/// One slow answer shifts a whole curve where the client does not keep silent after a timeout (tokio-modbus 0.17.0 as it
-/// ships, pull request 2636 of pymodbus): each later request gets the answer to the one before.
+/// One slow answer shifts a whole curve where the client does not keep silent after a timeout (tokio-modbus 0.17.0 as
+/// it ships, pull request 2636 of pymodbus): each later request gets the answer to the one before.
 #[test]
 fn one_slow_answer_does_not_shift_the_others() {
     let frame = |case: &Case, _| case.rtu();

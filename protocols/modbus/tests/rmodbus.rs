@@ -1,7 +1,7 @@
 //! Against the crate rmodbus: it makes the same requests, and its server's answers are understood.
 //!
-//! Its client is not used: it panics on an empty answer with a good CRC, takes one register for two, and any write for the
-//! one that was asked (`docs/decisions`, Modbus frames).
+//! Its client is not used: it panics on an empty answer with a good CRC, takes one register for two, and any write for
+//! the one that was asked (`docs/decisions`, Modbus frames).
 
 use std::time::{Duration, Instant};
 

@@ -6,8 +6,8 @@ use isolux_conversation::{Conversation, Event, Start};
 
 use crate::{Answer, Flags, Message, Request, Value};
 
-/// How long the line must have been silent after a failure. A spectrum that was given up may still come for as long as its
-/// integration lasts; [`Host`] takes that time.
+/// How long the line must have been silent after a failure. A spectrum that was given up may still come for as long as
+/// its integration lasts; [`Host`] takes that time.
 const QUIET: Duration = Duration::from_millis(300);
 
 /// The instrument will answer later.

@@ -204,7 +204,8 @@ mod tests {
 
     #[test]
     fn a_request_has_the_bytes_of_seabreeze() {
-        // python-seabreeze 2.11.0, OBPProtocol._construct_outgoing_message(0x00110010, struct.pack("<L", 100000), True).
+        // python-seabreeze 2.11.0, OBPProtocol._construct_outgoing_message(0x00110010, struct.pack("<L", 100000),
+        // True).
         let message = Message {
             flags: Flags::ACK_REQUEST,
             error: 0,

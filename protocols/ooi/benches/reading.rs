@@ -1,5 +1,5 @@
-//! The software's own share of a spectrum: from the request to 2048 typed counts. High-speed USB takes 0.1 ms for the 4097
-//! bytes at best, a serial line at 115200 baud 356 ms.
+//! The software's own share of a spectrum: from the request to 2048 typed counts. High-speed USB takes 0.1 ms for the
+//! 4097 bytes at best, a serial line at 115200 baud 356 ms.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,10 +1,10 @@
 //! The OOI language of Ocean Optics USB2000+ and Flame-S spectrometers as a sans-IO codec: no clock, no I/O.
 //!
 //! The instrument has a USB endpoint for commands (0x01), one for short answers (0x81) and one for spectra (0x82). On a
-//! byte link each USB transfer travels as one [`Frame`]: `endpoint u8, length u16 little-endian, payload`. Answers carry
-//! no request number, so after a timeout or damage the line must be quiet before the next request.
-//! Sources: Ocean Optics "USB2000+ Data Sheet", "Flame-S installation and operation manual"; SeaBreeze (python-seabreeze
-//! 2.11) for the EEPROM slots and the irradiance blocks.
+//! byte link each USB transfer travels as one [`Frame`]: `endpoint u8, length u16 little-endian, payload`. Answers
+//! carry no request number, so after a timeout or damage the line must be quiet before the next request. Sources: Ocean
+//! Optics "USB2000+ Data Sheet", "Flame-S installation and operation manual"; SeaBreeze (python-seabreeze 2.11) for the
+//! EEPROM slots and the irradiance blocks.
 
 mod answer;
 mod conversation;

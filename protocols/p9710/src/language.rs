@@ -103,8 +103,8 @@ impl Language for P9710 {
     type Request = Request;
     type Answer = Answer;
 
-    /// The longest measurement takes 6 s; [`Request::SetIntegration`] of the driver leaves 0.5 s, and a range may be changed
-    /// up to seven times.
+    /// The longest measurement takes 6 s; [`Request::SetIntegration`] of the driver leaves 0.5 s, and a range may be
+    /// changed up to seven times.
     fn quiet(&self) -> Duration {
         Duration::from_secs(2)
     }

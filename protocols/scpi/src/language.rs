@@ -116,7 +116,8 @@ impl Language for Scpi {
     }
 }
 
-/// `#`, the number of digits of the length, the length, the bytes, the line end. The bytes may hold a line end of their own.
+/// `#`, the number of digits of the length, the length, the bytes, the line end. The bytes may hold a line end of their
+/// own.
 fn block(received: &[u8]) -> Judgement<Answer> {
     let damaged = |reason: &str| Judgement::Damaged(reason.to_owned());
     match received {

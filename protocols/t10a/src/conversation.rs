@@ -12,8 +12,8 @@ pub const QUIET: Duration = Duration::from_secs(1);
 
 /// The host's side of the line.
 ///
-/// The language has no request numbers, so after a timeout or a damaged answer anything that arrives might be the answer
-/// that was given up: it is thrown away, and each byte of it makes the silence begin anew.
+/// The language has no request numbers, so after a timeout or a damaged answer anything that arrives might be the
+/// answer that was given up: it is thrown away, and each byte of it makes the silence begin anew.
 #[derive(Debug, Default)]
 pub struct Host {
     waiting: Option<(u8, u8)>,

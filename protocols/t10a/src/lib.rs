@@ -1,10 +1,10 @@
 //! The language of the Konica Minolta T-10A illuminance meter as a sans-IO codec: no clock, no I/O.
 //!
-//! 9600 baud, 7 data bits, even parity, 1 stop bit. A request is `STX head command parameter ETX BCC CR LF`, 14 bytes; an
-//! answer is the same with a status for the parameter, or 32 bytes with three values of six characters. BCC is the
+//! 9600 baud, 7 data bits, even parity, 1 stop bit. A request is `STX head command parameter ETX BCC CR LF`, 14 bytes;
+//! an answer is the same with a status for the parameter, or 32 bytes with three values of six characters. BCC is the
 //! exclusive or of all bytes after STX up to and including ETX, as two hexadecimal digits. There is no request number:
-//! after a timeout the line must be quiet before the next request, which is what [`Host`] sees to.
-//! Source: Konica Minolta "T-10A communication manual" (T-10-E.pdf), sections 3 to 5.
+//! after a timeout the line must be quiet before the next request, which is what [`Host`] sees to. Source: Konica
+//! Minolta "T-10A communication manual" (T-10-E.pdf), sections 3 to 5.
 
 mod answer;
 mod conversation;

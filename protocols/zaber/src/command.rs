@@ -98,8 +98,8 @@ impl Command {
         format!("/{body}:{:02X}\n", crate::checksum(body.as_bytes())).into_bytes()
     }
 
-    /// Reads one line (with or without its end) as a device does: leading numbers are device, axis and id, in this order,
-    /// each of which may be left out; the check is verified when it is there.
+    /// Reads one line (with or without its end) as a device does: leading numbers are device, axis and id, in this
+    /// order, each of which may be left out; the check is verified when it is there.
     ///
     /// # Errors
     /// [`NotACommand`] without the `/`, with a wrong check or with numbers out of range.

@@ -9,9 +9,9 @@ use crate::{Command, Framer, Message, Reply};
 
 /// The host's side of a line.
 ///
-/// Ids run over all hundred values, so a late answer would have to be late by a hundred requests to be taken for another. The
-/// true answer comes as well then, and [`surplus`](Conversation::surplus) counts it. Alerts, and replies that nobody waits for
-/// (late, or from another address), are remarks.
+/// Ids run over all hundred values, so a late answer would have to be late by a hundred requests to be taken for
+/// another. The true answer comes as well then, and [`surplus`](Conversation::surplus) counts it. Alerts, and replies
+/// that nobody waits for (late, or from another address), are remarks.
 ///
 /// A device sends checksums once it has accepted [`CHECKSUMS_ON`]; from then on an answer of that device without one is
 /// damaged.

@@ -1,10 +1,10 @@
 //! The Zaber ASCII protocol as a sans-IO codec: no clock, no I/O.
 //!
-//! A command is `/device axis id text:HH` and a line end; the device answers `@DD A ID OK|RJ BUSY|IDLE FLAG data:HH` with
-//! CR LF. `HH` is a longitudinal redundancy check, always sent by this side and verified wherever the device sends one.
-//! `ID` is the message id: an answer that comes after its request was given up carries an old id, so it can never answer
-//! the next request. Sources: Zaber "ASCII Protocol Manual" (zaber.com/wiki/Manuals/ASCII_Protocol_Manual); checksum as
-//! in the manufacturer's Python package zaber.serial 0.9.1.
+//! A command is `/device axis id text:HH` and a line end; the device answers `@DD A ID OK|RJ BUSY|IDLE FLAG data:HH`
+//! with CR LF. `HH` is a longitudinal redundancy check, always sent by this side and verified wherever the device sends
+//! one. `ID` is the message id: an answer that comes after its request was given up carries an old id, so it can never
+//! answer the next request. Sources: Zaber "ASCII Protocol Manual" (zaber.com/wiki/Manuals/ASCII_Protocol_Manual);
+//! checksum as in the manufacturer's Python package zaber.serial 0.9.1.
 
 mod command;
 mod conversation;

@@ -34,8 +34,8 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// What `run` gives, and the most bytes that the whole process held at a time meanwhile, beyond what it held before. 0 where
-/// [`Counting`] is not the global allocator.
+/// What `run` gives, and the most bytes that the whole process held at a time meanwhile, beyond what it held before. 0
+/// where [`Counting`] is not the global allocator.
 pub fn most<T>(run: impl FnOnce() -> T) -> (T, usize) {
     let before = NOW.load(Relaxed);
     PEAK.store(before, Relaxed);

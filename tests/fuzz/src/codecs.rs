@@ -1,4 +1,5 @@
-//! The host's side of every language. The input is a session: which request, in which pieces the bytes arrive, the bytes.
+//! The host's side of every language. The input is a session: which request, in which pieces the bytes arrive, the
+//! bytes.
 
 use std::time::{Duration, Instant};
 

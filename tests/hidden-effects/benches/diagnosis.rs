@@ -1,8 +1,9 @@
-//! The benchmark of the diagnosis: `cargo bench -p isolux-hidden-effects --bench diagnosis -- [all|gonio|sensor] [cases a class] [class] [seed]`.
+//! The benchmark of the diagnosis: `cargo bench -p isolux-hidden-effects --bench diagnosis -- [all|gonio|sensor] [cases
+//! a class] [class] [seed]`.
 //!
-//! Every case is written into a folder that holds what an operator has; its truth stays in this process. The answer is the
-//! document of the diagnosis; the gap is scored from what `model.after.toml`, read again from its file, predicts at held-out
-//! coordinates. Without a number each class has as many cases as an hour or less allows; `-` stands for that.
+//! Every case is written into a folder that holds what an operator has; its truth stays in this process. The answer is
+//! the document of the diagnosis; the gap is scored from what `model.after.toml`, read again from its file, predicts at
+//! held-out coordinates. Without a number each class has as many cases as an hour or less allows; `-` stands for that.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -19,8 +20,8 @@ use isolux_model::Model;
 use isolux_record::observation::{Need, Observations, open};
 use rayon::prelude::*;
 
-/// Maps or readings, what is hidden, how many cases: every effect and every strange one at least once, false alarms, the rarer,
-/// oftener where they are cheap. What the goals name comes first.
+/// Maps or readings, what is hidden, how many cases: every effect and every strange one at least once, false alarms,
+/// the rarer, oftener where they are cheap. What the goals name comes first.
 const SUITE: [(bool, Class, u64); 21] = [
     (false, Class::CleanWhite, 150),
     (false, Class::Single(10), 44),
@@ -258,8 +259,8 @@ fn answer(case: &Case) -> Answer {
     }
 }
 
-/// Held-out gap removed, against noise-free truth: (before² − after²)/(before² − floor²), all in true σ, where `floor` is what
-/// a refitted baseline leaves in the same noise with nothing hidden; and the same with a floor of nought.
+/// Held-out gap removed, against noise-free truth: (before² − after²)/(before² − floor²), all in true σ, where `floor`
+/// is what a refitted baseline leaves in the same noise with nothing hidden; and the same with a floor of nought.
 fn gap(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<(f64, f64, (f64, f64))> {
     let residual = |model: &Model, name: &str, truth: &dyn Fn(usize) -> f64| -> f64 {
         let file = path.join(name);

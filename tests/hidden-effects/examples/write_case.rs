@@ -1,6 +1,8 @@
-//! Writes one case: `cargo run -p isolux-hidden-effects --example write_case -- FOLDER SEED gonio|sensor NAME SIGMA [NAME SIGMA …]`.
+//! Writes one case: `cargo run -p isolux-hidden-effects --example write_case -- FOLDER SEED gonio|sensor NAME SIGMA
+//! [NAME SIGMA …]`.
 //!
-//! With `--common` the plan is a common one: one distance, one way, no darks; with `--correlated` the noise is. With `--truth` the held-out truth is written too, as `truth.csv` (value, standard deviation).
+//! With `--common` the plan is a common one: one distance, one way, no darks; with `--correlated` the noise is. With
+//! `--truth` the held-out truth is written too, as `truth.csv` (value, standard deviation).
 
 use std::fmt::Write as _;
 

@@ -9,7 +9,8 @@ use crate::plan::{Frame, Step};
 use crate::random::Draws;
 use crate::truth;
 
-/// The plan's readings or maps as files: name and content. None where the plan cannot be read, or what is hidden has no recipe.
+/// The plan's readings or maps as files: name and content. None where the plan cannot be read, or what is hidden has no
+/// recipe.
 pub fn follow_up(order: &Order, plan: &str) -> Option<Vec<(&'static str, String)>> {
     let plan: toml::Table = plan.parse().ok()?;
     if order.sensor {

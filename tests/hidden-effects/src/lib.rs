@@ -1,5 +1,5 @@
-//! Observations in which an effect is hidden, made by the virtual darkroom's physics: individual LEDs, a floor in patches,
-//! rotation matrices. Nothing here knows the models under test; they meet in files.
+//! Observations in which an effect is hidden, made by the virtual darkroom's physics: individual LEDs, a floor in
+//! patches, rotation matrices. Nothing here knows the models under test; they meet in files.
 
 pub mod case;
 pub mod follow_up;

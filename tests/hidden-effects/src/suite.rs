@@ -41,8 +41,8 @@ pub struct Answer {
     pub effects: Vec<(String, Vec<String>, f64)>,
     /// Where something stays unexplained, in words.
     pub place: Option<String>,
-    /// Share of the gap on held-out truth that was removed, where an effect was added: 1 is what the refitted terms alone
-    /// leave in the same noise with nothing hidden.
+    /// Share of the gap on held-out truth that was removed, where an effect was added: 1 is what the refitted terms
+    /// alone leave in the same noise with nothing hidden.
     pub removed: Option<f64>,
     /// The same share, 1 being no deviation at all.
     pub removed_of_all: Option<f64>,
@@ -53,8 +53,8 @@ pub struct Answer {
     pub deviation: Option<(f64, f64)>,
     /// What came of the measurement that was suggested, where the answer was ambiguous and one effect hidden.
     pub next: Option<Next>,
-    /// Probabilities of the scan and of what is left under noise alone; scale and correlation of the noise. Not a number
-    /// where there is none.
+    /// Probabilities of the scan and of what is left under noise alone; scale and correlation of the noise. Not a
+    /// number where there is none.
     pub noise: [f64; 4],
     /// Seconds.
     pub seconds: f64,

@@ -68,7 +68,8 @@ pub fn readings(room: Darkroom, effects: &[Setting], steps: &[Step]) -> Vec<f64>
         .collect()
 }
 
-/// Share of the light towards a reading that comes from the LEDs of one sector of a ring whose LEDs lean outwards by `aim`.
+/// Share of the light towards a reading that comes from the LEDs of one sector of a ring whose LEDs lean outwards by
+/// `aim`.
 fn dimmed(at: &Observation, azimuth_deg: f64, width_deg: f64, aim_deg: f64) -> f64 {
     const LEDS: u32 = 48;
     let direction = |c_deg: f64, gamma_deg: f64| {

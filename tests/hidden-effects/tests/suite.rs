@@ -1,4 +1,5 @@
-//! A small suite of hidden effects with fixed seeds: every kind of verdict, judged by what is claimed, never by a tolerance.
+//! A small suite of hidden effects with fixed seeds: every kind of verdict, judged by what is claimed, never by a
+//! tolerance.
 //!
 //! The whole suite is the benchmark: `cargo bench -p isolux-hidden-effects --bench diagnosis`.
 
@@ -94,7 +95,8 @@ fn what_no_catalogue_has_gets_no_name() {
     }
 }
 
-/// Periods, patches and loud blocks were taken into a larger, correlated noise with outliers, and the data called consistent.
+/// Periods, patches and loud blocks were taken into a larger, correlated noise with outliers, and the data called
+/// consistent.
 #[test]
 fn what_only_looks_like_noise_is_unexplained() {
     for (order, document) in answers(Class::Developed(30), 4) {

@@ -1,4 +1,5 @@
-//! Invariants of `docs/architecture.md`: who may reach whom, one version of each direct dependency, permissive licences.
+//! Invariants of `docs/architecture.md`: who may reach whom, one version of each direct dependency, permissive
+//! licences.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -143,7 +144,8 @@ fn the_domain_reaches_no_instrument_clock_or_screen() {
     );
 }
 
-/// Codecs speak wire words alone; they share the trait that says what a codec is, and what all text lines have in common.
+/// Codecs speak wire words alone; they share the trait that says what a codec is, and what all text lines have in
+/// common.
 #[test]
 fn protocols_depend_on_no_crate_of_the_workspace_but_the_conversation() {
     let workspace = Workspace::new();
@@ -294,8 +296,8 @@ fn every_linked_licence_is_permissive() {
 /// Whether an SPDX expression can be satisfied with permitted licences alone.
 fn permitted(expression: &str) -> bool {
     let expression = expression.replace('/', " OR ").replace(['(', ')'], " ");
-    // "(A OR B) AND C": every AND part needs one permitted alternative. Without its brackets OR binds weaker, so the parts
-    // are read from the AND outwards, which is how every expression in the lock file is meant.
+    // "(A OR B) AND C": every AND part needs one permitted alternative. Without its brackets OR binds weaker, so the
+    // parts are read from the AND outwards, which is how every expression in the lock file is meant.
     expression
         .split(" AND ")
         .all(|part| part.split(" OR ").any(|licence| LICENCES.contains(&licence.trim())))

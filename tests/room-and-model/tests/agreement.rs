@@ -1,4 +1,5 @@
-//! For every effect: switch it on in the room, put the same keys into the model, and compare what each says has changed.
+//! For every effect: switch it on in the room, put the same keys into the model, and compare what each says has
+//! changed.
 
 use std::fmt::Write as _;
 
@@ -62,7 +63,8 @@ fn model(folder: &tempfile::TempDir, room: &Room, effect: Option<(&str, Keys<'_>
     Model::load(&path.join("lamp.model.toml")).unwrap()
 }
 
-/// A plan that shows every bench effect: three distances, signed γ, both directions, two ranges, two temperatures, darks.
+/// A plan that shows every bench effect: three distances, signed γ, both directions, two ranges, two temperatures,
+/// darks.
 fn plan() -> Vec<Observation> {
     let mut plan = Vec::new();
     for (kind, distance_mm) in [

@@ -1,8 +1,9 @@
-//! Every driver says today, byte for byte, what it said when its session was recorded, and makes the same of the answers.
+//! Every driver says today, byte for byte, what it said when its session was recorded, and makes the same of the
+//! answers.
 //!
 //! The sessions under `recorded/` come from the virtual darkroom: no instrument has been at hand. A session with an
-//! instrument is recorded by `isolux check --record` and put beside them. To record the virtual ones anew after an intended
-//! change: `cargo test -p isolux-traces -- --ignored record`.
+//! instrument is recorded by `isolux check --record` and put beside them. To record the virtual ones anew after an
+//! intended change: `cargo test -p isolux-traces -- --ignored record`.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

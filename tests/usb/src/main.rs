@@ -1,6 +1,7 @@
-//! A program that uses a USB link as the lines of its standard input say: `open ADDRESS FRAMING`, `send HEX`,
-//! `receive MILLISECONDS`, `close`; or as an instrument, `read OPEN MILLISECONDS`: serial number, first and last wavelength,
-//! raw counts; or the whole scan of a station, `scan STATION PLAN RUN`. One line of answer each. It runs below the bridge, where libusb sees the twin.
+//! A program that uses a USB link as the lines of its standard input say: `open ADDRESS FRAMING`, `send HEX`, `receive
+//! MILLISECONDS`, `close`; or as an instrument, `read OPEN MILLISECONDS`: serial number, first and last wavelength, raw
+//! counts; or the whole scan of a station, `scan STATION PLAN RUN`. One line of answer each. It runs below the bridge,
+//! where libusb sees the twin.
 #![allow(clippy::print_stdout, reason = "its answers")]
 
 use std::sync::Arc;

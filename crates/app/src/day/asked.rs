@@ -19,8 +19,8 @@ const FOLDER: &str = "job";
 /// Files that are always in it.
 const KEPT: [&str; 2] = ["job.toml", "scene.toml"];
 
-/// Keeps the job at the first thing that a scan tells, when its run directory is there: a day whose program is killed after
-/// that still knows what it was asked.
+/// Keeps the job at the first thing that a scan tells, when its run directory is there: a day whose program is killed
+/// after that still knows what it was asked.
 pub(super) struct JobRecorder<'a> {
     folder: &'a Utf8Path,
     job: &'a Job,
@@ -62,8 +62,8 @@ impl Progress for JobRecorder<'_> {
     }
 }
 
-/// Writes the job and its scene into the day. The scene is copied with the files that it reads and names the model that the
-/// day makes; station, plan and what is diagnosed stay where they are.
+/// Writes the job and its scene into the day. The scene is copied with the files that it reads and names the model that
+/// the day makes; station, plan and what is diagnosed stay where they are.
 ///
 /// # Errors
 /// Bad input (exit 2) for a scene that cannot be read, exit 3 when the disk refuses.
@@ -209,8 +209,8 @@ fn unknown(day: &Utf8Path) -> Failure {
     Failure::bad_input(format!("{day}: the day does not hold the job that it was asked"))
 }
 
-/// Whether a day without a kept job can be one of the built-in virtual darkroom: its station and plan, and its sensor where
-/// the day came so far.
+/// Whether a day without a kept job can be one of the built-in virtual darkroom: its station and plan, and its sensor
+/// where the day came so far.
 fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
     let header = RunHeader::read(day).map_err(Failure::bad_input)?;
     let (station, _) = init::virtual_station(&Choice::default())?;

@@ -9,9 +9,9 @@ use isolux_spectrum::Spectrum;
 use crate::files::Overwrite;
 use crate::{Failure, diagnose, record, scan, scene, simulate};
 
-/// Checks the station, the plan and what it gives, the scene with the files that it names, and the model and observations of
-/// the diagnosis. `scanned` is the folder of a day whose scan is complete: then nothing moves, and its record says what was
-/// planned.
+/// Checks the station, the plan and what it gives, the scene with the files that it names, and the model and
+/// observations of the diagnosis. `scanned` is the folder of a day whose scan is complete: then nothing moves, and its
+/// record says what was planned.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line.

@@ -44,8 +44,8 @@ pub struct Comparison {
 pub struct NearField {
     /// Luminous diameter that the station states.
     pub luminous_diameter_mm: f64,
-    /// Radius of the ring with the same mean square radius as an evenly lit disc of that diameter, D/√8: the one number of
-    /// an extended source that the axis sees to first order, −½(n + 3)(R/d)².
+    /// Radius of the ring with the same mean square radius as an evenly lit disc of that diameter, D/√8: the one number
+    /// of an extended source that the axis sees to first order, −½(n + 3)(R/d)².
     pub radius_mm: f64,
     /// Simulated irradiance with the effect, in W/m².
     pub simulated_w_m2: f64,
@@ -171,8 +171,8 @@ pub(super) fn on_axis(folder: &Utf8Path, reduced: &Reduced) -> Result<Option<Com
     };
     let simulated = here(Vec::new())?;
     let (measured, measured_lx) = (&spectral.irradiance, &spectral.illuminance);
-    // Both sides in W/m² rest on the same spectrum, whose efficacy cancels: what is compared is lx against lx. The near field
-    // at the short distance is what is tested, and no uncertainty of the test.
+    // Both sides in W/m² rest on the same spectrum, whose efficacy cancels: what is compared is lx against lx. The near
+    // field at the short distance is what is tested, and no uncertainty of the test.
     let far = reduced.reduction.sensor_illuminance.without_part(NEAR_FIELD_AT_SENSOR);
     let u_rel = far
         .u_rel()

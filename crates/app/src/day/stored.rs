@@ -1,5 +1,5 @@
-//! The results that lie in a run's folder, for its report: the reduction that made them, and which of the files beside them
-//! belong to another one.
+//! The results that lie in a run's folder, for its report: the reduction that made them, and which of the files beside
+//! them belong to another one.
 
 use camino::Utf8Path;
 use isolux_record::Run;
@@ -56,8 +56,8 @@ fn made(reduction: &Reduction, run: &Run) -> Result<Value, Failure> {
     serde_json::from_slice(budget.map_or(&[][..], |file| &file.bytes)).map_err(Failure::instrument)
 }
 
-/// The sentence of the diagnosis in `results/`, if it is of the reduction there (`own_model`: of a model that the job names).
-/// Names of the files that are of another reduction go to `day_results.stale`.
+/// The sentence of the diagnosis in `results/`, if it is of the reduction there (`own_model`: of a model that the job
+/// names). Names of the files that are of another reduction go to `day_results.stale`.
 ///
 /// # Errors
 /// Bad input (exit 2) for a file that cannot be read.
@@ -109,7 +109,8 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, day_results: &mut DayRe
     Ok(())
 }
 
-/// Whether the diagnosis beside the results began with the model that lies there: the same files, uncertainties and origin.
+/// Whether the diagnosis beside the results began with the model that lies there: the same files, uncertainties and
+/// origin.
 fn diagnosed_here(results: &Utf8Path) -> Result<bool, Failure> {
     let same = ["luminaire.ldt", "luminaire.spdx"].into_iter().all(|name| {
         let bytes = |folder: &Utf8Path| std::fs::read(folder.join(name)).ok();

@@ -21,7 +21,8 @@ pub fn built_in() -> Subject {
 /// What a person states: `maker=ACME` for `[luminaire]` and `[report]`.
 ///
 /// # Errors
-/// Bad input (exit 2) for a key that there is not, one that is given twice, and a text that no file of the results can hold.
+/// Bad input (exit 2) for a key that there is not, one that is given twice, and a text that no file of the results can
+/// hold.
 pub fn stated(luminaire: &[String], report: &[String]) -> Result<Subject, Failure> {
     let mut document = toml::Table::new();
     for ((table, keys), texts) in TABLES.into_iter().zip([luminaire, report]) {

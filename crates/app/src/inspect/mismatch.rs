@@ -43,7 +43,8 @@ impl Meter {
         meter::spectral_mismatch(source, &self.calibration, &self.responsivity)
     }
 
-    /// What was found in the meter's own files, each with file and line in its message: they stand beside those of a source.
+    /// What was found in the meter's own files, each with file and line in its message: they stand beside those of a
+    /// source.
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }

@@ -1,4 +1,5 @@
-//! The sensor by the scan so far: coarse, from whole half-planes, not corrected, with what the missing half-planes leave open.
+//! The sensor by the scan so far: coarse, from whole half-planes, not corrected, with what the missing half-planes
+//! leave open.
 
 use std::collections::BTreeMap;
 
@@ -31,8 +32,8 @@ pub struct SensorSoFar {
     pub distance_mm: f64,
     /// Illuminance in lx, row by row.
     pub illuminance_lx: Vec<f32>,
-    /// Standard uncertainty (k = 1) of each pixel in lx, by missing half-planes, scatter, rounding and calibration; none from a
-    /// single half-plane, which says nothing of the others.
+    /// Standard uncertainty (k = 1) of each pixel in lx, by missing half-planes, scatter, rounding and calibration;
+    /// none from a single half-plane, which says nothing of the others.
     pub u_lx: Option<Vec<f32>>,
     /// Mean in lx.
     pub mean_lx: f64,
@@ -64,7 +65,8 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
         let mean = planes.distribution(Planes::mean)?;
         scene.model = model(mean);
         let other = simulate::solve(&scene, Method::Inverse)?;
-        // Two ways to fill what was not measured, taken as the ends of a rectangle (JCGM 100, 4.3.7, of half width |a − b|).
+        // Two ways to fill what was not measured, taken as the ends of a rectangle (JCGM 100, 4.3.7, of half width |a −
+        // b|).
         let u = |value: f64, other: f64| ((value - other) / 3.0_f64.sqrt()).hypot(own_rel * value);
         let pixels = solved.map.iter().zip(&other.map);
         u_lx = Some(pixels.map(|(a, b)| u(f64::from(*a), f64::from(*b)) as f32).collect());

@@ -1,4 +1,5 @@
-//! `devices --identify` against every twin of the table: each is found by its own driver, nothing is set, nothing moves.
+//! `devices --identify` against every twin of the table: each is found by its own driver, nothing is set, nothing
+//! moves.
 
 use isolux_app::files::Overwrite;
 use isolux_app::progress::Silent;

@@ -1,5 +1,6 @@
-//! Every twin of the table in place of the default one, in real time over a link of the system: it finds the distribution that
-//! the default finds in virtual time. And what a scan makes of faults that are switched on while it runs.
+//! Every twin of the table in place of the default one, in real time over a link of the system: it finds the
+//! distribution that the default finds in virtual time. And what a scan makes of faults that are switched on while it
+//! runs.
 //!
 //! The meters keep their pace, 2 s to 8 s a point, so the plan is short and all twins are scanned at once. By hand:
 //! `ISOLUX_REAL_LINKS=60 cargo test -p isolux-app --test links -- --nocapture` takes as many points for each.
@@ -29,8 +30,8 @@ use isolux_virtual::twins::{Choice, TWINS, TwinKind};
 use isolux_virtual::{Instrument, Serving, VirtualRoom, station};
 use tempfile::TempDir;
 
-/// A room without flaws, whose T-10A and Modbus meter integrate 20 ms, whose axes take little time, and whose rail stands where
-/// the plan wants it.
+/// A room without flaws, whose T-10A and Modbus meter integrate 20 ms, whose axes take little time, and whose rail
+/// stands where the plan wants it.
 const FAST: &str = "[bench]\ndistance_mm = 2000.0\n[flaws]\nonly = true\n[luxmeter]\nintegration_s = 0.02\n[axis.c]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n\
                     [axis.gamma]\nspeed_deg_s = 45.0\naccel_deg_s2 = 400.0\n";
 

@@ -1,5 +1,5 @@
-//! Each instrument of the default station is unplugged at many moments of a scan, in virtual time: the scan ends with one
-//! message that says who it was and what to do, and the axes rest where they can still be asked.
+//! Each instrument of the default station is unplugged at many moments of a scan, in virtual time: the scan ends with
+//! one message that says who it was and what to do, and the axes rest where they can still be asked.
 
 use camino::Utf8PathBuf;
 use isolux_app::bench::Source;

@@ -30,7 +30,8 @@ pub struct Convert {
     /// File generation type of LM-63-2019, such as 1.10000; without it the source's own, else 1.00001 (undefined).
     #[arg(long, value_name = "TYPE")]
     generation: Option<String>,
-    /// Coordinates of an IES file: type A, B or C; without it those of the source. Types A and B hold the half-space in front.
+    /// Coordinates of an IES file: type A, B or C; without it those of the source. Types A and B hold the half-space in
+    /// front.
     #[arg(long, value_enum, ignore_case = true)]
     photometry: Option<Type>,
     /// Series of a spectrum that has several.

@@ -41,7 +41,8 @@ pub struct Init {
     /// Plan of the day: at the distance that `isolux plan` proposes, or the published one at 10 m.
     #[arg(long, default_value = "published-10m", value_parser = ["near", "published-10m"])]
     plan: String,
-    /// What the job says of the luminaire: maker, name, catalogue_number, sample, light_source, driver, burning_position, hours_run.
+    /// What the job says of the luminaire: maker, name, catalogue_number, sample, light_source, driver,
+    /// burning_position, hours_run.
     #[arg(long, value_name = "KEY=TEXT", requires = "folder")]
     luminaire: Vec<String>,
     /// What the job says of the report: number, laboratory, operator, approved_by, customer, received, method, notes.

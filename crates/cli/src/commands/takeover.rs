@@ -6,7 +6,8 @@ use clap::builder::NonEmptyStringValueParser;
 /// Taking over what another process has.
 #[derive(Debug, Args)]
 pub struct TakeOver {
-    /// Take instruments and run directory over from a process that does not answer, and record why. Never from one that works.
+    /// Take instruments and run directory over from a process that does not answer, and record why. Never from one that
+    /// works.
     #[arg(long, value_name = "REASON", value_parser = NonEmptyStringValueParser::new())]
     force: Option<String>,
 }

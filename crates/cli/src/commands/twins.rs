@@ -52,13 +52,15 @@ struct Serve {
     /// Offer the twins over TCP from this port on (0: any free port).
     #[arg(long, value_name = "PORT")]
     tcp: Option<u16>,
-    /// Offer the spectroradiometer as a USB device over USB/IP on this port (0: any free port); a kernel with vhci-hcd attaches it.
+    /// Offer the spectroradiometer as a USB device over USB/IP on this port (0: any free port); a kernel with vhci-hcd
+    /// attaches it.
     #[arg(long, value_name = "PORT")]
     usbip: Option<u16>,
     /// Write a station file for these twins, and the spectroradiometer's calibration beside it.
     #[arg(long, value_name = "FILE")]
     station_out: Option<Utf8PathBuf>,
-    /// Serve nothing: the station of --station-out keeps the room in the memory of the process that opens it, in virtual time.
+    /// Serve nothing: the station of --station-out keeps the room in the memory of the process that opens it, in
+    /// virtual time.
     #[arg(long, requires = "station_out", conflicts_with_all = ["tcp", "usbip", "faults", "lasts_s"])]
     in_memory: bool,
     /// Take faults while the twins serve, one a line on standard input.

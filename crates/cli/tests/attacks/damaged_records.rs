@@ -1,6 +1,6 @@
-//! Damage to the files of a completed day: a file that is cut, a line that is lost, doubled or exchanged, a byte that is changed,
-//! a file that is missing, empty or of another run. `reduce`, `report` and `run --resume` then either refuse and name the
-//! file, or give the very same numbers; never another number with exit code 0.
+//! Damage to the files of a completed day: a file that is cut, a line that is lost, doubled or exchanged, a byte that
+//! is changed, a file that is missing, empty or of another run. `reduce`, `report` and `run --resume` then either
+//! refuse and name the file, or give the very same numbers; never another number with exit code 0.
 
 use std::collections::BTreeSet;
 use std::fs;

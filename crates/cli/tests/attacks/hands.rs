@@ -69,7 +69,8 @@ fn what_a_second_hand_does_is_in_no_row_and_in_no_result() {
         bench.assert_stopped("run", "completed");
         bench.isolux(&["reduce", "run"], 0);
         let flux = &bench.json("run/results/budget.json")["flux"];
-        // One half-plane stands for all, which nobody measured: the flux carries no ±, its parts are known all the same.
+        // One half-plane stands for all, which nobody measured: the flux carries no ±, its parts are known all the
+        // same.
         assert!(flux["u"].is_null(), "{flux}");
         let (value, u) = (flux["value"].as_f64().unwrap(), flux["u_of_parts"].as_f64().unwrap());
         assert!(

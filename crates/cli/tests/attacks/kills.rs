@@ -1,5 +1,5 @@
-//! The program is killed or asked to end at any moment of a scan. What was read stays, the axes rest, and the scan is resumed
-//! to its end: every row once.
+//! The program is killed or asked to end at any moment of a scan. What was read stays, the axes rest, and the scan is
+//! resumed to its end: every row once.
 
 use std::time::Duration;
 
@@ -20,7 +20,8 @@ fn every_signal_stops_the_axes_and_says_so_in_the_record() {
         let how = if k == 0 { "--out" } else { "--resume" };
         let before = bench.rows("run").len();
         let scan = bench.scan(how, "run");
-        // Two more rows each, then the signal: in the middle of the next point. A resumed scan begins at the reference point.
+        // Two more rows each, then the signal: in the middle of the next point. A resumed scan begins at the reference
+        // point.
         bench.wait_for_rows("run", before + 2);
         wait_until("an axis moves", || bench.moves(1) || bench.moves(2));
         signal(&scan, name);
@@ -73,7 +74,8 @@ fn killed_again_and_again_it_comes_to_its_end() {
             signal(&scan, name);
             let status = scan.wait().unwrap();
             match status.code() {
-                // It was killed; a signal that it could have answered came before it listened, so before it did anything.
+                // It was killed; a signal that it could have answered came before it listened, so before it did
+                // anything.
                 None => assert!(name == "KILL" || bench.rows("run").len() == before, "{name}: {status}"),
                 Some(0) => bench.assert_complete("run"),
                 code => assert!(name != "KILL" && code == Some(130), "{name}: {status}"),

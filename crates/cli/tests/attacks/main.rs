@@ -1,5 +1,6 @@
 //! Attacks on a running bench. The twins serve in a process of their own over TCP and in real time, the program runs
-//! against them, and each file here disturbs it in one way. Whatever happens: no wrong row, no row twice, and the axes rest.
+//! against them, and each file here disturbs it in one way. Whatever happens: no wrong row, no row twice, and the axes
+//! rest.
 //!
 //!     cargo test -p isolux --test attacks                                            # short, as in CI
 //!     ISOLUX_ATTACK_ROUNDS=50 ISOLUX_ATTACK_SEED=7 cargo test -p isolux --test attacks -- --nocapture

@@ -1,5 +1,5 @@
-//! A second process at a bench that is being scanned: it is refused, whatever it wants and however it names the bench. Only
-//! `stop` gets through, also when the scan hangs or is dead.
+//! A second process at a bench that is being scanned: it is refused, whatever it wants and however it names the bench.
+//! Only `stop` gets through, also when the scan hangs or is dead.
 
 #![expect(
     clippy::print_stdout,

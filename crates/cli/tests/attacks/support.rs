@@ -47,8 +47,8 @@ gamma_range = [0, 40, 20]
 reference_every = 2
 "#;
 
-/// More points than are read in ten minutes, five times as long as [`wait_until`] waits: whatever else the machine does, a scan
-/// of them still runs when it is disturbed.
+/// More points than are read in ten minutes, five times as long as [`wait_until`] waits: whatever else the machine
+/// does, a scan of them still runs when it is disturbed.
 pub const LONG_PLAN: &str = r#"format = "isolux-plan/1"
 [[block]]
 name = "lit"
@@ -235,8 +235,8 @@ pub fn ended(mut child: Child) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// Programs that are started from now on hear SIGHUP, also where the tests themselves were started with it ignored (`nohup`): a signal
-/// that this process handles is at its default in those that it starts.
+/// Programs that are started from now on hear SIGHUP, also where the tests themselves were started with it ignored
+/// (`nohup`): a signal that this process handles is at its default in those that it starts.
 #[allow(dead_code, reason = "not every attack sends one")]
 pub fn hear_hangups() {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();

@@ -1,6 +1,6 @@
 //! The loop that the program is for, closed in the virtual darkroom by its own commands: a flaw is switched on in the
-//! room, the twins are scanned or photographed, the record is diagnosed against a model from a healthy room, and the model
-//! with the named effect is held against what a camera records in the flawed room.
+//! room, the twins are scanned or photographed, the record is diagnosed against a model from a healthy room, and the
+//! model with the named effect is held against what a camera records in the flawed room.
 //!
 //!     cargo test --release -p isolux --test darkroom_loop -- --ignored --nocapture
 //!

@@ -10,8 +10,8 @@ use crate::cases::Case;
 use crate::folder::{Folder, said};
 use crate::maps;
 
-/// An ordinary room: a lamp of binned LEDs that warms up and is steady then. At 3.6 m its axis has four digits of the lux
-/// meter, and the near field of its rings is 0.03 %.
+/// An ordinary room: a lamp of binned LEDs that warms up and is steady then. At 3.6 m its axis has four digits of the
+/// lux meter, and the near field of its rings is 0.03 %.
 const ROOM: &str = "\
 format = \"isolux-darkroom/1\"
 seed = SEED
@@ -187,8 +187,8 @@ pub struct Found {
 }
 
 impl Workshop {
-    /// Scans the healthy room and makes the operator's model of it: the reduced distribution and the lamp's three rings,
-    /// as its drawing has them.
+    /// Scans the healthy room and makes the operator's model of it: the reduced distribution and the lamp's three
+    /// rings, as its drawing has them.
     pub fn open(thoroughness: Thoroughness) -> Self {
         let (planes, bins, c_step, repeats) = match thoroughness {
             Thoroughness::Quick => ("[0, 100]", "12", "20", "4"),
@@ -220,8 +220,8 @@ impl Workshop {
         workshop
     }
 
-    /// The loop over the bench: scan, diagnose; reduce another scan without and with what was named, and compare what both
-    /// predict with what the camera records.
+    /// The loop over the bench: scan, diagnose; reduce another scan without and with what was named, and compare what
+    /// both predict with what the camera records.
     pub fn bench(&self, case: &Case) -> Found {
         let name = case.name;
         self.room(name, 8, Some(case));

@@ -7,7 +7,8 @@ use isolux_record::ReadingKind;
 
 use super::Part;
 
-/// Angles closer than this count as one: what a term does between two of them no reading sees but through the emitter's extent.
+/// Angles closer than this count as one: what a term does between two of them no reading sees but through the emitter's
+/// extent.
 const APART_DEG: f64 = 0.5;
 
 /// The largest |γ| of the readings, at least 1°.
@@ -21,8 +22,8 @@ pub(super) fn reach(parts: &[Part]) -> f64 {
     largest.min(180.0)
 }
 
-/// How many |γ| of lit readings are apart from each other: a shape of more terms than that would wiggle between them as it likes, and through the
-/// parallax of an extended emitter such a wiggle looks like a distance.
+/// How many |γ| of lit readings are apart from each other: a shape of more terms than that would wiggle between them as
+/// it likes, and through the parallax of an extended emitter such a wiggle looks like a distance.
 pub(super) fn distinct_gammas(parts: &[Part]) -> usize {
     let mut gammas: Vec<f64> = parts
         .iter()

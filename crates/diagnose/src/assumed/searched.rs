@@ -15,7 +15,8 @@ const MOST_VALUES: f64 = 3e7;
 /// Share of a squared amplitude's step at which it counts as small.
 const SMALL_STEP: f64 = 0.01;
 
-/// What the model has of an effect already: its place in the list and its values there, and whether they are more than nothing.
+/// What the model has of an effect already: its place in the list and its values there, and whether they are more than
+/// nothing.
 type Known = (Option<(usize, Vec<f64>)>, bool);
 
 /// One shape parameter as it is searched and fitted.
@@ -114,7 +115,8 @@ impl AssumedModel {
         let mut step_share = Vec::new();
         let mut least = 0.0;
         if power != 1.0 && !changed {
-            // A square grows with the second order, unless a shape (LEDs that lean) gives it a first one: then small sizes have a pattern of their own.
+            // A square grows with the second order, unless a shape (LEDs that lean) gives it a first one: then small
+            // sizes have a pattern of their own.
             let leaning: Vec<Vec<f64>> = tried
                 .iter()
                 .filter(|shape| shape.iter().any(|value| *value != 0.0))
@@ -299,7 +301,8 @@ impl AssumedModel {
     }
 }
 
-/// The largest plausible size of an amplitude. What is plausible in lx follows the light of the bench: 1.5 % of the peak reading, 0.5 % over the range.
+/// The largest plausible size of an amplitude. What is plausible in lx follows the light of the bench: 1.5 % of the
+/// peak reading, 0.5 % over the range.
 fn largest(parameter: &ParameterSpec, peak_lx: f64) -> f64 {
     let stated = (parameter.plausible.0 - parameter.null)
         .abs()

@@ -65,7 +65,8 @@ fn removed(before: f64, after: f64, floor: f64) -> f64 {
     (before * before - after * after) / (before * before - floor * floor)
 }
 
-/// The rms that noise alone leaves, in σ of the readings: theirs, and what the noise of the model's own distribution adds (variance, σ of each).
+/// The rms that noise alone leaves, in σ of the readings: theirs, and what the noise of the model's own distribution
+/// adds (variance, σ of each).
 fn floor(rows: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (variance, sigma) in rows {
@@ -155,8 +156,8 @@ fn predicted(model: &Model, part: &Part) -> Option<Vec<f64>> {
     }
 }
 
-/// A second fit of the same effects without whole planes, maps and dark blocks, which it then predicts. Of the rules the first
-/// whose rows the remaining ones can predict.
+/// A second fit of the same effects without whole planes, maps and dark blocks, which it then predicts. Of the rules
+/// the first whose rows the remaining ones can predict.
 fn by_rule(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> (Option<HeldOutEntry>, String) {
     let mut why = "too few half-planes or maps to keep any back".to_owned();
     for first in held_out::RULES {

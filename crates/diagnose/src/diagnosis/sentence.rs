@@ -23,7 +23,8 @@ pub(super) fn sentence(
     independence: Independence,
 ) -> String {
     if independence == Independence::SameRun {
-        // What was fitted to the readings agrees with them; that it does is no evidence, and its p would look like some.
+        // What was fitted to the readings agrees with them; that it does is no evidence, and its p would look like
+        // some.
         return match verdict {
             Verdict::Consistent => format!(
                 "consistency check of the record: its readings agree with the model that was made from them (noise {:.2} × stated); \

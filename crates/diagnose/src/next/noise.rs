@@ -54,8 +54,8 @@ fn entry(what: &'static str, splits: [&str; 2], readings: usize, expected_sigma:
     }
 }
 
-/// Lit, lamp-off and capped readings with the axes at rest: an error of time stays, one of the motion goes; which of the three kinds show it says
-/// whether lamp, room or meter make it.
+/// Lit, lamp-off and capped readings with the axes at rest: an error of time stays, one of the motion goes; which of
+/// the three kinds show it says whether lamp, room or meter make it.
 fn at_rest(finding: &Finding, lit: &[(usize, &Row)], distance: f64) -> (NextEntry, String) {
     let c = lit.first().map_or(0.0, |(_, row)| nominal(row.c_deg));
     let mut plan = String::from("format = \"isolux-plan/1\"\nname = \"at_rest\"\n");
@@ -67,7 +67,8 @@ fn at_rest(finding: &Finding, lit: &[(usize, &Row)], distance: f64) -> (NextEntr
     (entry("at_rest", splits, LIT + 2 * DARK, expected), plan)
 }
 
-/// The directions of a patch and those around it, in finer steps and several times: light from there stays, a moment does not come again.
+/// The directions of a patch and those around it, in finer steps and several times: light from there stays, a moment
+/// does not come again.
 fn again_there(finding: &Finding, patch: [f64; 3], lit: &[(usize, &Row)], distance: f64) -> (NextEntry, String) {
     let [c_deg, gamma_deg, width] = patch;
     let across = (2.0 * width / gamma_deg.to_radians().sin().abs().max(0.2)).min(60.0);
@@ -87,7 +88,8 @@ fn again_there(finding: &Finding, patch: [f64; 3], lit: &[(usize, &Row)], distan
     (entry("same_place", splits, readings, expected), plan)
 }
 
-/// The poses of a block again: what belongs to them stays, what happened then does not come again. None where the readings have no lit pose.
+/// The poses of a block again: what belongs to them stays, what happened then does not come again. None where the
+/// readings have no lit pose.
 fn same_block(finding: &Finding, lit: &[(usize, &Row)], distance: f64) -> Option<(NextEntry, String)> {
     let number = |i: usize, row: &Row| if row.index.is_finite() { row.index } else { i as f64 };
     let inside = lit.iter().filter(|(i, row)| {

@@ -156,8 +156,8 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
     });
 }
 
-/// What an axis was sent to, of what it read back: a plan in which the angles of the encoder stood would have no even step,
-/// or would begin behind a limit by a count.
+/// What an axis was sent to, of what it read back: a plan in which the angles of the encoder stood would have no even
+/// step, or would begin behind a limit by a count.
 fn nominal(angle_deg: f64) -> f64 {
     (angle_deg * 20.0).round() / 20.0
 }

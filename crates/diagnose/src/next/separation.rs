@@ -12,7 +12,8 @@ use crate::search::Outcome;
 use crate::table::Row;
 use crate::whitening::Sequence;
 
-/// How far apart, in σ, the two predictions lie over old and new rows together, after the second is refitted to the first.
+/// How far apart, in σ, the two predictions lie over old and new rows together, after the second is refitted to the
+/// first.
 pub(super) fn separation(
     assumed: &AssumedModel,
     outcome: &Outcome,
@@ -80,8 +81,8 @@ pub(super) fn separation(
     Some(difference.norm())
 }
 
-/// As [`separation`], the smaller of both ways, each name refitted in full to what the other predicts. Needs new rows that bring no
-/// other refitted terms.
+/// As [`separation`], the smaller of both ways, each name refitted in full to what the other predicts. Needs new rows
+/// that bring no other refitted terms.
 pub(super) fn refitted_separation(
     assumed: &AssumedModel,
     outcome: &Outcome,

@@ -5,8 +5,8 @@
 pub const SCALE: f64 = 1.25;
 /// Serial correlation up to this stays noise where no pose was repeated.
 pub const RHO: f64 = 0.5;
-/// The combined probability below which what is left is no noise. With the scan's own 0.01 the whole verdict has to stay
-/// below 1.5 % of false alarms on white noise and 2 % on AR(1) noise.
+/// The combined probability below which what is left is no noise. With the scan's own 0.01 the whole verdict has to
+/// stay below 1.5 % of false alarms on white noise and 2 % on AR(1) noise.
 pub const SIGNIFICANCE: f64 = 0.003;
 /// The permutations get this share of [`SIGNIFICANCE`], the comparison of the scatter with what is stated or repeated
 /// another, and both together the rest.
@@ -25,22 +25,23 @@ pub const TIES: usize = 4;
 pub const WIDEST: usize = 4;
 /// Outliers that count as noise: this share of the readings, so many times as wide as the others.
 pub const OUTLIERS: (f64, f64) = (0.02, 5.0);
-/// Residuals count for no more than this many times their robust standard deviation: one wild reading is an outlier, several in one place are
-/// still several. With 3.5 a bright patch of three readings, 10 σ together, stayed unseen.
+/// Residuals count for no more than this many times their robust standard deviation: one wild reading is an outlier,
+/// several in one place are still several. With 3.5 a bright patch of three readings, 10 σ together, stayed unseen.
 pub const CLIP: f64 = 6.0;
-/// The same for squares: with 6, the few largest readings of a loud block made every simulated record loud somewhere, and blocks of 10 σ in all had
-/// p = 0.006 and 0.2.
+/// The same for squares: with 6, the few largest readings of a loud block made every simulated record loud somewhere,
+/// and blocks of 10 σ in all had p = 0.006 and 0.2.
 pub const SQUARE_CLIP: f64 = 3.0;
 /// Fewer readings than this are not tested.
 pub const FEWEST: usize = 40;
-/// Simulated records, for up to 2,000 rows; fewer for more rows, [`FEWEST_NULLS`] at least. The tail beyond the highest twentieth is an
-/// exponential law, so that few are enough.
+/// Simulated records, for up to 2,000 rows; fewer for more rows, [`FEWEST_NULLS`] at least. The tail beyond the highest
+/// twentieth is an exponential law, so that few are enough.
 pub const NULLS: usize = 600;
 /// Simulated records at least.
 pub const FEWEST_NULLS: usize = 120;
 /// Rows times simulated records.
 pub const NULL_VALUES: usize = 1_200_000;
-/// A reading whose digit makes more than this share of its stated uncertainty is left out: rounding follows the light, it is no noise.
+/// A reading whose digit makes more than this share of its stated uncertainty is left out: rounding follows the light,
+/// it is no noise.
 pub const ROUNDED: f64 = 0.3;
 /// Every second to every such reading is looked at.
 pub const EVERY: usize = 24;
@@ -50,8 +51,8 @@ pub const EVERY_VISIT: usize = 6;
 pub const RUNS: [usize; 5] = [3, 6, 12, 24, 48];
 /// Lengths of parts of the record whose scatter is compared with the others, half overlapping.
 pub const PARTS: [usize; 3] = [12, 24, 48];
-/// A place without a name must explain this much more than a name (σ²), beside the name's own margin, to take its part: it was looked for at a few
-/// thousand places, and 2 ln 3000 is 16, of which the names have a part of their own.
+/// A place without a name must explain this much more than a name (σ²), beside the name's own margin, to take its part:
+/// it was looked for at a few thousand places, and 2 ln 3000 is 16, of which the names have a part of their own.
 pub const PLACES: f64 = 10.0;
 /// Lengths of successive readings whose means are compared.
 pub const MEANS: [usize; 4] = [4, 8, 16, 32];
@@ -69,8 +70,8 @@ pub const PATCH_SHARE: [f64; 3] = [0.05, 0.1, 0.2];
 pub const CENTRES: usize = 400;
 /// Degrees of freedom that repeats of a pose need to decide.
 pub const REPEATS: f64 = 10.0;
-/// Degrees of freedom that readings of one pose which follow each other need to allow more scatter than stated: they know
-/// it to 13 %. With 14 pairs a lucky few let spokes of 1.7 times the stated scatter pass.
+/// Degrees of freedom that readings of one pose which follow each other need to allow more scatter than stated: they
+/// know it to 13 %. With 14 pairs a lucky few let spokes of 1.7 times the stated scatter pass.
 pub const REPEATS_AT_ONCE: f64 = 30.0;
 /// Cells of a periodogram at most.
 pub const CELLS: usize = 1 << 16;

@@ -1,5 +1,5 @@
-//! The scatter against what is stated and against repeats of one pose, which know the noise whatever was stated (lack of fit: Draper and Smith,
-//! Applied Regression Analysis).
+//! The scatter against what is stated and against repeats of one pose, which know the noise whatever was stated (lack
+//! of fit: Draper and Smith, Applied Regression Analysis).
 
 use std::collections::HashMap;
 
@@ -51,8 +51,8 @@ impl Repeats {
     /// What is more than noise by stated uncertainties and repeats, and the largest scatter that counts as noise.
     pub(super) fn compare(&self, left: &Left<'_>, series: &Series<'_>) -> (Vec<Finding>, f64) {
         let range = [series.index[0], series.index[series.len() - 1]];
-        // Correlation beyond what counts as noise explains no scatter: the scatter is that of the correlation that does. Correlated readings know their
-        // variance less well, unless their correlation is at that bound.
+        // Correlation beyond what counts as noise explains no scatter: the scatter is that of the correlation that
+        // does. Correlated readings know their variance less well, unless their correlation is at that bound.
         let beyond = (1.0 + left.rho * left.rho - 2.0 * left.rho * left.rho_found) / (1.0 - left.rho * left.rho);
         let (scale, correlated) = if left.rho_found > left.rho {
             (left.scale * beyond.max(0.1).sqrt(), 1.0)

@@ -168,7 +168,8 @@ impl Blocks {
         for (place, group) in self.groups.iter().enumerate().filter(|(_, group)| wanted(group)) {
             let k = group.members.len() as f64;
             let sum: f64 = group.members.iter().map(|&i| squares[i as usize]).sum();
-            // Likelihood ratio of two variances: it treats few and many readings alike, which squared deviations do not.
+            // Likelihood ratio of two variances: it treats few and many readings alike, which squared deviations do
+            // not.
             let (own, others) = (sum / k, (n * mean - sum) / (n - k));
             if own > others && others > 0.0 {
                 let ratio = 0.5 * (n * mean.ln() - k * own.ln() - (n - k) * others.ln());

@@ -107,7 +107,8 @@ impl<'a> Series<'a> {
         visits
     }
 
-    /// Rows that follow another at once, by how much the light changed between the two, in stated uncertainties; least first.
+    /// Rows that follow another at once, by how much the light changed between the two, in stated uncertainties; least
+    /// first.
     pub(super) fn changes(&self) -> Vec<usize> {
         let change = |i: usize| ((self.level[i] - self.level[i - 1]) / self.rows[i].u).abs();
         let mut rows: Vec<usize> = (1..self.len()).filter(|&i| self.follows[i]).collect();

@@ -1,4 +1,5 @@
-//! Single readings: one that is further off than outliers are, and values that come again where noise would change them.
+//! Single readings: one that is further off than outliers are, and values that come again where noise would change
+//! them.
 
 use super::limits::{OUTLIERS, TIES, WIDEST};
 use super::series::{Series, robust};

@@ -24,7 +24,8 @@ pub(super) struct Spectrum {
 }
 
 impl Spectrum {
-    /// Over `position`, whose typical step is divided into `parts` cells. None where the rows have no position or no span.
+    /// Over `position`, whose typical step is divided into `parts` cells. None where the rows have no position or no
+    /// span.
     pub(super) fn new(series: &Series<'_>, coordinate: Coordinate, position: &[f64], parts: f64) -> Option<Self> {
         let (first, last) = (*position.first()?, *position.last()?);
         let span = last - first;

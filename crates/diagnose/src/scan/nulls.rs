@@ -72,7 +72,8 @@ impl Scan {
         statistics
     }
 
-    /// The directions of as many blocks as have up to `most` columns (of one at least), transposed, who has which of them, and the other blocks.
+    /// The directions of as many blocks as have up to `most` columns (of one at least), transposed, who has which of
+    /// them, and the other blocks.
     fn transposed<'a>(
         &self,
         whitened: Whitened<'_>,
@@ -160,8 +161,8 @@ impl<'a> Noise<'a> {
         }
     }
 
-    /// Repeats `0..count`, each along `directions` (directions × rows): what `judge` makes of that and of the repeat's variance. Repeat `k` depends on the
-    /// seed and `k` alone.
+    /// Repeats `0..count`, each along `directions` (directions × rows): what `judge` makes of that and of the repeat's
+    /// variance. Repeat `k` depends on the seed and `k` alone.
     fn compared(&self, directions: &DMatrix<f32>, count: usize, judge: impl Fn(&[f32], f64) -> f64 + Sync) -> Vec<f64> {
         // Few repeats of many readings, so that they need little memory; many of few, for the directions are packed
         // anew for each batch.

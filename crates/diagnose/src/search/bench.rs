@@ -145,8 +145,9 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         )
     }
 
-    /// Noise from what is left of a fit after everything smooth is projected out: outlier weights, ρ, scale. What is rounded alike goes by the levels of the
-    /// fit: dark readings that an effect lifts by different amounts are none of them alike.
+    /// Noise from what is left of a fit after everything smooth is projected out: outlier weights, ρ, scale. What is
+    /// rounded alike goes by the levels of the fit: dark readings that an effect lifts by different amounts are none of
+    /// them alike.
     pub(super) fn update_noise(&mut self, fitted: &Fit) {
         self.rounding = Rounding::new(self.rows, fitted.prediction.as_slice());
         let n = self.measured.len();
@@ -231,8 +232,8 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         noise::test(&self.left(fitted)?, self.settings.nulls, self.settings.seed)
     }
 
-    /// The members that no single place without a name (a period, a patch, …) explains better. What such a place is, the test of the noise says of
-    /// what is left without them.
+    /// The members that no single place without a name (a period, a patch, …) explains better. What such a place is,
+    /// the test of the noise says of what is left without them.
     pub(super) fn no_places(&self, mut members: Vec<Hypothesis>, fitted: &Fit) -> Option<(Vec<Hypothesis>, Fit)> {
         let mut current = fitted.clone();
         let mut i = 0;
@@ -306,7 +307,8 @@ impl<'a, F: Forward + ?Sized> Bench<'a, F> {
         }
     }
 
-    /// The scan of what a fit leaves, all candidates against its residual; effects that are in it already and `extra` directions are projected out.
+    /// The scan of what a fit leaves, all candidates against its residual; effects that are in it already and `extra`
+    /// directions are projected out.
     pub(super) fn scan(&self, fitted: &Fit, members: &[Hypothesis], extra: Option<usize>) -> Scan {
         let mut out = Basis::spanning(&fitted.jacobian, 1e-9);
         if let Some(candidate) = extra {

@@ -113,8 +113,8 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         (members, fitted)
     }
 
-    /// The pair of named effects that explains most, from the Gram matrix of the scan's directions; none where the tangents of no pair gain
-    /// `least_gain` (σ²) over those of the best name.
+    /// The pair of named effects that explains most, from the Gram matrix of the scan's directions; none where the
+    /// tangents of no pair gain `least_gain` (σ²) over those of the best name.
     pub(super) fn best_pair(
         &self,
         scan: &Scan,

@@ -1,4 +1,5 @@
-//! Structure that no effect in the catalogue makes: what is left after the names, and what one pattern does better than they.
+//! Structure that no effect in the catalogue makes: what is left after the names, and what one pattern does better than
+//! they.
 
 use crate::basis::{Basis, inverse_of_normal};
 use crate::fit::Fit;

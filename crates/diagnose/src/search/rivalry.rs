@@ -12,8 +12,8 @@ use crate::scan::{Who, p_value, sign_evidence};
 use crate::search::bench::{Bench, all_but};
 use crate::search::{Label, Ranked, Rivalry};
 
-/// ln of the factor that a generic pattern loses where a name explains as much: of 0 … 4 near the best logarithmic score on
-/// hidden effects, those outside the catalogue weighted as 15 % of all.
+/// ln of the factor that a generic pattern loses where a name explains as much: of 0 … 4 near the best logarithmic
+/// score on hidden effects, those outside the catalogue weighted as 15 % of all.
 const ALIAS: f64 = 2.0;
 
 /// One row of a comparison before it is a probability.
@@ -33,9 +33,11 @@ pub(super) enum Change {
     Dropped,
 }
 
-/// Names whose fits differ by less than this, in σ², explain the same: the kinks of a table and the roundness of a formula are worth as much.
+/// Names whose fits differ by less than this, in σ², explain the same: the kinks of a table and the roundness of a
+/// formula are worth as much.
 const AS_MUCH: f64 = 6.0;
-/// ln of the most by which one of two names that explain the same is the more probable, so that both are in the set: ln 15.
+/// ln of the most by which one of two names that explain the same is the more probable, so that both are in the set: ln
+/// 15.
 const TWIN: f64 = 2.708;
 
 impl<F: Forward + ?Sized> Bench<'_, F> {
@@ -78,8 +80,8 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         Some(Change::None)
     }
 
-    /// A possible name that explains as much as the first one stays within reach of it, whatever was assumed before: no prior of ours is worth more than
-    /// [`TWIN`]. `entries` fall with their evidence, and do after it.
+    /// A possible name that explains as much as the first one stays within reach of it, whatever was assumed before: no
+    /// prior of ours is worth more than [`TWIN`]. `entries` fall with their evidence, and do after it.
     fn keep_twins(&self, entries: &mut [(f64, Entry)]) {
         let Some((top, first)) = entries.first().map(|(evidence, entry)| (*evidence, entry)) else {
             return;
@@ -186,8 +188,8 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
                 }
             }
         }
-        // What the formulas are allowed to be wrong by adds to the noise of every comparison: the likelihood is blunted by
-        // that, never what was assumed before.
+        // What the formulas are allowed to be wrong by adds to the noise of every comparison: the likelihood is blunted
+        // by that, never what was assumed before.
         let strongest = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
         let sharpness = 1.0 / (1.0 + self.settings.model_form.powi(2) * strongest);
         let blunted = |entry: &Entry| {
@@ -228,8 +230,8 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         })
     }
 
-    /// ln(prior · Bayes factor) of member `i` of a fit that explains `explained`, its shape averaged over what was assumed
-    /// of it (Laplace).
+    /// ln(prior · Bayes factor) of member `i` of a fit that explains `explained`, its shape averaged over what was
+    /// assumed of it (Laplace).
     pub(super) fn refined_evidence(&self, fitted: &Fit, i: usize, member: &Hypothesis, explained: f64) -> f64 {
         let effects = self.forward.effects();
         let searchable = &effects[member.effect];

@@ -18,7 +18,8 @@ pub struct Facts {
     pub opening_m: [f64; 3],
     /// Input power in W.
     pub watts: f64,
-    /// 2019: the file generation type, one of [`GENERATION_TYPES`](super::GENERATION_TYPES); undefined where none is given.
+    /// 2019: the file generation type, one of [`GENERATION_TYPES`](super::GENERATION_TYPES); undefined where none is
+    /// given.
     pub generation: Option<String>,
     /// Written as `TILT=INCLUDE`.
     pub tilt: Option<TiltFactors>,

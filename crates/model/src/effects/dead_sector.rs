@@ -1,8 +1,9 @@
-//! A group of LEDs gives less light: the sum over a ring of aimed LEDs with some of them dimmed, over the same sum whole.
+//! A group of LEDs gives less light: the sum over a ring of aimed LEDs with some of them dimmed, over the same sum
+//! whole.
 //!
-//! The dimmed side takes away both its own place and the lobe that it aims elsewhere, so that the loss is a dipole in C that
-//! grows like tan γ and has a part in 1/d. Where the model's emitter has no LEDs of its own, the ring is a usual one: 28 mm, aimed
-//! inward by 6°.
+//! The dimmed side takes away both its own place and the lobe that it aims elsewhere, so that the loss is a dipole in C
+//! that grows like tan γ and has a part in 1/d. Where the model's emitter has no LEDs of its own, the ring is a usual
+//! one: 28 mm, aimed inward by 6°.
 
 use super::act::Act;
 use super::spec::{BelongsTo, EffectSpec, ParameterSpec, READINGS_AND_MAPS, Split, amplitude, shape};

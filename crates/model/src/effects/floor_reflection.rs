@@ -1,7 +1,7 @@
 //! Light that the lamp throws on the floor and the floor returns to the detector, one bounce.
 //! 
-//! The integral is in the prediction of a reading (`bench::floor`), because it needs the luminaire. It is lamp-made stray
-//! light: a baffle in the direct path leaves it, lamp-off readings do not have it.
+//! The integral is in the prediction of a reading (`bench::floor`), because it needs the luminaire. It is lamp-made
+//! stray light: a baffle in the direct path leaves it, lamp-off readings do not have it.
 
 use super::act::Act;
 use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude, shape};

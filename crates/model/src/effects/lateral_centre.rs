@@ -1,4 +1,5 @@
-//! The light centre is beside the optical axis, at azimuth φ of the luminaire's frame: a dipole in C that grows like 1/d.
+//! The light centre is beside the optical axis, at azimuth φ of the luminaire's frame: a dipole in C that grows like
+//! 1/d.
 
 use glam::DVec3;
 

@@ -1,8 +1,9 @@
 //! What an effect does, in one sentence with its numbers.
 //!
-//! In a sentence of the catalogue `{key}` is the value with its unit, `{key:size}` the same without its sign, `{key:%}` its size in
-//! per cent, `{key:min}` seconds as minutes, `{key:off1%}` how far a factor is from 1 in per cent, and `{key:above|below}` one of two
-//! words: the first where the value is above its null. A part in brackets is left out where a value in it is not known.
+//! In a sentence of the catalogue `{key}` is the value with its unit, `{key:size}` the same without its sign, `{key:%}`
+//! its size in per cent, `{key:min}` seconds as minutes, `{key:off1%}` how far a factor is from 1 in per cent, and
+//! `{key:above|below}` one of two words: the first where the value is above its null. A part in brackets is left out
+//! where a value in it is not known.
 
 use super::spec::{EffectSpec, ParameterSpec};
 

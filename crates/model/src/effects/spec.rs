@@ -5,7 +5,8 @@ use super::act::Act;
 /// What an effect is a property of; decides where it is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BelongsTo {
-    /// Axes, mount, room, detector, reading chain: applied when that bench's readings are predicted, never in a simulation.
+    /// Axes, mount, room, detector, reading chain: applied when that bench's readings are predicted, never in a
+    /// simulation.
     Bench,
     /// The luminaire: applied in predictions and in simulations.
     Luminaire,

@@ -75,8 +75,8 @@ fn key_at(text: &str, at: usize) -> Option<String> {
     within(root.get_ref(), at, &mut path).then(|| path.join("."))
 }
 
-/// Whether a value of the table holds the byte, and its path. A table under a heading states the heading's bytes alone, so
-/// every table is looked into.
+/// Whether a value of the table holds the byte, and its path. A table under a heading states the heading's bytes alone,
+/// so every table is looked into.
 fn within(table: &DeTable<'_>, at: usize, path: &mut Vec<String>) -> bool {
     table.iter().any(|(key, value)| {
         path.push(key.get_ref().to_string());

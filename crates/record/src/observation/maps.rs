@@ -179,8 +179,8 @@ impl MapSet {
         })
     }
 
-    /// The same cells as means about these places (mm, in the sensor's own frame), one each a cell: what was averaged over blocks of
-    /// unequal size, or over blocks with bins missing.
+    /// The same cells as means about these places (mm, in the sensor's own frame), one each a cell: what was averaged
+    /// over blocks of unequal size, or over blocks with bins missing.
     ///
     /// None where there is not one place for every cell, or one is not finite.
     pub fn centred_at(self, places_mm: Vec<[f64; 2]>) -> Option<Self> {

@@ -85,8 +85,8 @@ impl Readings {
         Self::parse(path, &read_text(path)?, need, false)
     }
 
-    /// Readings of a run directory, compared with what was recorded: a last line that a power cut tore is left out. A folder
-    /// with the readings of another program has no run.toml and is taken as it is.
+    /// Readings of a run directory, compared with what was recorded: a last line that a power cut tore is left out. A
+    /// folder with the readings of another program has no run.toml and is taken as it is.
     pub(super) fn open_run(folder: &Utf8Path, need: Need) -> Result<Self, ObservationError> {
         let path = folder.join("readings.csv");
         let failed = |problem| ObservationError::new(folder, None, problem);

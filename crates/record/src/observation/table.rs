@@ -37,7 +37,8 @@ pub(super) fn line_of(text: &str, at: usize) -> u64 {
     1 + text.get(..at).unwrap_or(text).matches('\n').count() as u64
 }
 
-/// Counts lines that end in LF, CR LF or CR. The CSV reader's own count is one behind after CR LF, for the LF belongs to its next row.
+/// Counts lines that end in LF, CR LF or CR. The CSV reader's own count is one behind after CR LF, for the LF belongs
+/// to its next row.
 struct Lines<'a> {
     rest: &'a [u8],
     passed: usize,

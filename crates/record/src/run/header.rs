@@ -1,4 +1,5 @@
-//! run.toml: what a run is of, how far it is known to be written, and the checksum that says that nobody changed it since.
+//! run.toml: what a run is of, how far it is known to be written, and the checksum that says that nobody changed it
+//! since.
 
 use camino::Utf8Path;
 use serde::{Deserialize, Serialize};

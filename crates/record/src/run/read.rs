@@ -1,4 +1,5 @@
-//! Reads a run and compares it with what was recorded of it: nothing that was lost, changed or exchanged becomes a number.
+//! Reads a run and compares it with what was recorded of it: nothing that was lost, changed or exchanged becomes a
+//! number.
 
 use std::collections::BTreeSet;
 use std::io::ErrorKind;

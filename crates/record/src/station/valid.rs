@@ -1,7 +1,7 @@
 //! What a station may say: every number in the range that a bench can have, before anything is opened.
 //!
-//! The ranges are wide. They are no advice but a net: what lies outside was typed wrong, and would move, wait or multiply
-//! by what nobody meant.
+//! The ranges are wide. They are no advice but a net: what lies outside was typed wrong, and would move, wait or
+//! multiply by what nobody meant.
 
 use super::{Axis, Rail, StationDocument};
 use crate::document::Fault;

@@ -1,4 +1,5 @@
-//! A strictly convex quadratic program with bounds: min ½ xᵀHx + gᵀx subject to |x| ≤ 1, where H is a narrow band matrix.
+//! A strictly convex quadratic program with bounds: min ½ xᵀHx + gᵀx subject to |x| ≤ 1, where H is a narrow band
+//! matrix.
 
 /// A symmetric matrix with a band, its lower half by rows: `rows[i * (band + 1) + band + j - i]` for i − band ≤ j ≤ i.
 #[derive(Debug, Clone)]
@@ -112,8 +113,9 @@ const MOST_STEPS: usize = 80;
 
 /// Solves the program to a gap of at most `gap`; none where that is not reached.
 ///
-/// Mehrotra's predictor-corrector method (S. Mehrotra, SIAM J. Optim. 2, 575, 1992). The gap does not rest on the method:
-/// with the gradient r at x, no point of the box has a value below f(x) − Σ (r·x + |r|), because the program is convex.
+/// Mehrotra's predictor-corrector method (S. Mehrotra, SIAM J. Optim. 2, 575, 1992). The gap does not rest on the
+/// method: with the gradient r at x, no point of the box has a value below f(x) − Σ (r·x + |r|), because the program is
+/// convex.
 pub fn solve(h: &Band, g: &[f64], gap: f64) -> Option<Vec<f64>> {
     let n = g.len();
     let mut x = vec![0.0; n];

@@ -47,8 +47,8 @@ impl Layout<'_> {
         }
     }
 
-    /// As wide as the longest line of each column; where they do not fit, the wide ones give way, never below their longest
-    /// word while that fits.
+    /// As wide as the longest line of each column; where they do not fit, the wide ones give way, never below their
+    /// longest word while that fits.
     fn widths(&self, table: &Table, columns: usize, cell: Style) -> Vec<f32> {
         let room = WIDTH - GAP * (columns as f32 - 1.0);
         let all = || table.rows.iter().chain(std::iter::once(&table.head));

@@ -7,7 +7,8 @@ use super::polar::{DOUBTFUL, runs};
 use crate::axes::{Frame, Scale};
 use crate::svg::{Anchor, Stroke, Svg, colour};
 
-/// C180–C0 solid red and C270–C90 dashed blue, over γ from −γ_max to γ_max; one curve from 0 where all planes are alike.
+/// C180–C0 solid red and C270–C90 dashed blue, over γ from −γ_max to γ_max; one curve from 0 where all planes are
+/// alike.
 pub fn cartesian(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
     let (factor, unit) = options.scale();
     let last = super::shown_gamma(distribution);

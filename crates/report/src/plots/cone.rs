@@ -19,8 +19,8 @@ pub struct Cone {
     pub width_m: [f64; 2],
 }
 
-/// The cones at 1 m to 5 m; none where half the largest intensity lies further out than γ = 80°, or the beam is above the
-/// horizontal.
+/// The cones at 1 m to 5 m; none where half the largest intensity lies further out than γ = 80°, or the beam is above
+/// the horizontal.
 pub fn cones(distribution: &IntensityDistribution) -> Option<Vec<Cone>> {
     let edges = edges(distribution)?;
     let axis_cd = distribution.intensity_cd_at(0.0, 0.0);

@@ -18,8 +18,8 @@ pub struct IsoluxOptions {
 }
 
 impl IsoluxOptions {
-    /// The plane at 1 m, as wide as the light: to where the illuminance falls under 1 % of its largest value, at most to
-    /// γ = 68° along its axes.
+    /// The plane at 1 m, as wide as the light: to where the illuminance falls under 1 % of its largest value, at most
+    /// to γ = 68° along its axes.
     pub fn at_one_metre(distribution: &IntensityDistribution, title: &str) -> Self {
         const SIDES: [f64; 8] = [0.1, 0.2, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5];
         let rings: Vec<f64> = (0..=125)

@@ -12,7 +12,8 @@ pub struct PolarOptions {
     pub title: String,
     /// Lamp flux in lm: the scale is then cd/klm, otherwise cd.
     pub per_lamp_flux_lm: Option<f64>,
-    /// Intensities up to this many cd cannot be told from no light: that range is shaded, and what of a curve lies in it is dotted.
+    /// Intensities up to this many cd cannot be told from no light: that range is shaded, and what of a curve lies in
+    /// it is dotted.
     pub doubtful_cd: Option<f64>,
 }
 

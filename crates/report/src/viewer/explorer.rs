@@ -1,5 +1,5 @@
-//! A sensor's map to look into: the value under the pointer, movable sections, a logarithmic scale and contours by one click. Values
-//! are means of as many pixels as a screen shows as one.
+//! A sensor's map to look into: the value under the pointer, movable sections, a logarithmic scale and contours by one
+//! click. Values are means of as many pixels as a screen shows as one.
 
 use base64::Engine as _;
 
@@ -10,7 +10,8 @@ use crate::svg::escape;
 /// Points along the longer side.
 const MOST: usize = 160;
 
-/// Adds the map to `page`, beside a `summary` of names with values. `id` is unique in the page; `digits` are those of a value.
+/// Adds the map to `page`, beside a `summary` of names with values. `id` is unique in the page; `digits` are those of a
+/// value.
 pub fn add(page: &mut Page, map: &Map<'_>, summary: &[(String, String)], digits: usize, id: &str) {
     let (nx, ny) = (map.nx.min(MOST), map.ny.min(MOST));
     let mut bytes = Vec::with_capacity(4 * nx * ny);

@@ -1,6 +1,7 @@
-//! The three-dimensional view of a lit sensor: illuminator, photometric solid, sensor with its map, and rays that can be
-//! turned, followed and filtered by wavelength. Drawn by WebGL through the vendored regl 2.1.1 (MIT, `regl-2.1.1.min.js`, byte
-//! for byte as its package has it), and on a 2-D canvas where there is no WebGL, so that a report opens anywhere.
+//! The three-dimensional view of a lit sensor: illuminator, photometric solid, sensor with its map, and rays that can
+//! be turned, followed and filtered by wavelength. Drawn by WebGL through the vendored regl 2.1.1 (MIT,
+//! `regl-2.1.1.min.js`, byte for byte as its package has it), and on a 2-D canvas where there is no WebGL, so that a
+//! report opens anywhere.
 
 pub mod explorer;
 
@@ -73,8 +74,8 @@ const SIDE: usize = 24;
 /// Points of the map's picture along its longer side.
 const PICTURE: usize = 256;
 
-/// The library that draws: for [`crate::html::Page::library`], before any view's own script. The one address in it, part of a
-/// message, is left out, so that a page names nothing outside itself.
+/// The library that draws: for [`crate::html::Page::library`], before any view's own script. The one address in it,
+/// part of a message, is left out, so that a page names nothing outside itself.
 pub fn library() -> String {
     include_str!("regl-2.1.1.min.js").replace(" http://get.webgl.org", "")
 }

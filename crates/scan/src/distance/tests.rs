@@ -51,7 +51,8 @@ fn at_ten_metres_the_digit_costs_more_than_everything_else() {
     let far = found.costs.iter().find(|cost| cost.planned).unwrap();
     assert_eq!((far.distance_mm, far.digit_lx), (10_000.0, Some(0.01)));
     close(far.illuminance_lx.unwrap(), 3.4);
-    // The rounding of what is subtracted, 3.63 lm, as the budget of a reduction has it; and of the readings behind the lamp.
+    // The rounding of what is subtracted, 3.63 lm, as the budget of a reduction has it; and of the readings behind the
+    // lamp.
     let one = 0.01 / 12f64.sqrt() * 100.0;
     close(far.rounding_lm, one * 4.0 * PI * 1.25_f64.sqrt());
     close(far.rounding_cd.unwrap(), one * 2f64.sqrt());
@@ -81,7 +82,8 @@ fn at_ten_metres_the_digit_costs_more_than_everything_else() {
 
 #[test]
 fn the_near_field_is_at_least_that_of_the_disc_of_the_textbook() {
-    // A Lambertian disc of radius a gives π·L·a²/(a² + d²) on its axis (Walsh, Photometry): short of I/d² by a²/(a² + d²).
+    // A Lambertian disc of radius a gives π·L·a²/(a² + d²) on its axis (Walsh, Photometry): short of I/d² by a²/(a² +
+    // d²).
     let lambertian = known()
         .replace("peak_cd = 340.0", "peak_cd = 108.23")
         .replace("[200.0, 1", "[300.0, 1");

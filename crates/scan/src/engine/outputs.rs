@@ -73,8 +73,8 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Records why a visit or a warm-up is made again, and brings everything back that is not as it was left. `before` is where
-    /// the axes came from: they approach again from there, because backlash depends on it.
+    /// Records why a visit or a warm-up is made again, and brings everything back that is not as it was left. `before`
+    /// is where the axes came from: they approach again from there, because backlash depends on it.
     pub async fn again(&mut self, error: &ScanError, before: Option<(f64, f64)>) -> Result<(), ScanError> {
         self.visits_again += 1;
         self.event("again", &json!({ "reason": error.to_string() }))?;

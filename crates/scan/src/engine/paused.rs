@@ -1,4 +1,5 @@
-//! Pause and what follows it: the axes are stopped and verified, the lamp stays on, and after it the lamp is judged again.
+//! Pause and what follows it: the axes are stopped and verified, the lamp stays on, and after it the lamp is judged
+//! again.
 
 use isolux_record::plan::Block;
 use isolux_record::{Reading, ReadingKind};
@@ -15,8 +16,9 @@ use crate::motion::stop_all;
 use crate::observe::ScanEvent;
 
 impl Session<'_> {
-    /// Pauses here if that was asked for, and returns when it has ended; whether there was a pause. Nothing may be half done
-    /// where this is called: both axes are stopped and verified at rest, lamp, shutter and baffle stay as they are.
+    /// Pauses here if that was asked for, and returns when it has ended; whether there was a pause. Nothing may be half
+    /// done where this is called: both axes are stopped and verified at rest, lamp, shutter and baffle stay as they
+    /// are.
     pub async fn pause_if_asked(&mut self) -> Result<bool, ScanError> {
         let Some(by) = self.engine.pause.asked() else {
             return Ok(false);
@@ -47,8 +49,9 @@ impl Session<'_> {
         Ok(true)
     }
 
-    /// After a pause, before the next visit of a lit block: whether the reference point still gives what it gave. A visit within
-    /// the plan's limit is recorded; otherwise the lamp is warmed up again, and the visit after that decides.
+    /// After a pause, before the next visit of a lit block: whether the reference point still gives what it gave. A
+    /// visit within the plan's limit is recorded; otherwise the lamp is warmed up again, and the visit after that
+    /// decides.
     pub async fn prove_lamp(&mut self, block: &Block, next: &Visit) -> Result<(), ScanError> {
         if !self.lamp_unproven || block.kind != ReadingKind::Lit {
             return Ok(());

@@ -13,8 +13,8 @@ use crate::error::{ScanError, ScanErrorKind};
 use crate::pause::Pause;
 use crate::testing::{Room, Shared, bench, plan, run_dir};
 
-/// The outcome of a scan that was paused from `from` to `to` seconds, its record and its events. `hand` is what somebody does
-/// to the room at the beginning, in the middle and at the end of the pause.
+/// The outcome of a scan that was paused from `from` to `to` seconds, its record and its events. `hand` is what
+/// somebody does to the room at the beginning, in the middle and at the end of the pause.
 struct Paused {
     outcome: Result<ScanSummary, ScanError>,
     run: Run,

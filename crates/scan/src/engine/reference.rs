@@ -15,8 +15,8 @@ pub(super) struct References {
 }
 
 impl References {
-    /// The visits in `rows` since the lamp was last switched on. Rows of format 1 do not count that: there it is the last row
-    /// of a lamp that was off, or the last time that its clock went back.
+    /// The visits in `rows` since the lamp was last switched on. Rows of format 1 do not count that: there it is the
+    /// last row of a lamp that was off, or the last time that its clock went back.
     pub fn since_last_switched_on(rows: &[Reading]) -> Self {
         let mut references = Self::default();
         let (mut last_s, mut last_burning) = (None, None);
@@ -54,8 +54,8 @@ impl References {
         self.stable = Some((distance_mm, illuminance_lx));
     }
 
-    /// What a visit at this distance should give: what the first one gave, or where there was none the light with which the
-    /// lamp was found stable.
+    /// What a visit at this distance should give: what the first one gave, or where there was none the light with which
+    /// the lamp was found stable.
     pub fn expected(&self, distance_mm: f64) -> Option<f64> {
         let stable = self.stable.filter(|(distance, _)| *distance == distance_mm);
         self.first(distance_mm).or(stable.map(|(_, lux)| lux))

@@ -165,8 +165,8 @@ impl<'a> Session<'a> {
                 if on && let Some(since) = since {
                     self.lamp_is_on = true;
                     self.lamp_on_s = Some(since);
-                    // Known to be on since then; whether it is stable, its light decides again, and the reference visits of
-                    // the run still hold.
+                    // Known to be on since then; whether it is stable, its light decides again, and the reference
+                    // visits of the run still hold.
                     self.references = resumed.map_or_else(References::default, |run| {
                         References::since_last_switched_on(&run.readings.rows)
                     });

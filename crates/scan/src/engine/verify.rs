@@ -12,8 +12,8 @@ use crate::devices::TwoState;
 use crate::error::ScanError;
 use crate::motion::{Axes, rail_holds};
 
-/// How often the bench is asked while an instrument reads. Light that is changed and changed back in less lies in one of
-/// two conversions that must agree, half a second apart, and not in the other.
+/// How often the bench is asked while an instrument reads. Light that is changed and changed back in less lies in one
+/// of two conversions that must agree, half a second apart, and not in the other.
 const EVERY: Duration = Duration::from_millis(400);
 
 /// An output that can be asked, and the state in which it was left.

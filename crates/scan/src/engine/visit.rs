@@ -34,7 +34,8 @@ impl Session<'_> {
         let mut tries = 1;
         let before = self.axes.target();
         loop {
-            // After the lamp had to be switched on again it is warmed up first, and its drift begins at a visit of its own.
+            // After the lamp had to be switched on again it is warmed up first, and its drift begins at a visit of its
+            // own.
             self.outputs(block).await?;
             let now = if visit.role == Role::Point && self.lacks_reference(block) {
                 visit.reference_before()

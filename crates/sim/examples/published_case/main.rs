@@ -1,5 +1,6 @@
-//! Writes `published-case.md` with all tables and figures behind the page of that name in the book, which is its summary: the
-//! published simulation of a ring illuminator, its four rows by three samplings over many seeds, and what explains them.
+//! Writes `published-case.md` with all tables and figures behind the page of that name in the book, which is its
+//! summary: the published simulation of a ring illuminator, its four rows by three samplings over many seeds, and what
+//! explains them.
 //!
 //!     cargo run --release -p isolux-sim --example published_case [FOLDER] [SEEDS]
 

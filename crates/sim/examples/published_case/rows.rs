@@ -389,8 +389,8 @@ pub(crate) fn significant(value: f64) -> String {
     format!("{value:.*}", digits.clamp(0, 9) as usize)
 }
 
-/// Probability of a largest distance between two empirical laws as great as this one, if they are one law (asymptotic; ties
-/// make it too large, never too small).
+/// Probability of a largest distance between two empirical laws as great as this one, if they are one law (asymptotic;
+/// ties make it too large, never too small).
 fn smirnov(a: &[f64], b: &[f64]) -> f64 {
     let below =
         |values: &[f64], at: f64| values.iter().filter(|value| **value <= at).count() as f64 / values.len() as f64;

@@ -64,7 +64,8 @@ impl Published {
     }
 }
 
-/// A lobe cosⁿγ with the published flux; `askew` leans it to one side and makes it elliptic, for the sweep of half-planes.
+/// A lobe cosⁿγ with the published flux; `askew` leans it to one side and makes it elliptic, for the sweep of
+/// half-planes.
 pub(crate) fn lamp(c_step: f64, gamma_step: f64, askew: f64) -> IntensityDistribution {
     let n = std::f64::consts::TAU * AXIAL_CD_PER_LM - 1.0;
     let c_deg: Vec<f64> = if askew == 0.0 {

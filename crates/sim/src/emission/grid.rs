@@ -14,8 +14,8 @@ const WIDTH: f64 = 0.05;
 /// Patches along each side that stand for the sensor when cells are sorted.
 const PATCHES: usize = 16;
 
-/// Balls that cover the sensor as directions from a part's middle: direction, and angle that ball and emitter add with its
-/// sine and cosine.
+/// Balls that cover the sensor as directions from a part's middle: direction, and angle that ball and emitter add with
+/// its sine and cosine.
 pub(super) struct Targets {
     cap: Vec<(DVec3, f64, [f64; 2])>,
     gamma: [f64; 2],
@@ -77,7 +77,8 @@ pub(super) fn cell_reaches(cell: &Cell, targets: &Targets) -> bool {
             0.0
         },
     );
-    // Half the diagonal, measured along γ and along the widest parallel: an upper bound on any distance within the cell.
+    // Half the diagonal, measured along γ and along the widest parallel: an upper bound on any distance within the
+    // cell.
     let radius = 0.5 * (cell.d_gamma + most_sin * cell.d_c) + 1e-12;
     let (sin, cos) = radius.sin_cos();
     targets.cap.iter().any(|&(to, angle, [angle_sin, angle_cos])| {

@@ -1,4 +1,5 @@
-//! Inverse simulation: the irradiance of every pixel by quadrature over pixel and emitter, with a bound on its own error.
+//! Inverse simulation: the irradiance of every pixel by quadrature over pixel and emitter, with a bound on its own
+//! error.
 
 mod prepared;
 mod route;
@@ -33,8 +34,8 @@ pub struct Map {
     pub bound: Bound,
 }
 
-/// The map: quick rules where their bound meets the tolerance, cuts at every kink elsewhere, polynomials over tiles where
-/// the light is smooth. Independent of the number of threads.
+/// The map: quick rules where their bound meets the tolerance, cuts at every kink elsewhere, polynomials over tiles
+/// where the light is smooth. Independent of the number of threads.
 pub fn solve(source: &Source, sensor: &Sensor, accuracy: Accuracy) -> Map {
     let mut illuminance_lx = vec![0.0; sensor.pixels()];
     let bound = solve_into(source, sensor, accuracy, &mut illuminance_lx);

@@ -23,8 +23,8 @@ const KINK_BLUR: f64 = 4.0;
 /// Share of a bend by which a polynomial of degree 7 misses it, less a margin.
 const BEND_MISSED: f64 = 0.02;
 
-/// Places along each side of the sensor at which its brightest light is looked for, and the share of it that the largest pixel is
-/// not below.
+/// Places along each side of the sensor at which its brightest light is looked for, and the share of it that the
+/// largest pixel is not below.
 const LOOKS: usize = 9;
 const LOOKED: f64 = 0.8;
 
@@ -177,8 +177,8 @@ impl<'a> Prepared<'a> {
         total
     }
 
-    /// For each part the product rule that serves every pixel within `half` pixels of (x, y), and the bound of its error in lx for
-    /// all of them together; `None` where some part has none.
+    /// For each part the product rule that serves every pixel within `half` pixels of (x, y), and the bound of its
+    /// error in lx for all of them together; `None` where some part has none.
     pub fn common(&self, x: f64, y: f64, half: f64) -> Option<(Vec<&Rule>, f64)> {
         let mut error = 0.0;
         let mut rules = Vec::with_capacity(self.items.len());

@@ -16,7 +16,8 @@ const FEW_POINTS: f64 = 0.15;
 /// An emitter below this share of the pixel is left to chords: seen over the pixel its outline is sharp.
 const SMALL_EMITTER: f64 = 0.3;
 
-/// Share of the difference to the pixel's middle that four points miss, where the light bends so little that it is allowed.
+/// Share of the difference to the pixel's middle that four points miss, where the light bends so little that it is
+/// allowed.
 const STRAIGHT: f64 = 0.2;
 
 /// Radii of the pixel that it has to be above the emitter's plane for that.
@@ -97,8 +98,8 @@ impl Item<'_> {
         Some((rule, stated.error))
     }
 
-    /// The first product rule whose bound meets the tolerance for lines of sight that end within `around` of `sight`, and that bound,
-    /// lx. `reach`: radii of pixel and emitter.
+    /// The first product rule whose bound meets the tolerance for lines of sight that end within `around` of `sight`,
+    /// and that bound, lx. `reach`: radii of pixel and emitter.
     fn rule(&self, sight: DVec3, reach: f64, around: f64) -> Option<(&Rule, f64)> {
         let (light, all) = (self.light, reach + around);
         let (distance, axis) = (sight.length(), sight.x.hypot(sight.y));
@@ -135,8 +136,8 @@ impl Item<'_> {
         Some((rule, per_cd * bound(rule)))
     }
 
-    /// An emitter that is small against the pixel as a few points: over the pixel its kinks are blurred by more than the emitter's
-    /// size, so that the pixel's mean is smooth over the emitter. `None` where it is not.
+    /// An emitter that is small against the pixel as a few points: over the pixel its kinks are blurred by more than
+    /// the emitter's size, so that the pixel's mean is smooth over the emitter. `None` where it is not.
     fn spots(
         &self,
         pixel: &Patch,
@@ -170,7 +171,8 @@ impl Item<'_> {
                 found.value += weight * one.value;
                 found.error += weight * one.error;
             }
-            // Each rule is exact to two degrees more than the one before, and what it misses is smaller by the square of the share.
+            // Each rule is exact to two degrees more than the one before, and what it misses is smaller by the square
+            // of the share.
             let missed = trusted * (found.value - before).abs();
             if points > 0 && missed <= floor.max(relative * found.value.abs()) {
                 found.error += missed;
@@ -181,8 +183,8 @@ impl Item<'_> {
         None
     }
 
-    /// The emitter by its outline from each point of the pixel, and an adaptive rule over the pixel; `None` where the pixel reaches
-    /// behind the emitter's plane, or the bound is not met.
+    /// The emitter by its outline from each point of the pixel, and an adaptive rule over the pixel; `None` where the
+    /// pixel reaches behind the emitter's plane, or the bound is not met.
     fn outlined(
         &self,
         pixel: &Patch,

@@ -1,9 +1,9 @@
-//! Large maps: where the light is smooth over many pixels, a polynomial through Chebyshev points replaces the quadrature
-//! of each pixel.
+//! Large maps: where the light is smooth over many pixels, a polynomial through Chebyshev points replaces the
+//! quadrature of each pixel.
 //!
-//! The function that is interpolated is the mean over a pixel-sized window centred anywhere, so that nothing is lost by the
-//! pixels' own integration. A tile is taken when the last Chebyshev coefficients are below the tolerance and eight points
-//! between the nodes confirm it; else it is quartered, down to single pixels.
+//! The function that is interpolated is the mean over a pixel-sized window centred anywhere, so that nothing is lost by
+//! the pixels' own integration. A tile is taken when the last Chebyshev coefficients are below the tolerance and eight
+//! points between the nodes confirm it; else it is quartered, down to single pixels.
 
 use rayon::prelude::*;
 

@@ -4,9 +4,10 @@ use isolux_model::Accuracy;
 
 use crate::rules::Estimate;
 
-/// What a rule's estimate of its own error is worth. Estimates are differences of rules, and two rules can agree by chance; the
-/// stated bound is `safety` times the estimate, and `slack` of the value for what an estimate does not see. Both are set by the
-/// largest errors of thousands of pixels against far tighter solutions, with a margin (decision 0023).
+/// What a rule's estimate of its own error is worth. Estimates are differences of rules, and two rules can agree by
+/// chance; the stated bound is `safety` times the estimate, and `slack` of the value for what an estimate does not see.
+/// Both are set by the largest errors of thousands of pixels against far tighter solutions, with a margin (decision
+/// 0023).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Trust {
     /// Relative error, by its own estimate, that the rule aims at.
@@ -24,8 +25,8 @@ pub(super) struct Trusts {
     pub lines: Trust,
     /// Outlines of emitters, and an adaptive rule over the pixel.
     pub outlines: Trust,
-    /// Chords of pixel and emitter, and an adaptive rule across them: where an emitter is small against a coarse pixel, its kinks
-    /// can lie between all nodes.
+    /// Chords of pixel and emitter, and an adaptive rule across them: where an emitter is small against a coarse pixel,
+    /// its kinks can lie between all nodes.
     pub chords: Trust,
     /// Relative error of a polynomial over a tile, by its own estimate.
     pub polynomial: f64,
@@ -94,8 +95,8 @@ const STANDARD: Trusts = Trusts {
 const INNER: f64 = 2e-9;
 
 impl Trust {
-    /// The estimate as a bound, where `scale` times the aim was asked for: no error is smaller than `unseen` (lx), light that no
-    /// node may have met.
+    /// The estimate as a bound, where `scale` times the aim was asked for: no error is smaller than `unseen` (lx),
+    /// light that no node may have met.
     pub fn stated(self, found: Estimate, scale: f64, unseen: f64) -> Estimate {
         let slack = (self.slack * scale).max(INNER);
         Estimate {

@@ -1,14 +1,14 @@
 //! Flat emitters of any size, from one point of the sensor: one integral along the emitter's outline.
 //!
-//! In polar coordinates (ρ, C) about the foot of the sensor point on the emitter's plane at height h, ρ = h·tan γ, so that the
-//! half-planes and cones of the distribution's grid are the coordinate lines, and ρ dρ/R³ = sin γ dγ/h. The integral over γ
-//! from the foot outwards,
+//! In polar coordinates (ρ, C) about the foot of the sensor point on the emitter's plane at height h, ρ = h·tan γ, so
+//! that the half-planes and cones of the distribution's grid are the coordinate lines, and ρ dρ/R³ = sin γ dγ/h. The
+//! integral over γ from the foot outwards,
 //!
 //! G(γ, C) = t_z ∫ I sin γ dγ + (t_x cos C + t_y sin C) ∫ I tan γ sin γ dγ   (t: the sensor's facing),
 //!
-//! is tabulated along each half-plane of the grid and linear in C between two of them. By Green's theorem the illuminance is
-//! then ∮ G dC along the outline over the emitter's area, and along the outline G is analytic between crossings of grid lines,
-//! all of which have closed forms.
+//! is tabulated along each half-plane of the grid and linear in C between two of them. By Green's theorem the
+//! illuminance is then ∮ G dC along the outline over the emitter's area, and along the outline G is analytic between
+//! crossings of grid lines, all of which have closed forms.
 
 mod outline;
 
@@ -50,8 +50,8 @@ pub(crate) struct Polar<'a> {
     planes: Vec<DVec2>,
 }
 
-/// Antiderivatives from the start of a strip, in s from −1 to 1 across it: of sin γ, x·sin γ, tan γ sin γ, x·tan γ sin γ, where x is
-/// the angle from the start. `[power][function]`.
+/// Antiderivatives from the start of a strip, in s from −1 to 1 across it: of sin γ, x·sin γ, tan γ sin γ, x·tan γ sin
+/// γ, where x is the angle from the start. `[power][function]`.
 #[derive(Debug, Clone)]
 struct Strip {
     per_gamma: f64,
@@ -119,11 +119,12 @@ impl<'a> Polar<'a> {
         })
     }
 
-    /// ∫ I·cos α/R² over the lines of sight `patch` (flat, z = const above zero) as seen on a face towards `toward`, cd. `None` where
-    /// the patch reaches too near to the horizon.
+    /// ∫ I·cos α/R² over the lines of sight `patch` (flat, z = const above zero) as seen on a face towards `toward`,
+    /// cd. `None` where the patch reaches too near to the horizon.
     pub fn integral(&self, patch: &Patch, toward: DVec3, scratch: &mut Vec<f64>) -> Option<f64> {
         let height = patch.centre().z;
-        // Seen from outside, what lies between the foot and the patch cancels along the outline: it is left out from the start.
+        // Seen from outside, what lies between the foot and the patch cancels along the outline: it is left out from
+        // the start.
         let sight = |nearest: f64| {
             let gamma = atan2(nearest, height);
             let base = if gamma > self.gamma[0] {

@@ -128,8 +128,9 @@ impl Sight<'_> {
         Some(sum)
     }
 
-    /// ∫ G·(turn/ρ²) over a parameter between two cuts, of which one is nearest to the foot: `place` gives the point and the
-    /// turn x dy − y dx per parameter, `speed` is the length per parameter, `smooth` the scale of the outline itself.
+    /// ∫ G·(turn/ρ²) over a parameter between two cuts, of which one is nearest to the foot: `place` gives the point
+    /// and the turn x dy − y dx per parameter, `speed` is the length per parameter, `smooth` the scale of the outline
+    /// itself.
     fn panel(
         &self,
         from: f64,

@@ -88,8 +88,8 @@ pub struct Facts {
     pub findings: Vec<String>,
 }
 
-/// The accuracy that was asked for: no pixel is off by more than `relative` of itself, or of `dim` times the largest pixel where
-/// it is dimmer than that.
+/// The accuracy that was asked for: no pixel is off by more than `relative` of itself, or of `dim` times the largest
+/// pixel where it is dimmer than that.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AccuracyFacts {
     /// `standard` or `reference`.

@@ -15,8 +15,8 @@ pub struct Worth {
 }
 
 impl Worth {
-    /// Of `mean` on the sensor `distance_mm` away. `numeric` is the error of the computation; `efficacy` says that the mean went
-    /// through the luminous efficacy.
+    /// Of `mean` on the sensor `distance_mm` away. `numeric` is the error of the computation; `efficacy` says that the
+    /// mean went through the luminous efficacy.
     pub fn of(scene: &Scene, mean: f64, numeric: f64, efficacy: bool, distance_mm: f64) -> Self {
         let Some(u) = scene.model.uncertainty() else {
             return Self {
@@ -42,8 +42,8 @@ impl Worth {
     }
 }
 
-/// Relative standard uncertainty that an emitter smaller than the luminous area leaves: the largest error is that of a ring of
-/// its diameter, (1 + R²/d²)^(−(n + 3)/2), and anything up to it is as likely.
+/// Relative standard uncertainty that an emitter smaller than the luminous area leaves: the largest error is that of a
+/// ring of its diameter, (1 + R²/d²)^(−(n + 3)/2), and anything up to it is as likely.
 fn near_field_rel(scene: &Scene, diameter_mm: Option<f64>, distance_mm: f64) -> f64 {
     let (Some(diameter_mm), Ok(distribution)) = (diameter_mm, scene.model.distribution()) else {
         return 0.0;

@@ -1,5 +1,5 @@
-//! What stands beside the direct path (`isolux_model::optics`), as factors of a pixel and as a change of the spectrum. Every
-//! part has a closed form; `crate::optics` holds them and tests them.
+//! What stands beside the direct path (`isolux_model::optics`), as factors of a pixel and as a change of the spectrum.
+//! Every part has a closed form; `crate::optics` holds them and tests them.
 
 mod mesh;
 
@@ -101,8 +101,8 @@ impl Station {
 
     /// Factor of every pixel of `sensor` on what the direct path gives: mean over 2 × 2 Gauss points.
     pub fn factors(&self, sensor: &Sensor) -> Vec<f64> {
-        // What each spectrum keeps depends smoothly on incidence and path: on a mesh it is computed, between it is interpolated.
-        // How the spectra mix at γ bends at every measured γ, and is computed for each point.
+        // What each spectrum keeps depends smoothly on incidence and path: on a mesh it is computed, between it is
+        // interpolated. How the spectra mix at γ bends at every measured γ, and is computed for each point.
         let meshes: Vec<Mesh> = match (&self.lamp, self.radiometric) {
             (Some(lamp), true) => {
                 let spectra: Vec<&Spectrum> = if self.optics.colour.is_empty() {

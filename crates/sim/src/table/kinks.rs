@@ -11,7 +11,8 @@ use super::Table;
 pub(crate) struct Bends {
     /// Changes of slope times the reach.
     pub lines: f64,
-    /// Slopes about the pole axis times the reach: the tip of a cone where the axis is in reach, a smooth bend beside it.
+    /// Slopes about the pole axis times the reach: the tip of a cone where the axis is in reach, a smooth bend beside
+    /// it.
     pub pole: f64,
 }
 
@@ -30,8 +31,8 @@ pub(super) struct Rough {
 }
 
 impl Table {
-    /// Bound, candela, on how far the interpolant bends within `spread` of `gamma` and `spread_c` of `c` (radians): change of
-    /// slope at each grid line in reach times the reach. Infinite at an end of the range that is no pole.
+    /// Bound, candela, on how far the interpolant bends within `spread` of `gamma` and `spread_c` of `c` (radians):
+    /// change of slope at each grid line in reach times the reach. Infinite at an end of the range that is no pole.
     pub(crate) fn bend(&self, gamma: f64, spread: f64, c: f64, spread_c: f64) -> f64 {
         let n = self.gamma_rad.len();
         let (low, high) = (gamma - spread, gamma + spread);
@@ -86,8 +87,8 @@ impl Table {
         along * spread + across * spread_c
     }
 
-    /// Bounds on what lies within `reach` of the end of the line of sight `sight`; infinite at an end of the range that is no
-    /// pole.
+    /// Bounds on what lies within `reach` of the end of the line of sight `sight`; infinite at an end of the range that
+    /// is no pole.
     pub(crate) fn bends(&self, sight: DVec3, reach: f64) -> Bends {
         const NONE: Bends = Bends {
             lines: f64::INFINITY,

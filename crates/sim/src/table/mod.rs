@@ -191,7 +191,8 @@ impl Table {
         low + tc * (along(ic + 1) - low)
     }
 
-    /// Intensities in candela at azimuths `c` and polar angles `gamma`: where one cell holds them all, without looking up each.
+    /// Intensities in candela at azimuths `c` and polar angles `gamma`: where one cell holds them all, without looking
+    /// up each.
     pub(crate) fn several(&self, c: &Lanes, gamma: &Lanes) -> Lanes {
         let mut out = [0.0; LANES];
         if let Some(cell) = self.cell(c[0], gamma[0])

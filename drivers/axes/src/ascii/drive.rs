@@ -25,7 +25,8 @@ pub(crate) struct Described<P> {
     profile: Profile,
     identity: Identity,
     settings: AxisSettings<P>,
-    /// The reference was found since the drive was opened: all there is to know of it where the profile has no [reference].
+    /// The reference was found since the drive was opened: all there is to know of it where the profile has no
+    /// [reference].
     homed: AtomicBool,
 }
 
@@ -86,8 +87,8 @@ impl<P: Coordinate> Described<P> {
         Ok(())
     }
 
-    /// Sets a speed or an acceleration, in the axis' unit per s or s², and reads it back. Returns what is in use: down to a
-    /// whole number of the drive's last digits, never more than the station allows.
+    /// Sets a speed or an acceleration, in the axis' unit per s or s², and reads it back. Returns what is in use: down
+    /// to a whole number of the drive's last digits, never more than the station allows.
     async fn set(&self, key: &str, setting: &Setting, wanted: f64, steps_per_unit: f64) -> Result<f64, DeviceError> {
         // Counts per s ÷ 10^decimals: the unit in which the drive states positions, per s.
         let unit = steps_per_unit / 10_f64.powi(self.profile.decimals.into());

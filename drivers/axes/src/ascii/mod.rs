@@ -1,10 +1,11 @@
 //! Axes with a simple ASCII language, by a profile: `ascii-axis:LINK?profile=FILE.toml&address=1`.
 //!
-//! `profile` is the path of a TOML file, from the folder of the station file; `template` is one that shows every key and is
-//! no real drive. `address` stands for `{address}` in the profile.
+//! `profile` is the path of a TOML file, from the folder of the station file; `template` is one that shows every key
+//! and is no real drive. `address` stands for `{address}` in the profile.
 //!
-//! These languages have neither checks nor numbers. Every command is followed by a look at what became of it, and looks count as
-//! `watched.rs` says. After a lost reply the command of `[identity]` must be answered before anything is asked again.
+//! These languages have neither checks nor numbers. Every command is followed by a look at what became of it, and looks
+//! count as `watched.rs` says. After a lost reply the command of `[identity]` must be answered before anything is asked
+//! again.
 
 mod drive;
 mod profile;

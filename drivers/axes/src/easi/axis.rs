@@ -8,8 +8,9 @@ use tokio::time::Instant;
 use super::drive::Indexer;
 use crate::watched::{Drive, Look, fault};
 
-/// The drive keeps no word on whether it has a reference. The in-position time is set to this many ms once it has been found,
-/// and is another one after power-on: a drive that has it and whose motor never lost its current knows where it is.
+/// The drive keeps no word on whether it has a reference. The in-position time is set to this many ms once it has been
+/// found, and is another one after power-on: a drive that has it and whose motor never lost its current knows where it
+/// is.
 const HOMED_IT: &str = "13";
 
 /// Range and unit of V (rev/s), and of AA and AD (rev/s²): user guide, pages 93 and 129.
@@ -47,7 +48,8 @@ impl<P: Coordinate> Xli<P> {
         .into_iter()
         .enumerate()
         {
-            // Down to a whole number of units, never faster than the station allows; the small part forgives the division.
+            // Down to a whole number of units, never faster than the station allows; the small part forgives the
+            // division.
             let units = (wanted * rev_per_unit / unit + 1e-6).floor();
             if !(least..=most + 1e-9).contains(&(units * unit)) {
                 return Err(DeviceError::Unsupported {

@@ -1,9 +1,9 @@
 //! Parker XLi indexer drives, EASI: `parker-easi:LINK?address=1`.
 //!
-//! 9600 baud, 8N1; several drives of a daisy chain share a line. `home=+,0,-2,10,1` is what HOME1 takes: edge of the switch,
-//! type of the switch (1: normally closed), direction and speed in rev/s, acceleration in rev/s², mode; without it the drive
-//! homes as it was set up. `tolerance` is how many steps off its target a move may end (default 0: the drive counts its own
-//! pulses and knows of no other).
+//! 9600 baud, 8N1; several drives of a daisy chain share a line. `home=+,0,-2,10,1` is what HOME1 takes: edge of the
+//! switch, type of the switch (1: normally closed), direction and speed in rev/s, acceleration in rev/s², mode; without
+//! it the drive homes as it was set up. `tolerance` is how many steps off its target a move may end (default 0: the
+//! drive counts its own pulses and knows of no other).
 
 mod axis;
 mod drive;

@@ -96,8 +96,8 @@ impl<P: Coordinate> AzAxis<P> {
         }
     }
 
-    /// Whether two looks in a row are those of an axis at rest in one place, with no byte in between that nothing had asked
-    /// for.
+    /// Whether two looks in a row are those of an axis at rest in one place, with no byte in between that nothing had
+    /// asked for.
     fn rests(&self, before: &Look<P>, now: &Look<P>) -> bool {
         before.unsolicited.0 == now.unsolicited.1 && at_rest(&before.position, &now.position, self.tolerance_steps)
     }

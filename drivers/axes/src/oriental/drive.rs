@@ -88,7 +88,8 @@ pub(crate) struct Dynamics {
 }
 
 impl Dynamics {
-    /// Rounded down to whole units, the rate never being that at power-on; which of the station's `keys` is out of range.
+    /// Rounded down to whole units, the rate never being that at power-on; which of the station's `keys` is out of
+    /// range.
     pub fn new(keys: [&'static str; 4], speed: f64, rate: f64) -> Result<Self, (&'static str, i32, i32)> {
         let whole = |key, value: f64, most: i32| {
             let value = value.floor();

@@ -1,12 +1,13 @@
 //! Oriental Motor AZ drives over Modbus: `oriental-az:LINK?unit=1`.
 //!
-//! `baud` is that of the drive's switch (default 115200; 8 data bits, even parity). `tolerance` is how many steps off its target
-//! an axis may rest (default 2). Several drives share a line. `tcp://host:port` carries RTU through a bridge,
-//! `modbus-tcp://host:port` is a gateway.
+//! `baud` is that of the drive's switch (default 115200; 8 data bits, even parity). `tolerance` is how many steps off
+//! its target an axis may rest (default 2). Several drives share a line. `tcp://host:port` carries RTU through a
+//! bridge, `modbus-tcp://host:port` is a gateway.
 //!
-//! Moves are "direct data operation": type, position, speed and rates in one write that starts at once. Everything is read from
-//! registers whose meaning no setting of the drive changes; only the inputs ZHOME and STOP need R-IN4 and R-IN5 as they are set
-//! by the maker. Registers after the manual HM-60262E as cited by drivers of others (`docs/src/devices.md` names them).
+//! Moves are "direct data operation": type, position, speed and rates in one write that starts at once. Everything is
+//! read from registers whose meaning no setting of the drive changes; only the inputs ZHOME and STOP need R-IN4 and
+//! R-IN5 as they are set by the maker. Registers after the manual HM-60262E as cited by drivers of others
+//! (`docs/src/devices.md` names them).
 
 mod alarm;
 mod axis;

@@ -142,8 +142,8 @@ impl<P: Coordinate> ZaberAxis<P> {
         })
     }
 
-    /// Whether two states in a row are those of an axis at rest in one place, with no answer in between that nothing had
-    /// asked for.
+    /// Whether two states in a row are those of an axis at rest in one place, with no answer in between that nothing
+    /// had asked for.
     fn rests(before: &State<P>, now: &State<P>) -> bool {
         before.surplus.0 == now.surplus.1 && at_rest(&before.position, &now.position, TOLERANCE_STEPS)
     }

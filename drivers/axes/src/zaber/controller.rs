@@ -66,8 +66,9 @@ impl Controller {
         &self.name
     }
 
-    /// Asks for what does not change, until two answers in a row are the same. Message ids repeat after a hundred requests, and
-    /// the checksum is a sum: a reply that old, or one with two damaged bytes, can answer one request, but not two in a row.
+    /// Asks for what does not change, until two answers in a row are the same. Message ids repeat after a hundred
+    /// requests, and the checksum is a sum: a reply that old, or one with two damaged bytes, can answer one request,
+    /// but not two in a row.
     pub async fn ask_twice(&self, axis: u8, text: &str) -> Result<Reported, DeviceError> {
         self.ask_until(axis, text, |before, now| before.data == now.data).await
     }
@@ -100,7 +101,8 @@ impl Controller {
         Err(self.malformed(text, &reason, before.frame))
     }
 
-    /// How many answers came that no request was waiting for: a change between two looks spoils what was read between them.
+    /// How many answers came that no request was waiting for: a change between two looks spoils what was read between
+    /// them.
     pub fn surplus(&self) -> u64 {
         self.bus.unsolicited()
     }
@@ -124,8 +126,8 @@ impl Controller {
         }
     }
 
-    /// Asks `axis` (0: the device), again if the line damaged or lost the answer: every command used here may be repeated, it
-    /// asks, sets a value, or moves to an absolute place.
+    /// Asks `axis` (0: the device), again if the line damaged or lost the answer: every command used here may be
+    /// repeated, it asks, sets a value, or moves to an absolute place.
     pub async fn ask(&self, axis: u8, text: &str) -> Result<Reported, DeviceError> {
         let action = if text.is_empty() { "status" } else { text };
         let command = Command::new(self.device, axis, text).map_err(|error| DeviceError::Unsupported {

@@ -1,11 +1,12 @@
 //! Lux meters with a simple ASCII language, by a profile: `ascii-lux:LINK?profile=FILE.toml`.
 //!
-//! `profile` is the path of a TOML file, from the folder of the station file; `template` is one that shows every key and is
-//! no real meter. `address` stands for `{address}` in the profile.
+//! `profile` is the path of a TOML file, from the folder of the station file; `template` is one that shows every key
+//! and is no real meter. `address` stands for `{address}` in the profile.
 //!
-//! The meter converts all the time, and a request gets the latest value: light of the update interval and the integration
-//! before the request. What an answer is believed for is said in `confirmed.rs`. A line in doubt is put in step by the command
-//! of `[identity]`, whose reply must not read as a reading; without one the silence after a failure is all there is.
+//! The meter converts all the time, and a request gets the latest value: light of the update interval and the
+//! integration before the request. What an answer is believed for is said in `confirmed.rs`. A line in doubt is put in
+//! step by the command of `[identity]`, whose reply must not read as a reading; without one the silence after a failure
+//! is all there is.
 
 mod profile;
 

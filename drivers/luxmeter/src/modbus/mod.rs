@@ -1,11 +1,13 @@
 //! Any lux meter on Modbus, by a profile: `modbus-lux:LINK?profile=rs485-u32&unit=1`.
 //!
-//! `profile` is the name of one that comes with the program, or the path of a TOML file, from the folder of the station file.
+//! `profile` is the name of one that comes with the program, or the path of a TOML file, from the folder of the station
+//! file.
 //!
-//! The meter converts all the time, and a request gets the latest value: light of the update interval and the integration
-//! before the request. What an answer is believed for is said in `confirmed.rs`. On a line in doubt the meter is asked for
-//! another number of registers: neither the answer to that nor an exception can be a reading that comes late. A meter that
-//! does not answer such a request is left to the silence after a failure alone; opening finds that out.
+//! The meter converts all the time, and a request gets the latest value: light of the update interval and the
+//! integration before the request. What an answer is believed for is said in `confirmed.rs`. On a line in doubt the
+//! meter is asked for another number of registers: neither the answer to that nor an exception can be a reading that
+//! comes late. A meter that does not answer such a request is left to the silence after a failure alone; opening finds
+//! that out.
 
 mod profile;
 

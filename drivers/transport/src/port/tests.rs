@@ -43,7 +43,8 @@ impl Conversation for Successor {
     }
 }
 
-/// Another language on the same line: a letter asks, the same letter answers; never quiet, as one with numbered messages.
+/// Another language on the same line: a letter asks, the same letter answers; never quiet, as one with numbered
+/// messages.
 #[derive(Default)]
 struct Echo(Option<char>);
 

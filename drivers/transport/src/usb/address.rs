@@ -1,4 +1,5 @@
-//! Which USB device an address means: `usb:`, `usb:2457:101e`, `usb:serial=USB2+H16355`, `usb:2457:101e?serial=…&port=1-2`.
+//! Which USB device an address means: `usb:`, `usb:2457:101e`, `usb:serial=USB2+H16355`,
+//! `usb:2457:101e?serial=…&port=1-2`.
 
 use std::fmt;
 
@@ -22,7 +23,8 @@ impl UsbAddress {
     /// Reads an address; `None` where it does not begin with `usb:`.
     ///
     /// # Errors
-    /// [`LinkError`] for an id that is not two hexadecimal numbers, an unknown key, an empty value, or a key given twice.
+    /// [`LinkError`] for an id that is not two hexadecimal numbers, an unknown key, an empty value, or a key given
+    /// twice.
     pub fn parse(address: &str) -> Result<Option<Self>, LinkError> {
         let Some(rest) = address.strip_prefix("usb:") else {
             return Ok(None);

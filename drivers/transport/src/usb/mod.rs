@@ -1,7 +1,7 @@
 //! USB devices without a driver of the kernel: who is there, and a link over the bulk endpoints of one.
 //!
-//! libusb is compiled in. Every call that waits runs on a thread of its own; no call to libusb's global context is made,
-//! since that panics on a computer without USB.
+//! libusb is compiled in. Every call that waits runs on a thread of its own; no call to libusb's global context is
+//! made, since that panics on a computer without USB.
 
 mod address;
 mod link;
@@ -28,8 +28,8 @@ pub struct UsbProfile {
 /// How USB transfers travel on a byte link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UsbFraming {
-    /// One frame a transfer: endpoint, length (u16, low byte first), payload. For languages in which endpoint and end of a
-    /// transfer mean something; each transfer ends with a short packet.
+    /// One frame a transfer: endpoint, length (u16, low byte first), payload. For languages in which endpoint and end
+    /// of a transfer mean something; each transfer ends with a short packet.
     Transfers,
     /// The bytes as they are. For languages that frame themselves, on a single endpoint.
     Bytes,

@@ -31,7 +31,8 @@ pub struct FoundUsb {
     chosen: Candidate,
 }
 
-/// Finds the device that `address` means among those of `profile`. Blocks while devices are asked for their serial number.
+/// Finds the device that `address` means among those of `profile`. Blocks while devices are asked for their serial
+/// number.
 ///
 /// # Errors
 /// [`LinkError`]: USB cannot be used, no such device, more than one.
@@ -67,7 +68,8 @@ impl FoundUsb {
         };
         let refused = |error: Error| refused(address, chosen, error);
         let handle = chosen.device.open().map_err(refused)?;
-        // Only what is not configured is configured: doing it again resets data toggles under a device that keeps its own.
+        // Only what is not configured is configured: doing it again resets data toggles under a device that keeps its
+        // own.
         if chosen.device.active_config_descriptor().is_err() {
             handle.set_active_configuration(1).map_err(refused)?;
         }

@@ -1,8 +1,8 @@
-//! A man in the middle between every driver and its twin (see `middle`): whatever he does to the bytes, each value that comes
-//! out is the truth of its own moment within the twin's noise and digit, or there is an error in its place.
+//! A man in the middle between every driver and its twin (see `middle`): whatever he does to the bytes, each value that
+//! comes out is the truth of its own moment within the twin's noise and digit, or there is an error in its place.
 //!
-//! Short by itself. By hand: `ISOLUX_ATTACK_ROUNDS=200000 ISOLUX_ATTACK_SEED=7 cargo test --release -p isolux-virtual --test
-//! man_in_the_middle -- --nocapture` (a round is at least one request to each instrument).
+//! Short by itself. By hand: `ISOLUX_ATTACK_ROUNDS=200000 ISOLUX_ATTACK_SEED=7 cargo test --release -p isolux-virtual
+//! --test man_in_the_middle -- --nocapture` (a round is at least one request to each instrument).
 //!
 //! The table of twins says who is attacked, so that no twin is left out.
 

@@ -1,5 +1,5 @@
-//! A man in the middle: a link that carries every byte between driver and twin, and damages, delays, repeats and plays back
-//! some of them. What it does follows from its seed.
+//! A man in the middle: a link that carries every byte between driver and twin, and damages, delays, repeats and plays
+//! back some of them. What it does follows from its seed.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex};
@@ -330,7 +330,8 @@ impl Mind {
         }
     }
 
-    /// An answer of before: 0.1 s to 5 s old, or any that begins or is as long as this one, so that it fits the request.
+    /// An answer of before: 0.1 s to 5 s old, or any that begins or is as long as this one, so that it fits the
+    /// request.
     fn old(&mut self, like: &[u8]) -> Option<Vec<u8>> {
         let begins = |frame: &[u8]| frame.len() >= 8 && frame.get(..8) == like.get(..8) && frame != like;
         let age = self.dice.seconds(0.1, 5.0);

@@ -97,8 +97,8 @@ impl Detector {
     }
 }
 
-/// The pixel furthest from the truth, if it is further than a pair of exposures lets pass: six standard deviations of the
-/// difference (8.5 of one exposure), and five of the exposure that it was compared with.
+/// The pixel furthest from the truth, if it is further than a pair of exposures lets pass: six standard deviations of
+/// the difference (8.5 of one exposure), and five of the exposure that it was compared with.
 fn worst(room: &Room, properties: &SpectroradiometerProperties, counts: &[u16], truth: &[f64]) -> Option<(usize, f64)> {
     let detector = Detector::of(properties);
     let offset = room.document().spectroradiometer.offset_counts;

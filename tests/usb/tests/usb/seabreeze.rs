@@ -1,7 +1,8 @@
-//! Ocean's own compiled library reads the twins through libusb, and every field that it reads is seen to matter: with the
-//! same bytes changed on their way it must read another value, or nothing.
+//! Ocean's own compiled library reads the twins through libusb, and every field that it reads is seen to matter: with
+//! the same bytes changed on their way it must read another value, or nothing.
 //!
-//! Needs umockdev and `tests/peers/python.sh`. Two instruments agree here that no code is shared with: the twin and the library.
+//! Needs umockdev and `tests/peers/python.sh`. Two instruments agree here that no code is shared with: the twin and the
+//! library.
 
 use std::process::Stdio;
 

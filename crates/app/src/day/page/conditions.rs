@@ -1,4 +1,5 @@
-//! Under which conditions it was measured: stabilisation, temperature, supply, distance, scan, drift, closing check, instruments.
+//! Under which conditions it was measured: stabilisation, temperature, supply, distance, scan, drift, closing check,
+//! instruments.
 
 use isolux_photometry::IntensityDistribution;
 use isolux_record::{ReadingKind, Role};
@@ -146,8 +147,8 @@ fn allowed_percent(day_results: &DayResults) -> String {
     significant(100.0 * rel, 2)
 }
 
-/// Distance in luminous diameters against what CIE S 025, 4.5.2 asks of a distribution of this width: 5 for a cosine-like one
-/// (beam angle of at least 90°), 10 for a broad one (60°), 15 for a narrower one.
+/// Distance in luminous diameters against what CIE S 025, 4.5.2 asks of a distribution of this width: 5 for a
+/// cosine-like one (beam angle of at least 90°), 10 for a broad one (60°), 15 for a narrower one.
 fn distance_class(day_results: &DayResults) -> String {
     let lamp = day_results.reduced.run.header.station.lamp();
     let Some(diameter_mm) = lamp.and_then(|lamp| lamp.diameter_mm) else {

@@ -1,5 +1,6 @@
-//! The photometric report of a day, in the order in which EN 13032-4 and LM-79 reports have their parts: what was measured, the
-//! verdict, the distribution, flux, colour, glare, the conditions, the uncertainty, and what is behind them.
+//! The photometric report of a day, in the order in which EN 13032-4 and LM-79 reports have their parts: what was
+//! measured, the verdict, the distribution, flux, colour, glare, the conditions, the uncertainty, and what is behind
+//! them.
 
 mod colour;
 mod conditions;
