@@ -256,7 +256,7 @@ fn finish(
 
     let model = results.join("luminaire.model.toml");
     let asked = job.and_then(|job| wanted(job, &results, overwrite));
-    let request = options.unwrap_or_else(|| diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
+    let request = asked.unwrap_or_else(|| diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
     // A record of which every reading made the distribution has none that could check it.
     if let Ok(answer) = diagnose::attempt(&request, progress)? {
         let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
