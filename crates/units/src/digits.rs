@@ -50,8 +50,9 @@ pub fn significant(value: f64, digits: i32) -> String {
 /// Power of ten of the last digit of an uncertainty; none for zero and what is not finite.
 fn place_of(expanded: f64) -> Option<i32> {
     let exponent = exponent(expanded)?;
-    let first = expanded.abs() / 10f64.powi(exponent);
-    Some(if first < 3.0 { exponent - 1 } else { exponent })
+    // From the shortest text: 0.3 ÷ 0.1 is not 3.
+    let first = format!("{:e}", expanded.abs()).as_bytes()[0];
+    Some(if first < b'3' { exponent - 1 } else { exponent })
 }
 
 /// Power of ten of the first digit.

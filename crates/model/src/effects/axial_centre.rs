@@ -9,7 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
 pub(super) static AXIAL_CENTRE: EffectSpec = EffectSpec {
     name: "axial_centre",
     standard_name: "photometric centre offset, axial",
-    sentence: "The light centre is not where the axes meet, but on the optical axis [{offset_mm:size} ][{offset_mm:nearer to|farther from} the detector].",
+    sentence: "The light centre is not where the axes meet, but on the optical axis[, {offset_mm:size} {offset_mm:nearer to|farther from} the detector].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "P − z·e_z",

@@ -9,7 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
 pub(super) static DISTANCE_OFFSET: EffectSpec = EffectSpec {
     name: "distance_offset",
     standard_name: "photometric distance error",
-    sentence: "The detector is [{offset_mm:size} ][{offset_mm:farther away|nearer} ]than its scale says.",
+    sentence: "The detector is not where its scale says[: it is {offset_mm:size} {offset_mm:farther away|nearer}].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "d + δ",

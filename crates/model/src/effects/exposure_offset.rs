@@ -7,7 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude};
 pub(super) static EXPOSURE_OFFSET: EffectSpec = EffectSpec {
     name: "exposure_offset",
     standard_name: "exposure time error",
-    sentence: "The shutter is open [{offset:longer|shorter} ]than it says, by the same time for every exposure[: {offset:size}].",
+    sentence: "The shutter is not open for the time that it says, by the same difference for every exposure[: {offset:size} too {offset:long|short}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "(t + δt)",

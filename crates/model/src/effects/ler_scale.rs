@@ -7,7 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, ParameterSpec, Split, amplitude};
 pub(super) static LER_SCALE: EffectSpec = EffectSpec {
     name: "ler_scale",
     standard_name: "luminous efficacy of radiation (wrong spectrum)",
-    sentence: "The spectrum is not that of the light: it has [{factor:off1%} ]too [{factor:much|little} ]efficacy.",
+    sentence: "The spectrum is not that of the light[: its efficacy is {factor:off1%} too {factor:high|low}].",
     belongs_to: &[BelongsTo::Luminaire],
     stages: MAPS,
     formula: "K · factor",

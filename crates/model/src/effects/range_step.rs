@@ -9,7 +9,7 @@ use super::spec::{BelongsTo, EffectSpec, ParameterSpec, READINGS, Role, Split, a
 pub(super) static RANGE_STEP: EffectSpec = EffectSpec {
     name: "range_step",
     standard_name: "range change f11",
-    sentence: "One range of the meter shows [{factor_rel:%} ]too [{factor_rel:much|little} ]against the others[: range {range}].",
+    sentence: "One range of the meter does not agree with the others[: it shows {factor_rel:%} too {factor_rel:much|little}][, range {range}].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "(1 + s)·E in one range",

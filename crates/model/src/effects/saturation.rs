@@ -7,7 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, ParameterSpec, Split, amplitude};
 pub(super) static SATURATION: EffectSpec = EffectSpec {
     name: "saturation",
     standard_name: "saturation (full well)",
-    sentence: "The sensor is full: above [{level_rel:%} of full scale ]a limit the signal grows no further.",
+    sentence: "The sensor is full: the signal grows no further[ above {level_rel:%} of full scale].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "min(S, S_sat); level 0 means none",

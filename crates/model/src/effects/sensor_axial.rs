@@ -7,7 +7,7 @@ use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude};
 pub(super) static SENSOR_AXIAL: EffectSpec = EffectSpec {
     name: "sensor_axial",
     standard_name: "sensor misplaced along the axis",
-    sentence: "The sensor is [{offset_mm:size} ][{offset_mm:farther away|nearer} ]than its stage says.",
+    sentence: "The sensor is not where its stage says[: it is {offset_mm:size} {offset_mm:farther away|nearer}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "d + δ",

@@ -119,7 +119,7 @@ mod tests {
         );
         assert_eq!(
             told("distance_offset", &[("offset_mm", -4.0)]),
-            "The detector is 4 mm nearer than its scale says."
+            "The detector is not where its scale says: it is 4 mm nearer."
         );
         assert_eq!(
             told("dark_offset", &[("offset_rel", 0.002)]),
