@@ -21,9 +21,9 @@ const PLAN: &str = include_str!("init/plan.toml");
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DayPlan {
     /// At the distance that `isolux plan` proposes for the virtual bench.
+    #[default]
     Near,
     /// The published one, at 10 m, the station's own distance.
-    #[default]
     Published,
 }
 
@@ -399,7 +399,7 @@ mod tests {
         let folder = Utf8Path::from_path(keep.path()).unwrap().join("bench");
         run(
             &folder,
-            DayPlan::Near,
+            DayPlan::default(),
             &Instruments::default(),
             &Subject::default(),
             Overwrite::Never,
@@ -446,7 +446,7 @@ mod tests {
         let at = |mm: f64| distances.costs.iter().find(|cost| cost.distance_mm == mm).unwrap();
         let best_mm = distances.best_mm.unwrap();
         assert!(at(10_000.0).planned && distances.unknown.is_empty(), "{distances:?}");
-        for block in DayPlan::Near.plan().unwrap().blocks() {
+        for block in DayPlan::default().plan().unwrap().blocks() {
             if block.instrument == isolux_record::plan::Instrument::Luxmeter {
                 assert_eq!(block.distance_mm, Some(best_mm), "block {}", block.name);
             }

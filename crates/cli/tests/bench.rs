@@ -248,6 +248,10 @@ fn by_hand_and_dry() {
     };
     let plan = said(&["plan", &station, &bench.path("plan.toml"), "--json"]);
     assert_eq!((&plan["points"], &plan["references"]), (&2297.into(), &26.into()));
+    assert!(
+        plan["distances"]["best_mm"].is_number() && plan["distances"]["best_mm"] == plan["blocks"][0]["distance_mm"],
+        "the day is at the distance that is proposed: {plan}"
+    );
     let check = said(&["check", &station, "--json", "--record", &bench.path("trace.txt")]);
     assert!(
         check["instruments"]

@@ -39,7 +39,7 @@ pub struct Init {
     #[arg(long, value_name = "PART=DRIVER:TARGET", requires = "bench")]
     open: Vec<String>,
     /// Plan of the day: at the distance that `isolux plan` proposes, or the published one at 10 m.
-    #[arg(long, default_value = "published-10m", value_parser = ["near", "published-10m"])]
+    #[arg(long, default_value = "near", value_parser = ["near", "published-10m"])]
     plan: String,
     /// What the job says of the luminaire: maker, name, catalogue_number, sample, light_source, driver,
     /// burning_position, hours_run.
