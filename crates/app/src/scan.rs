@@ -245,7 +245,8 @@ pub async fn under(
             .map_err(record_failure)?;
     }
     let already: &[Reading] = resumed.as_ref().map_or(&[], |run| &run.readings.rows);
-    let observer = Narrator::new(progress, run.header(), run.path().as_str(), already, now_utc);
+    let lasting = (!stage::is_virtual(&source.station)).then_some(source.file.as_path());
+    let observer = Narrator::new(progress, run.header(), run.path().as_str(), already, now_utc).of_station(lasting);
     let engine = Engine {
         station: &source.station,
         operator: operator.unwrap_or(&Nobody),

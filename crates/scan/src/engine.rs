@@ -10,13 +10,14 @@ use isolux_record::run::{Run, RunDir, StopHow, Stopped};
 use jiff::Timestamp;
 use serde_json::json;
 
+use crate::bench_state::BenchState;
 use crate::cancel::Cancel;
 use crate::clock::RunClock;
 use crate::devices::{Devices, Operator};
 use crate::dry_run::dry_run;
 use crate::error::ScanError;
 use crate::motion::stop_all;
-use crate::observe::Observer;
+use crate::observe::{Observer, ScanEvent};
 use crate::pause::Pause;
 use session::Session;
 
@@ -107,6 +108,7 @@ impl Engine<'_> {
         outcome: Result<(), ScanError>,
     ) -> Result<(), ScanError> {
         let rest = stop_all(devices).await;
+        let left = BenchState::of(devices, rest.is_ok()).await;
         let readings = run.len();
         let outcome = match outcome {
             Err(ScanError::Interrupted { reason, .. }) => Err(ScanError::Interrupted { reason, readings }),
@@ -119,12 +121,13 @@ impl Engine<'_> {
         };
         let axes_at_rest = rest.is_ok();
         let utc = clock.utc_now();
-        let fields = json!({ "how": how.to_string(), "message": message, "axes_at_rest": axes_at_rest });
+        let fields = json!({ "how": how.to_string(), "message": message, "axes_at_rest": axes_at_rest, "left": left });
         let event = run.event(&utc, "stopped", &fields);
         // The end is recorded where the events cannot be written, too.
         let recorded = run
             .stop(Stopped::new(utc, how, message.clone(), axes_at_rest))
             .and(event);
+        self.observer.event(&ScanEvent::Ended(&left));
         match rest {
             Err(axes) => {
                 let before = if outcome.is_ok() {

@@ -4,6 +4,7 @@
 //! reads, records, visits the reference point, and stops the axes on every exit. All waiting is on `tokio::time`, so
 //! that hours pass in seconds where the clock is paused; nothing ever sleeps for "long enough".
 
+pub mod bench_state;
 pub mod cancel;
 pub mod clock;
 pub mod devices;
@@ -23,6 +24,7 @@ pub mod warmup;
 #[cfg(test)]
 mod testing;
 
+pub use bench_state::BenchState;
 pub use cancel::Cancel;
 pub use devices::{CalibratedSpectro, Devices, Nobody, Operator, Request, TwoState};
 pub use distance::{Cost, DisplayRange, Distances, distances};

@@ -3,6 +3,7 @@
 use isolux_record::Reading;
 use isolux_record::spectra::SpectrumRecord;
 
+use crate::bench_state::BenchState;
 use crate::warmup::{Criterion, Power};
 
 /// One thing that happened in a scan.
@@ -76,6 +77,8 @@ pub enum ScanEvent<'a> {
         /// How long it was paused.
         paused_s: f64,
     },
+    /// The scan has ended, and so it leaves the bench.
+    Ended(&'a BenchState),
     /// A call was repeated, a reading did not settle, somebody was asked: a sentence.
     Note(&'a str),
 }

@@ -2,6 +2,7 @@
 
 use std::cell::{Cell, RefCell};
 
+use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::run::RunHeader;
 use isolux_record::spectra::{DarkSubtraction, SpectralCalibration, SpectrumRecord};
 use isolux_record::{Reading, Role};
@@ -29,6 +30,8 @@ pub struct Narrator<'a> {
     /// First visit to the reference point since the lamp was switched on, with its distance and its burning.
     first: Cell<Option<(f64, f64)>>,
     resuming: Cell<bool>,
+    /// The station file, where its bench goes on existing after the scan.
+    station: Option<Utf8PathBuf>,
 }
 
 impl<'a> Narrator<'a> {
@@ -43,6 +46,7 @@ impl<'a> Narrator<'a> {
             estimate: RefCell::new(Estimate::of(header, already)),
             first: Cell::new(None),
             resuming: Cell::new(false),
+            station: None,
         };
         narrator.tell(Live::Began(Box::new(Outline::of(header, run))));
         let mut done = 0;
@@ -51,6 +55,15 @@ impl<'a> Narrator<'a> {
             narrator.reading(reading, done);
         }
         narrator
+    }
+
+    /// With the station file, for what a person may do after the scan.
+    #[must_use]
+    pub fn of_station(self, file: Option<&Utf8Path>) -> Self {
+        Self {
+            station: file.map(Utf8Path::to_owned),
+            ..self
+        }
     }
 
     fn tell(&self, live: Live) {
@@ -284,6 +297,13 @@ impl Observer for Narrator<'_> {
                 self.journal(&sentence);
                 self.resuming.set(true);
                 self.state(State::Resuming, &sentence);
+            }
+            ScanEvent::Ended(left) => {
+                let mut sentence = format!("the bench is left as it is: {left}");
+                if let Some(station) = self.station.as_ref().filter(|_| left.lamp_is_on == Some(true)) {
+                    sentence.push_str(&format!("; to switch the lamp off: isolux switch {station} --lamp off"));
+                }
+                self.journal(&sentence);
             }
             ScanEvent::Note(sentence) => self.journal(sentence),
         }

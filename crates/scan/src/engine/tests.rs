@@ -97,6 +97,14 @@ async fn a_whole_day_is_recorded_as_it_was() {
     let run = Run::read(&path).unwrap();
     let stopped = run.header.stopped.as_ref().unwrap();
     assert_eq!((stopped.how, stopped.axes_at_rest), (StopHow::Completed, true));
+    // The last block has the lamp off and the shutter open.
+    let events = std::fs::read_to_string(path.join("events.jsonl")).unwrap();
+    let last: serde_json::Value = serde_json::from_str(events.lines().last().unwrap()).unwrap();
+    let left = serde_json::json!({
+        "c_deg": 0.0, "gamma_deg": 0.0, "axes_at_rest": true, "lamp_is_on": false, "shutter_is_open": true,
+        "baffle_is_in": false,
+    });
+    assert_eq!(last["left"], left, "{last}");
     let rows = &run.readings.rows;
     // 12 points + 3 reference visits, 3 baffled, 2 capped, 2 off.
     assert_eq!(rows.len(), 15 + 3 + 2 + 2);
