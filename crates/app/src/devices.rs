@@ -46,8 +46,8 @@ pub struct Port {
     pub usable: bool,
     /// What is missing.
     pub missing: Option<String>,
-    /// How to mend it.
-    pub mend: Option<String>,
+    /// What to do about it.
+    pub remedy: Option<String>,
 }
 
 /// A USB device of interest.
@@ -61,8 +61,8 @@ pub struct Usb {
     pub serial: Option<String>,
     /// What is missing.
     pub missing: Option<String>,
-    /// How to mend it.
-    pub mend: Option<String>,
+    /// What to do about it.
+    pub remedy: Option<String>,
 }
 
 /// Looks at ports and USB devices; sends nothing to any of them.
@@ -78,7 +78,7 @@ pub fn devices() -> Result<Devices, Failure> {
         seen_with: driver.seen_with,
     });
     let ports = found_ports().map_err(Failure::instrument)?.into_iter().map(|port| {
-        let (usable, missing, mend) = match port.state {
+        let (usable, missing, remedy) = match port.state {
             PortState::Usable => (true, None, None),
             PortState::Unusable { reason, advice } => (false, Some(reason), advice),
         };
@@ -90,12 +90,12 @@ pub fn devices() -> Result<Devices, Failure> {
             serial: port.serial,
             usable,
             missing,
-            mend,
+            remedy,
         }
     });
     let usb = usb_devices().into_iter().filter_map(|device| {
         let id = format!("{:04x}:{:04x}", device.id.0, device.id.1);
-        let (what, missing, mend) = match known(device.id)? {
+        let (what, missing, remedy) = match known(device.id)? {
             Known::Instrument(model, None) => (
                 model.to_owned(),
                 Some("a driver of this program".to_owned()),
@@ -144,7 +144,7 @@ pub fn devices() -> Result<Devices, Failure> {
             what,
             serial: device.serial,
             missing,
-            mend,
+            remedy,
         })
     });
     Ok(Devices {

@@ -3,7 +3,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_formats::ReadOptions;
-use isolux_model::{Accuracy, Model, Scene};
+use isolux_model::{Accuracy, Model, ModelError, Scene};
 use isolux_record::document::read_text;
 use toml::{Table, Value};
 
@@ -31,6 +31,23 @@ pub struct Changes {
 impl Changes {
     fn is_none(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// As they stand on the command line.
+    fn words(&self) -> String {
+        let pair = |[x, y]: [String; 2]| format!("{x},{y}");
+        let given = [
+            self.spectrum.as_ref().map(|file| format!("--spectrum {file}")),
+            self.distance_mm.map(|mm| format!("--distance-mm {mm}")),
+            self.sensor_mm
+                .map(|mm| format!("--sensor-mm {}", pair(mm.map(|mm| mm.to_string())))),
+            self.pixels
+                .map(|count| format!("--pixels {}", pair(count.map(|count| count.to_string())))),
+            self.accuracy.map(|accuracy| format!("--accuracy {}", accuracy.word())),
+            self.luminous_area.then(|| "--luminous-area".to_owned()),
+        ];
+        let set = self.set.iter().map(|pair| format!("--set {pair}"));
+        given.into_iter().flatten().chain(set).collect::<Vec<_>>().join(" ")
     }
 }
 
@@ -74,13 +91,21 @@ pub fn load(input: &Utf8Path, changes: &Changes) -> Result<Scene, Failure> {
     }
     let text = toml::to_string(&changed(&at, table, changes)?).map_err(Failure::bad_input)?;
     Scene::parse(&at, &text).map_err(|error| {
-        // Lines of a text that nobody wrote would mislead.
-        let failure = Failure::bad_input(error);
         if changes.is_none() {
-            failure
-        } else {
-            failure.help("the scene was changed by options of the command line")
+            return Failure::bad_input(error);
         }
+        // A fault of the file itself is said with its line there.
+        if is_scene(input)
+            && let Err(own) = Scene::load(input)
+        {
+            return Failure::bad_input(own);
+        }
+        // The lines are those of a text that nobody wrote.
+        let ModelError::Document(mut error) = error;
+        if error.file == at {
+            (error.line, error.column) = (None, None);
+        }
+        Failure::bad_input(error).help(format!("change what was given: {}", changes.words()))
     })
 }
 

@@ -5,6 +5,7 @@ use std::time::Instant;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_report::map::Map;
 use isolux_sim::direct::DirectError;
+use isolux_sim::setup::SetupError;
 use isolux_sim::simulation::{self, Simulation, SimulationError};
 use isolux_units::digits::{significant, stated};
 
@@ -86,7 +87,10 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
         step: "simulate",
         total: None,
     });
-    let mut simulation = solve(&scene, request.method)?;
+    let mut simulation = solve(&scene, request.method).map_err(|failure| Failure {
+        message: format!("{}: {}", request.input, failure.message),
+        ..failure
+    })?;
     let assumed = scene::assumed(&request.input, &scene, &request.changes);
     if !assumed.is_empty() {
         simulation.facts.findings.insert(
@@ -205,7 +209,10 @@ fn refused(error: &SimulationError) -> Failure {
         SimulationError::Direct(DirectError::NoRays) => "give --rays 2e9, or leave --method direct out",
         SimulationError::Direct(DirectError::Dark { .. }) => "check the distribution's flux with `isolux inspect`",
         SimulationError::Responsivity { .. } => "the file has the columns wavelength_nm,qe",
-        SimulationError::Setup(_) => "check the sensor's pose in the scene",
+        SimulationError::Setup(SetupError::Behind { .. }) => {
+            "sensor.tilt_x_deg, sensor.tilt_y_deg and sensor.offset_mm say how it stands; 0° faces the luminaire"
+        }
+        SimulationError::Setup(_) => "check the [sensor] table of the scene: distance_mm, offset_mm and tilts",
     };
     Failure::bad_input(error).help(help)
 }

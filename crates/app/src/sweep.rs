@@ -119,23 +119,25 @@ pub fn run(
     let scenes: Vec<Scene> = chosen
         .iter()
         .map(|&index| {
-            let set = keys
+            let set: Vec<String> = keys
                 .iter()
                 .zip(at(&values, index))
                 .map(|(key, value)| format!("{key}={value}"))
                 .collect();
-            scene::load(
-                &scene_file,
-                &Changes {
-                    set,
-                    ..Changes::default()
-                },
-            )
+            let point = format!("{file}, the point {}", set.join(", "));
+            let changes = Changes {
+                set,
+                ..Changes::default()
+            };
+            scene::load(&scene_file, &changes)
+                .and_then(|scene| simulate::can_be_lit(&scene).map(|()| scene))
+                .map_err(|failure| Failure {
+                    message: format!("{point}: {}", failure.message),
+                    help: Some("change the values under [vary]".to_owned()),
+                    ..failure
+                })
         })
         .collect::<Result<_, _>>()?;
-    for scene in &scenes {
-        simulate::can_be_lit(scene)?;
-    }
     files::refuse_occupied(out, overwrite)?;
     // Before the first point, as its files may change while it is computed.
     let inputs_sha256 = inputs(&text, &scene_file, &document.vary)?;

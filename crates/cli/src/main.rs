@@ -6,7 +6,7 @@ mod terminal;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches, Parser};
 use isolux_app::log;
 
 use crate::commands::Command;
@@ -27,7 +27,12 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    // `--rays -5` is a number that is refused by what it means, not an unknown option.
+    let command = Arguments::command().mut_subcommands(|command| command.allow_negative_numbers(true));
+    let parsed = command
+        .try_get_matches()
+        .and_then(|matches| Arguments::from_arg_matches(&matches));
+    let arguments = match parsed {
         Ok(arguments) => arguments,
         Err(told) => return explained(&told),
     };

@@ -190,7 +190,7 @@ fn an_instrument_that_fails_leaves_a_run_that_goes_on() {
         bench.assert_stopped("run", "failed");
         let read = bench.rows("run");
         assert!((20..POINTS).contains(&read), "{instrument} {kind}: {read} rows");
-        // The cable is mended.
+        // The cable is back.
         bench.write("bench/room.toml", ROOM);
         bench.isolux(&[&scan[..], &["--resume", "run"]].concat(), 0);
         bench.assert_whole("run");

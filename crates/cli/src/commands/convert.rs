@@ -44,7 +44,7 @@ pub struct Convert {
     #[arg(long, requires = "step_nm", value_enum, default_value_t = How::Sprague)]
     interpolation: How,
     /// Turn the light of a distribution about its axis: what was at C is then at C + DEG.
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG")]
     rotate_c: Option<f64>,
     /// Give every direction the mean of its images.
     #[arg(long, value_enum)]

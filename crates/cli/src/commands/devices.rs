@@ -6,7 +6,7 @@ use isolux_app::{devices, identify};
 
 use crate::screen;
 
-/// Drivers, found ports, what is missing and how to mend it.
+/// Drivers, found ports, what is missing and what to do about it.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: isolux devices --json\n\
 Nothing is sent to any port, but to those named after --identify: each is asked with the line settings of every \
@@ -56,7 +56,7 @@ pub fn run(arguments: &Devices) -> Result<(), Failure> {
             .as_ref()
             .map_or(String::new(), |serial| format!(" serial {serial}"));
         screen::say(format_args!("  {:12} {}{usb}{serial}", port.path, port.description))?;
-        wanting(port.missing.as_deref(), port.mend.as_deref())?;
+        wanting(port.missing.as_deref(), port.remedy.as_deref())?;
     }
     for device in &found.usb {
         screen::say(format_args!(
@@ -65,7 +65,7 @@ pub fn run(arguments: &Devices) -> Result<(), Failure> {
             device.what,
             device.serial.as_deref().unwrap_or("")
         ))?;
-        wanting(device.missing.as_deref(), device.mend.as_deref())?;
+        wanting(device.missing.as_deref(), device.remedy.as_deref())?;
     }
     Ok(())
 }
@@ -95,12 +95,12 @@ fn ask(ports: &[String], json: bool) -> Result<(), Failure> {
     }
 }
 
-fn wanting(missing: Option<&str>, mend: Option<&str>) -> Result<(), Failure> {
+fn wanting(missing: Option<&str>, remedy: Option<&str>) -> Result<(), Failure> {
     if let Some(missing) = missing {
         screen::say(format_args!("  {:12} missing: {missing}", ""))?;
     }
-    if let Some(mend) = mend {
-        screen::say(format_args!("  {:12} to mend it: {mend}", ""))?;
+    if let Some(remedy) = remedy {
+        screen::say(format_args!("  {:12} what to do: {remedy}", ""))?;
     }
     Ok(())
 }

@@ -56,10 +56,10 @@ pub struct Move {
     /// The bench, STATION.toml.
     station: Utf8PathBuf,
     /// Target of the C axis in degrees; without it C stays.
-    #[arg(long, allow_negative_numbers = true, required_unless_present_any = ["gamma", "distance_mm"])]
+    #[arg(long, required_unless_present_any = ["gamma", "distance_mm"])]
     c: Option<f64>,
     /// Target of the γ axis in degrees, signed; without it γ stays.
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long)]
     gamma: Option<f64>,
     /// Distance of the detector in mm, where a rail drives it; without it the detector stays.
     #[arg(long, value_name = "MM")]

@@ -46,7 +46,7 @@ impl Reading {
     }
 }
 
-/// `file:line:column: severity[code]: message`, then what stands there, what was assumed and how to mend it.
+/// `file:line:column: severity[code]: message`, then what stands there, what was assumed and what to do about it.
 pub fn compiler_style(file: &str, finding: &Finding) -> String {
     let mut text = file.to_owned();
     for place in [finding.line, finding.column.map(|column| column.get() as usize)]

@@ -18,7 +18,7 @@ use cases::{CAMERA, Case, READINGS};
 use workshop::{Thoroughness, Workshop};
 
 #[test]
-fn a_flawed_bench_is_named_and_its_luminaire_mended() {
+fn a_flawed_bench_is_named_and_its_luminaire_corrected() {
     let workshop = Workshop::open(Thoroughness::Quick);
     workshop.hold(
         &["luminaire_tilt", "distance_offset"].map(|name| cases::find(READINGS, name)),

@@ -233,11 +233,11 @@ impl Workshop {
         let (run, after) = (format!("{name}/run"), format!("{out}/model.after.toml"));
         self.isolux(&["reduce", &run], 0);
         self.isolux(
-            &["reduce", &run, "--with", &after, "--out", &format!("{name}/mended")],
+            &["reduce", &run, "--with", &after, "--out", &format!("{name}/corrected")],
             0,
         );
         self.capture(name, "screen.toml", "screen", &[]);
-        let gaps = [format!("{run}/results"), format!("{name}/mended")].map(|results| {
+        let gaps = [format!("{run}/results"), format!("{name}/corrected")].map(|results| {
             let model = format!("{results}/drawn.model.toml");
             self.drawn(&format!("{results}/luminaire.model.toml"), &model);
             self.gap(&model, "screen.toml", &format!("{name}/screen.csv"))

@@ -6,8 +6,12 @@ use toml::de::{DeTable, DeValue};
 /// The message of `error`; where a value has another type than its key, the key, what stands there and what is needed.
 pub(super) fn explain(text: &str, error: &toml::de::Error) -> String {
     let message = error.message().trim().replace('\n', " ");
+    let written = error.span().and_then(|span| text.get(span)).unwrap_or_default();
     let key = error.span().and_then(|span| key_at(text, span.start));
-    let Some(key) = key else { return message };
+    let Some(key) = key else {
+        let line = error.span().map(|span| line_at(text, span.start));
+        return line.and_then(not_toml).unwrap_or(message);
+    };
     let leaf = key.rsplit('.').next().unwrap_or(&key);
     for start in ["invalid type: ", "invalid value: ", "invalid length "] {
         let Some((found, expected)) = message
@@ -21,14 +25,66 @@ pub(super) fn explain(text: &str, error: &toml::de::Error) -> String {
         } else {
             found_words(found)
         };
-        return format!("`{key}` is {found}; {}", needed_words(leaf, expected));
+        return format!("`{key}` is {found}; {}", needed_words(leaf, expected, written));
     }
     if message.starts_with("unknown field") || message.starts_with("missing field") || message.starts_with("duplicate")
     {
         return message;
     }
-    // What a type says itself does not name the key.
-    format!("`{key}`: {message}")
+    // What a type says itself names neither the key nor the value.
+    if written.is_empty() || written.contains('\n') || message.contains(written.trim_matches('"')) {
+        return format!("`{key}`: {message}");
+    }
+    format!("`{key}` is {written}; {message}")
+}
+
+/// The line of the text that holds the byte `at`.
+fn line_at(text: &str, at: usize) -> &str {
+    let start = text
+        .get(..at)
+        .and_then(|before| before.rfind('\n'))
+        .map_or(0, |newline| newline + 1);
+    text[start..].lines().next().unwrap_or_default()
+}
+
+/// What a line says that is no TOML, where it is a number as people write it elsewhere.
+fn not_toml(line: &str) -> Option<String> {
+    let (key, value) = line.split_once('=')?;
+    let value = value.split('#').next()?.trim();
+    let meant = plain_number(value)?;
+    let how = if value.ends_with('%') {
+        "a percentage is written as a fraction"
+    } else {
+        "a decimal mark is a point"
+    };
+    Some(format!("{how}: {} = {meant}", key.trim()))
+}
+
+/// The number that `0.4 %` or `1,5` means, as TOML has it; none for other text.
+fn plain_number(text: &str) -> Option<String> {
+    let text = text.trim();
+    let (text, percent) = match text.strip_suffix('%') {
+        Some(number) => (number.trim_end(), true),
+        None => (text, false),
+    };
+    let text = if text.matches(',').count() == 1 {
+        text.replace(',', ".")
+    } else {
+        text.to_owned()
+    };
+    if !text
+        .bytes()
+        .all(|byte| byte.is_ascii_digit() || b"+-.eE".contains(&byte))
+    {
+        return None;
+    }
+    let number: f64 = text.parse().ok()?;
+    if !percent {
+        return Some(text);
+    }
+    // Digits as written: 0.4 % is 0.004, not 0.0040000000000000001.
+    let fraction = format!("{:.12}", number / 100.0);
+    Some(fraction.trim_end_matches('0').trim_end_matches('.').to_owned())
 }
 
 /// `string "fast"` as the reader calls it.
@@ -44,12 +100,14 @@ fn found_words(found: &str) -> String {
     }
 }
 
-/// What is needed and how it is written.
-fn needed_words(leaf: &str, expected: &str) -> String {
+/// What is needed and how it is written; `written` is what stands there.
+fn needed_words(leaf: &str, expected: &str, written: &str) -> String {
+    let meant = plain_number(written.trim_matches('"'));
     let (what, example) = match expected {
-        "f64" | "f32" => ("a number", "1.5"),
+        "f64" | "f32" => ("a number", meant.as_deref().unwrap_or("1.5")),
         "usize" | "u64" | "u32" | "u16" | "u8" | "a nonzero usize" => ("a whole number of zero or more", "3"),
         "i64" | "i32" | "i16" | "i8" => ("a whole number", "1"),
+        "a ratio" => ("a ratio of whole numbers in quotes", "\"12800/3\""),
         "a string" | "a character" | "path string" => ("text in quotes", "\"text\""),
         "a boolean" => ("true or false", "true"),
         "a sequence" => ("a list", "[1.0, 2.0]"),
@@ -124,6 +182,10 @@ mod tests {
         _name: String,
         #[serde(rename = "limit_deg", default)]
         _limit: [f64; 2],
+        #[serde(rename = "level", default)]
+        _level: f64,
+        #[serde(rename = "size")]
+        _size: Option<crate::observation::OneOrTwo<u64>>,
         #[serde(rename = "parts", default)]
         _parts: Vec<f64>,
     }
@@ -146,6 +208,16 @@ mod tests {
             told("name = [1]"),
             "`lamp.name` is a list; text in quotes is needed, as in name = \"text\""
         );
+        assert_eq!(
+            told("level = \"0,5 %\""),
+            "`lamp.level` is the text \"0,5 %\"; a number is needed, as in level = 0.005"
+        );
+        assert_eq!(
+            told("level = 0.4 %"),
+            "a percentage is written as a fraction: level = 0.004"
+        );
+        assert_eq!(told("level = -1,25 # V"), "a decimal mark is a point: level = -1.25");
+        assert!(told("size = [48, -36]").starts_with("`lamp.size` is [48, -36]; one number"));
         assert!(told("limit_deg = [1.0]").starts_with("`lamp.limit_deg` is a list of 1; a list of two is needed"));
         assert!(told("parts = [1.0, \"x\"]").starts_with("`lamp.parts.1` is the text \"x\"; a number is needed"));
     }
