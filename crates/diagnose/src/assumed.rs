@@ -5,7 +5,7 @@ mod searched;
 
 use std::collections::BTreeMap;
 
-use isolux_model::{BelongsTo, Effect, EffectSpec, Model, Refined, ShapeTrust, Stage};
+use isolux_model::{BelongsTo, Effect, EffectSpec, Model, Refined, Role, ShapeTrust, Stage};
 use isolux_record::observation::{MapSet, MapUnit, ReadingCoordinates, SpectraSet};
 use nalgebra::DVector;
 
@@ -218,10 +218,9 @@ impl AssumedModel {
         }
         for ((&key, &inverse), &shape) in recipe.shapes.iter().zip(&recipe.inverse).zip(&hypothesis.shape) {
             let value = if inverse { 1.0 / shape } else { shape };
-            values[key] = if recipe.spec.parameters[key].key == "azimuth_deg" {
-                value.rem_euclid(360.0)
-            } else {
-                value
+            values[key] = match recipe.spec.parameters[key].role {
+                Role::Azimuth { .. } => value.rem_euclid(360.0),
+                _ => value,
             };
         }
         values

@@ -4,44 +4,13 @@ use glam::DVec3;
 use isolux_record::ReadingKind;
 use isolux_record::observation::ReadingCoordinates;
 
-use crate::effects::{Act, Axes, DetectorView, LampLaw, Mounting, PairLaw};
+use crate::attitude::Attitude;
+use crate::effect::Effect;
+use crate::effects::{Act, Axes, BelongsTo, DetectorView, LampLaw, Mounting, PairLaw, Values};
 use crate::floor::OverFloor;
 use crate::luminaire::angles_deg;
 use crate::model::Model;
 use crate::prepared::PreparedModel;
-
-/// How the luminaire hangs on a bench that turns it: the optical axis points to (cos γ, sin γ, 0) of the bench, the
-/// half-plane C contains +X, and C + 90° points up.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Attitude {
-    /// Luminaire axes x, y, z as seen from the bench.
-    x: DVec3,
-    y: DVec3,
-    z: DVec3,
-}
-
-impl Attitude {
-    pub fn new(c_deg: f64, gamma_deg: f64, nonperp_deg: f64) -> Self {
-        let (sin, cos) = gamma_deg.to_radians().sin_cos();
-        let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
-        let (lean, upright) = nonperp_deg.to_radians().sin_cos();
-        // At C = 0: x towards the detector's side, y up, z the optical axis; then the axis leans out of the horizontal.
-        let toward = DVec3::new(sin, -cos, 0.0);
-        let level = DVec3::new(cos, sin, 0.0);
-        let axis = upright * level + lean * DVec3::Z;
-        let up = upright * DVec3::Z - lean * level;
-        Self {
-            x: cos_c * toward - sin_c * up,
-            y: sin_c * toward + cos_c * up,
-            z: axis,
-        }
-    }
-
-    /// A direction of the bench in the luminaire's frame.
-    pub fn luminaire_from_room(&self, room: DVec3) -> DVec3 {
-        DVec3::new(room.dot(self.x), room.dot(self.y), room.dot(self.z))
-    }
-}
 
 /// A reading with the bench's effects taken out: an intensity and the direction that it truly belongs to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,19 +39,19 @@ type Law<F> = Vec<(F, usize)>;
 
 /// The acts on readings, sorted by kind; values by index to keep the laws small.
 struct Chain<'m> {
-    values: Vec<&'m [f64]>,
-    axes: Law<fn(&[f64], &ReadingCoordinates, &mut Axes)>,
-    mount: Law<fn(&[f64], &mut Mounting)>,
+    values: Vec<&'m Values>,
+    axes: Law<fn(&Values, &ReadingCoordinates, &mut Axes)>,
+    mount: Law<fn(&Values, &mut Mounting)>,
     lamp: Law<LampLaw>,
-    detector: Law<fn(&[f64], &DetectorView) -> f64>,
-    aperture: Law<fn(&[f64]) -> f64>,
+    detector: Law<fn(&Values, &DetectorView) -> f64>,
+    aperture: Law<fn(&Values) -> f64>,
     floor: Law<PairLaw>,
-    ambient: Law<fn(&[f64]) -> f64>,
+    ambient: Law<fn(&Values) -> f64>,
     response: Law<(Response, Response)>,
-    zero: Law<fn(&[f64]) -> f64>,
+    zero: Law<fn(&Values) -> f64>,
 }
 
-type Response = fn(&[f64], f64, &ReadingCoordinates) -> f64;
+type Response = fn(&Values, f64, &ReadingCoordinates) -> f64;
 
 impl<'m> Chain<'m> {
     fn new(model: &'m Model) -> Self {
@@ -292,7 +261,7 @@ impl Model {
         reading_lx: &[f64],
     ) -> Result<Vec<CorrectedReading>, NoInverse> {
         for effect in self.effects() {
-            if !effect.is_null() && effect.acts().iter().any(|act| matches!(act, Act::Aperture(_))) {
+            if !effect.is_null() && effect.acts().any(|(act, _)| matches!(act, Act::Aperture(_))) {
                 return Err(NoInverse { effect: effect.name() });
             }
         }
@@ -319,8 +288,7 @@ impl Model {
                 .filter(|effect| {
                     effect
                         .acts()
-                        .iter()
-                        .any(|act| matches!(act, Act::Floor(_) | Act::Axes(_)))
+                        .any(|(act, _)| matches!(act, Act::Floor(_) | Act::Axes(_)))
                 })
                 .collect();
             self.with_effects(keep).predict_readings(&baffled)
@@ -354,8 +322,8 @@ impl Model {
     }
 }
 
-fn is_luminaires(effect: &crate::Effect) -> bool {
-    effect.spec().belongs_to(crate::BelongsTo::Luminaire)
+fn is_luminaires(effect: &Effect) -> bool {
+    effect.spec().belongs_to(BelongsTo::Luminaire)
 }
 
 /// ∇²E over the sphere of directions, by second differences in two perpendicular great circles.

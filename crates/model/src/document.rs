@@ -3,7 +3,7 @@
 use isolux_record::observation::OneOrTwo;
 use serde::{Deserialize, Serialize};
 
-use crate::effects::{Effect, EffectError, Notes};
+use crate::effect::{Effect, EffectError, Notes};
 use crate::emitter::Emitter;
 use crate::optics::{CameraSheet, ColourDocument, Lens, TargetDocument, VapourDocument, WindowDocument};
 use crate::refined::Refined;

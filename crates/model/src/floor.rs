@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 
-use crate::bench::Attitude;
+use crate::attitude::Attitude;
 use crate::emitter::gauss_legendre;
 use crate::luminaire::{FloorKey, FloorLight, Luminaire};
 

@@ -6,11 +6,14 @@
 //!
 //! Frames: luminaire with the light centre at the origin, d(C, γ) = (sin γ cos C, sin γ sin C, cos γ); lengths in mm.
 
+mod attitude;
 mod bench;
 mod direction_noise;
 mod document;
+mod effect;
 pub mod effects;
 mod emitter;
+mod far_field;
 mod floor;
 mod lobe;
 mod luminaire;
@@ -28,11 +31,12 @@ mod spectrum;
 pub use bench::{CorrectedReading, NoInverse};
 pub use direction_noise::DirectionError;
 pub use document::{Accuracy, ShapeTrust, Trust, Uncertainty, UncertaintyScale};
-pub use effects::{BelongsTo, Effect, EffectError, EffectSpec, ParameterSpec, Role, Stage, catalogue};
+pub use effect::{Effect, EffectError};
+pub use effects::{BelongsTo, EffectSpec, ParameterSpec, Role, Sampling, Stage, catalogue};
 pub use emitter::{Emitter, EmitterError, Node, gauss_legendre};
 pub use lobe::Lobe;
 pub use luminaire::{Luminaire, Spectral};
-pub use model::{InSimulation, Model, ModelError};
+pub use model::{InSimulation, Model};
 pub use photometric_file::{PhotometricFileError, read_distribution, read_spectrum};
 pub use pose::SensorPose;
 pub use refined::{Harmonic, Refined};

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec2, DVec3};
 use isolux_record::observation::{Cell, MapPose, MapSet, MapUnit};
 
-use crate::effects::{Act, LampLaw, PairLaw, Pixel, Placement};
+use crate::effects::{Act, LampLaw, PairLaw, Pixel, Placement, Values};
 use crate::model::Model;
 use crate::pose::SensorPose;
 use crate::prepared::PreparedModel;
@@ -15,20 +15,20 @@ const POINT_LIKE: f64 = 5e-6;
 /// The distance at which the peak intensity fills a sensor whose file gives no `full_scale` and whose unit is absolute.
 const FULL_SCALE_DISTANCE_MM: f64 = 500.0;
 
-type Law<'m, F> = Vec<(F, &'m [f64])>;
+type Law<'m, F> = Vec<(F, &'m Values)>;
 
 /// The acts on maps, sorted by kind.
 #[derive(Default)]
 struct Chain<'m> {
-    placement: Law<'m, fn(&[f64], &mut Placement)>,
+    placement: Law<'m, fn(&Values, &mut Placement)>,
     lamp: Law<'m, LampLaw>,
-    pixel: Law<'m, fn(&[f64], &Pixel) -> f64>,
+    pixel: Law<'m, fn(&Values, &Pixel) -> f64>,
     background: Law<'m, PairLaw>,
-    exposure: Law<'m, fn(&[f64], f64) -> f64>,
-    signal: Law<'m, fn(&[f64], f64) -> f64>,
-    zero: Law<'m, fn(&[f64]) -> f64>,
-    readout: Law<'m, fn(&[f64], f64) -> f64>,
-    blur: Law<'m, fn(&[f64]) -> f64>,
+    exposure: Law<'m, fn(&Values, f64) -> f64>,
+    signal: Law<'m, fn(&Values, f64) -> f64>,
+    zero: Law<'m, fn(&Values) -> f64>,
+    readout: Law<'m, fn(&Values, f64) -> f64>,
+    blur: Law<'m, fn(&Values) -> f64>,
 }
 
 impl<'m> Chain<'m> {

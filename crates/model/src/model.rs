@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use glam::DVec3;
-use isolux_photometry::{DistributionError, IntensityDistribution};
+use isolux_photometry::DistributionError;
 use isolux_record::document::{DocumentError, Fault, Source, read_text};
 use isolux_units::Lumen;
 
@@ -12,14 +11,13 @@ use crate::document::{
     LuminaireDocument, MODEL_FORMAT, ModelDocument, NoiseDocument, Trust, Uncertainty, UncertaintyScale,
     effect_from_table, table_from_effect,
 };
-use crate::effects::{Act, Effect, Ray};
+use crate::effect::Effect;
+use crate::effects::{Act, Values};
 use crate::emitter::Emitter;
-use crate::lobe::Lobe;
 use crate::luminaire::{Luminaire, Spectral};
 use crate::optics::Reader;
 use crate::photometric_file::{read_distribution, read_spectrum};
 use crate::refined::Refined;
-use crate::sector::Sectors;
 
 /// Most luminous flux of a lamp: a thousand stadiums.
 const MOST_FLUX_LM: f64 = 1e10;
@@ -45,14 +43,6 @@ pub struct InSimulation {
     pub applied: Vec<&'static str>,
     /// Bench and camera signal.
     pub not_applicable: Vec<&'static str>,
-}
-
-/// Why a model cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum ModelError {
-    /// The file itself: where and what to do.
-    #[error(transparent)]
-    Document(#[from] DocumentError),
 }
 
 impl Model {
@@ -83,8 +73,8 @@ impl Model {
     /// The model of a `model.toml` with the files that it names.
     ///
     /// # Errors
-    /// [`ModelError`] with file and line of the first thing that is wrong.
-    pub fn load(path: &Utf8Path) -> Result<Self, ModelError> {
+    /// [`DocumentError`] with file and line of the first thing that is wrong.
+    pub fn load(path: &Utf8Path) -> Result<Self, DocumentError> {
         Self::parse(path, &read_text(path)?)
     }
 
@@ -92,7 +82,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::load`].
-    pub fn parse(path: &Utf8Path, text: &str) -> Result<Self, ModelError> {
+    pub fn parse(path: &Utf8Path, text: &str) -> Result<Self, DocumentError> {
         let source = Source { file: path, text };
         let document: ModelDocument = source.parse(MODEL_FORMAT)?;
         Self::build(source, document.luminaire, document.noise, &document.effect)
@@ -103,12 +93,12 @@ impl Model {
         document: LuminaireDocument,
         noise: Option<NoiseDocument>,
         effect: &[toml::Table],
-    ) -> Result<Self, ModelError> {
+    ) -> Result<Self, DocumentError> {
         let fault = |path: &str, message: String| {
-            ModelError::from(source.locate(&Fault {
+            source.locate(&Fault {
                 path: path.to_owned(),
                 message,
-            }))
+            })
         };
         let folder = source.file.parent().unwrap_or(Utf8Path::new("")).to_owned();
         let reader = Reader { source };
@@ -302,20 +292,6 @@ impl Model {
             .unwrap_or_else(|| self.luminaire.emitter().clone())
     }
 
-    /// The lobe of one LED where the emitter's LEDs lean inward: LED i carries
-    /// weight · I(direction) · [`Lobe::share`]`(axis, direction)`, so that all of them at infinity are I.
-    pub fn lobe(&self) -> Option<Lobe> {
-        let emitter = self.emitter();
-        let aim_deg = emitter.aim_deg();
-        if aim_deg == 0.0 {
-            return None;
-        }
-        // A circle of eight LEDs or more is as good as even; other places need their own sum.
-        let on_circles =
-            matches!(&emitter, Emitter::Leds { count, .. } if !count.is_empty() && count.iter().all(|n| *n >= 8));
-        Lobe::fit(self.luminaire.distribution(), &emitter.nodes(1), aim_deg, on_circles)
-    }
-
     /// Standard deviation in pixels of the spread of light to neighbours.
     pub fn blur_px(&self) -> f64 {
         let square: f64 = self
@@ -333,7 +309,7 @@ impl Model {
     pub fn in_simulation(&self) -> InSimulation {
         let mut names = InSimulation::default();
         for effect in &self.effects {
-            let lights = effect.acts().iter().any(|act| {
+            let lights = effect.acts().any(|(act, _)| {
                 matches!(
                     act,
                     Act::Emitter(_)
@@ -355,33 +331,6 @@ impl Model {
             }
         }
         names
-    }
-
-    /// The intensity distribution with everything that was refitted and every effect on directions, on a grid fine
-    /// enough for them. The file's own grid, untouched, where there is none.
-    ///
-    /// # Errors
-    /// [`DistributionError`] if a factor is not finite.
-    pub fn distribution(&self) -> Result<IntensityDistribution, DistributionError> {
-        let directions = self.directions();
-        if directions.are_unity() {
-            return Ok(self.luminaire.distribution().clone());
-        }
-        let base = self.luminaire.distribution();
-        let turns = directions.turn();
-        let c_deg = if turns {
-            with_steps(base.c_deg(), 360.0, 5.0)
-        } else {
-            base.c_deg().to_vec()
-        };
-        let gamma_deg = with_steps(base.gamma_deg(), base.gamma_deg()[base.gamma_deg().len() - 1], 1.0);
-        let mut intensity_cd = Vec::with_capacity(c_deg.len() * gamma_deg.len());
-        for c in &c_deg {
-            for gamma in &gamma_deg {
-                intensity_cd.push(base.intensity_cd_at(*c, *gamma) * directions.factor(*c, *gamma));
-            }
-        }
-        IntensityDistribution::new(c_deg, gamma_deg, intensity_cd)
     }
 
     /// Factor of the lamp's effects at a time since it was switched on; without a time warm-up is complete.
@@ -410,7 +359,7 @@ impl Model {
     }
 
     /// Every act of every effect with its values, in the order of the catalogue within each kind of act.
-    pub(crate) fn acts(&self) -> impl Iterator<Item = (&'static Act, &[f64])> {
+    pub(crate) fn acts(&self) -> impl Iterator<Item = (&'static Act, &Values)> {
         let mut order: Vec<(usize, &Effect)> = self
             .effects
             .iter()
@@ -420,41 +369,22 @@ impl Model {
             })
             .collect();
         order.sort_by_key(|(place, _)| *place);
-        order
-            .into_iter()
-            .flat_map(|(_, effect)| effect.acts().iter().map(move |act| (act, effect.values())))
-    }
-
-    pub(crate) fn direction_laws(&self) -> Vec<(DirectionLaw, &[f64])> {
-        self.acts()
-            .filter_map(|(act, values)| match act {
-                Act::Direction(law) => Some((*law, values)),
-                _ => None,
-            })
-            .collect()
-    }
-
-    pub(crate) fn directions(&self) -> Directions<'_> {
-        Directions {
-            refined: &self.refined,
-            laws: self.direction_laws(),
-            sectors: Sectors::of(self),
-        }
+        order.into_iter().flat_map(|(_, effect)| effect.acts())
     }
 
     pub(crate) fn effective_emitter(&self) -> Option<Emitter> {
         self.effects.iter().find_map(|effect| {
-            effect.acts().iter().find_map(|act| match act {
+            effect.acts().find_map(|(act, values)| match act {
                 // At radius 0 the emitter of the file stays: a ring of no extent is no reason to forget a disc.
-                Act::Emitter(law) if !effect.is_null() => Some(law(effect.values())),
+                Act::Emitter(law) if !effect.is_null() => Some(law(values)),
                 _ => None,
             })
         })
     }
 
     pub(crate) fn refuse_two_emitters(&self) -> Result<(), (usize, String)> {
-        let replaces = |effect: &Effect| effect.acts().iter().any(|act| matches!(act, Act::Emitter(_)));
-        let mut found = self.effects.iter().enumerate().filter(|(_, effect)| replaces(effect));
+        let mut effects = self.effects.iter().enumerate();
+        let mut found = effects.by_ref().filter(|(_, effect)| effect.spec().replaces_emitter());
         let Some((first, effect)) = found.next() else {
             return Ok(());
         };
@@ -470,61 +400,4 @@ impl Model {
             None => Ok(()),
         }
     }
-}
-
-/// Everything that changes the far field: the refit, the effects on directions, dimmed parts.
-pub(crate) struct Directions<'m> {
-    refined: &'m Refined,
-    laws: Vec<(DirectionLaw, &'m [f64])>,
-    sectors: Option<Sectors>,
-}
-
-impl Directions<'_> {
-    fn are_unity(&self) -> bool {
-        self.laws.is_empty() && self.sectors.is_none() && self.refined.is_unity()
-    }
-
-    /// Whether the factor depends on C.
-    fn turn(&self) -> bool {
-        !self.laws.is_empty() || self.sectors.is_some() || self.refined.depends_on_c()
-    }
-
-    /// Factor on the intensity towards (C, γ).
-    pub fn factor(&self, c_deg: f64, gamma_deg: f64) -> f64 {
-        let mut factor = self.refined.factor(c_deg, gamma_deg);
-        if !self.laws.is_empty() || self.sectors.is_some() {
-            let ((sin_c, cos_c), (sin, cos)) = (c_deg.to_radians().sin_cos(), gamma_deg.to_radians().sin_cos());
-            let direction = DVec3::new(sin * cos_c, sin * sin_c, cos);
-            let ray = Ray {
-                c_deg,
-                gamma_deg,
-                direction,
-            };
-            for (law, values) in &self.laws {
-                factor *= law(values, &ray);
-            }
-            if let Some(sectors) = &self.sectors {
-                factor *= sectors.left_towards(direction);
-            }
-        }
-        factor
-    }
-}
-
-pub(crate) type DirectionLaw = fn(&[f64], &Ray) -> f64;
-
-/// The angles of a grid and between them others, so that none are farther apart than `step`.
-fn with_steps(grid: &[f64], end: f64, step: f64) -> Vec<f64> {
-    let mut angles = Vec::new();
-    for (index, &from) in grid.iter().enumerate() {
-        let to = grid.get(index + 1).copied().unwrap_or(end);
-        let parts = ((to - from) / step - 1e-9).ceil().max(1.0) as usize;
-        for part in 0..parts {
-            let angle = from + (to - from) * part as f64 / parts as f64;
-            if part == 0 || angle < end {
-                angles.push(angle);
-            }
-        }
-    }
-    angles
 }

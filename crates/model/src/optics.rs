@@ -2,11 +2,10 @@
 //! spectra over angle, the camera's electronics. The tables of `scene.toml`, read and checked.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::document::{Fault, Source, read_text};
+use isolux_record::document::{DocumentError, Fault, Source, read_text};
 use isolux_spectrum::Spectrum;
 use serde::Deserialize;
 
-use crate::model::ModelError;
 use crate::photometric_file::read_spectrum;
 
 /// A number for every wavelength, or a spectrum of it.
@@ -181,7 +180,7 @@ pub(crate) struct Tables<'a> {
 }
 
 /// Reads the files that the tables name and checks every number.
-pub(crate) fn read(source: Source<'_>, tables: &Tables<'_>) -> Result<Optics, ModelError> {
+pub(crate) fn read(source: Source<'_>, tables: &Tables<'_>) -> Result<Optics, DocumentError> {
     let reader = Reader { source };
     let mut windows = Vec::new();
     for (index, window) in tables.window.iter().enumerate() {
@@ -205,7 +204,7 @@ pub(crate) fn read(source: Source<'_>, tables: &Tables<'_>) -> Result<Optics, Mo
             if let Some(length) = vapour.length_mm {
                 reader.within("vapour.length_mm", length, 0.0, 1e9)?;
             }
-            Ok::<_, ModelError>(Vapour {
+            Ok::<_, DocumentError>(Vapour {
                 epsilon: reader.share("vapour.epsilon_l_per_mol_cm", &vapour.epsilon_l_per_mol_cm, 1e9)?,
                 concentration_mol_l: vapour.concentration_mol_l,
                 length_mm: vapour.length_mm,
@@ -262,14 +261,14 @@ pub(crate) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    pub fn fault(&self, path: &str, message: &str) -> ModelError {
-        ModelError::from(self.source.locate(&Fault {
+    pub fn fault(&self, path: &str, message: &str) -> DocumentError {
+        self.source.locate(&Fault {
             path: path.to_owned(),
             message: message.to_owned(),
-        }))
+        })
     }
 
-    pub fn within(&self, path: &str, value: f64, low: f64, high: f64) -> Result<(), ModelError> {
+    pub fn within(&self, path: &str, value: f64, low: f64, high: f64) -> Result<(), DocumentError> {
         if (low..=high).contains(&value) {
             Ok(())
         } else {
@@ -277,7 +276,7 @@ impl Reader<'_> {
         }
     }
 
-    fn camera(&self, camera: &CameraSheet) -> Result<(), ModelError> {
+    fn camera(&self, camera: &CameraSheet) -> Result<(), DocumentError> {
         let key = |key: &str| format!("sensor.camera.{key}");
         self.within(&key("exposure_s"), camera.exposure_s, 1e-9, 1e6)?;
         self.within(&key("dark_electrons_per_s"), camera.dark_electrons_per_s, 0.0, 1e9)?;
@@ -295,11 +294,11 @@ impl Reader<'_> {
     }
 
     /// The spectrum in `file`, which the key at `path` names.
-    pub fn spectrum(&self, path: &str, file: &str) -> Result<Spectrum, ModelError> {
+    pub fn spectrum(&self, path: &str, file: &str) -> Result<Spectrum, DocumentError> {
         read_spectrum(&self.path(file)).map_err(|error| self.fault(path, &error.to_string()))
     }
 
-    fn share(&self, path: &str, given: &NumberOrFile, most: f64) -> Result<Share, ModelError> {
+    fn share(&self, path: &str, given: &NumberOrFile, most: f64) -> Result<Share, DocumentError> {
         match given {
             NumberOrFile::Number(value) => {
                 self.within(path, *value, 0.0, most)?;
@@ -315,7 +314,7 @@ impl Reader<'_> {
         }
     }
 
-    fn target(&self, target: &TargetDocument) -> Result<Target, ModelError> {
+    fn target(&self, target: &TargetDocument) -> Result<Target, DocumentError> {
         match (target.reflectance, &target.brdf) {
             (Some(reflectance), None) => {
                 self.within("target.reflectance", reflectance, 0.0, 1.0)?;
@@ -327,7 +326,7 @@ impl Reader<'_> {
     }
 
     /// `incidence_deg,viewing_deg,brdf_per_sr`, a full grid in rising order.
-    fn brdf(&self, path: &Utf8Path) -> Result<Target, ModelError> {
+    fn brdf(&self, path: &Utf8Path) -> Result<Target, DocumentError> {
         let wrong = |line: usize, message: &str| self.fault("target.brdf", &format!("{path}:{line}: {message}"));
         let text = read_text(path).map_err(|error| self.fault("target.brdf", &error.to_string()))?;
         let (mut incidence_deg, mut viewing_deg, mut brdf_per_sr) = (Vec::new(), Vec::new(), Vec::new());

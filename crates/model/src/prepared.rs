@@ -2,25 +2,26 @@
 
 use glam::DVec3;
 
-use crate::effects::{Act, Ray};
+use crate::effects::{Act, Ray, Values};
 use crate::emitter::{Emitter, Node};
+use crate::far_field::DirectionLaw;
 use crate::lobe::Lobe;
 use crate::luminaire::{Luminaire, angles_deg, polar_deg};
-use crate::model::{DirectionLaw, Model};
+use crate::model::Model;
 use crate::sector::Sectors;
 
 /// An area of this radius over distance, squared, counts as a point: its second-order term, about 1.2 times that for
 /// common lobes, is then below 6·10⁻⁶.
 const POINT_LIKE: f64 = 5e-6;
 
-type PathLaw = fn(&[f64], f64) -> f64;
+type PathLaw = fn(&Values, f64) -> f64;
 
 /// A model made ready to be asked for illuminance many times.
 pub(crate) struct PreparedModel<'m> {
     model: &'m Model,
     luminaire: &'m Luminaire,
-    directions: Vec<(DirectionLaw, &'m [f64])>,
-    paths: Vec<(PathLaw, &'m [f64])>,
+    directions: Vec<(DirectionLaw, &'m Values)>,
+    paths: Vec<(PathLaw, &'m Values)>,
     nodes: Vec<Node>,
     centre: Node,
     extent_mm: f64,
@@ -69,7 +70,7 @@ impl<'m> PreparedModel<'m> {
             centre,
             extent_mm,
             lobe,
-            sectors: Sectors::of(model),
+            sectors: model.sectors(),
             plain,
             around,
         }

@@ -2,10 +2,10 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use glam::DVec2;
-use isolux_record::document::{Source, read_text};
+use isolux_record::document::{DocumentError, Source, read_text};
 
 use crate::document::{Accuracy, SCENE_FORMAT, SceneDocument, effect_from_table};
-use crate::model::{Model, ModelError};
+use crate::model::Model;
 use crate::optics::{self, Optics, Reader, Tables};
 use crate::pose::SensorPose;
 
@@ -57,8 +57,8 @@ impl Scene {
     /// The scene of a `scene.toml`, with its model from the file that it names or from its own `[luminaire]`.
     ///
     /// # Errors
-    /// [`ModelError`] with file and line of the first thing that is wrong.
-    pub fn load(path: &Utf8Path) -> Result<Self, ModelError> {
+    /// [`DocumentError`] with file and line of the first thing that is wrong.
+    pub fn load(path: &Utf8Path) -> Result<Self, DocumentError> {
         Self::parse(path, &read_text(path)?)
     }
 
@@ -66,7 +66,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::load`].
-    pub fn parse(path: &Utf8Path, text: &str) -> Result<Self, ModelError> {
+    pub fn parse(path: &Utf8Path, text: &str) -> Result<Self, DocumentError> {
         Self::build(Source { file: path, text }, None)
     }
 
@@ -74,11 +74,11 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::load`].
-    pub fn parse_with(path: &Utf8Path, text: &str, model: &Model) -> Result<Self, ModelError> {
+    pub fn parse_with(path: &Utf8Path, text: &str, model: &Model) -> Result<Self, DocumentError> {
         Self::build(Source { file: path, text }, Some(model))
     }
 
-    fn build(source: Source<'_>, model: Option<&Model>) -> Result<Self, ModelError> {
+    fn build(source: Source<'_>, model: Option<&Model>) -> Result<Self, DocumentError> {
         let document: SceneDocument = source.parse(SCENE_FORMAT)?;
         let reader = Reader { source };
         let model = lit_by(&reader, &document, model)?;
@@ -159,7 +159,7 @@ impl Scene {
 }
 
 /// The model that a scene is lit by: `model`, or the one that its file names, or its own luminaire.
-fn lit_by(reader: &Reader<'_>, document: &SceneDocument, model: Option<&Model>) -> Result<Model, ModelError> {
+fn lit_by(reader: &Reader<'_>, document: &SceneDocument, model: Option<&Model>) -> Result<Model, DocumentError> {
     let loaded;
     let model = match (model, &document.model, &document.luminaire) {
         (Some(model), ..) => model,

@@ -1,11 +1,10 @@
 //! What is missing of the light of a luminaire whose parts give unequally.
 
 use glam::DVec3;
+use isolux_photometry::IntensityDistribution;
 
-use crate::effects::Act;
 use crate::emitter::{Emitter, Node};
 use crate::luminaire::angles_deg;
-use crate::model::Model;
 
 /// The ring that stands for the LEDs of a luminaire whose emitter is a point or an area.
 const RADIUS_MM: f64 = 28.0;
@@ -21,19 +20,9 @@ pub(crate) struct Sectors {
 }
 
 impl Sectors {
-    /// None where no effect dims a part.
-    pub fn of(model: &Model) -> Option<Self> {
-        let laws: Vec<_> = model
-            .acts()
-            .filter_map(|(act, values)| match act {
-                Act::Part(law) => Some((*law, values)),
-                _ => None,
-            })
-            .collect();
-        if laws.is_empty() {
-            return None;
-        }
-        let emitter = match model.emitter() {
+    /// The parts of `emitter`, of which one at an azimuth in degrees gives the share `given`.
+    pub fn of(base: &IntensityDistribution, emitter: Emitter, given: impl Fn(f64) -> f64) -> Self {
+        let emitter = match emitter {
             leds @ Emitter::Leds { .. } => leds,
             _ => Emitter::Leds {
                 position_mm: Vec::new(),
@@ -48,11 +37,9 @@ impl Sectors {
             .into_iter()
             .map(|node| {
                 let (azimuth_deg, _) = angles_deg(node.position_mm);
-                let given = laws.iter().map(|(law, values)| law(values, azimuth_deg)).product();
-                (node, given)
+                (node, given(azimuth_deg))
             })
             .collect();
-        let base = model.luminaire().distribution();
         let planes = if base.is_rotational() { 1 } else { 24 };
         let mean = |gamma_deg: f64| {
             let sum: f64 = (0..planes)
@@ -60,12 +47,12 @@ impl Sectors {
                 .sum();
             sum / f64::from(planes)
         };
-        Some(Self {
+        Self {
             parts,
             lobe: (0..=LOBE_STEPS)
                 .map(|k| mean(2.0 * (k as f64 / LOBE_STEPS as f64).asin().to_degrees()))
                 .collect(),
-        })
+        }
     }
 
     /// Share of the light at `point_mm` that is left.
@@ -100,8 +87,7 @@ impl Sectors {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Effect, Luminaire, Spectral};
-    use isolux_photometry::IntensityDistribution;
+    use crate::{Effect, Luminaire, Model, Spectral};
 
     /// LEDs of cos⁵ lobes, a third of the ring dimmed: a sum of its own, with the LEDs' own lobes.
     #[test]
@@ -140,7 +126,7 @@ mod tests {
         let keys = [("depth_rel", 0.2), ("azimuth_deg", 70.0), ("width_deg", 120.0)];
         let model = Model::of(Luminaire::new(distribution, Emitter::Point {}, Spectral::None))
             .with_effects(vec![Effect::from_keys("dead_sector", keys).unwrap()]);
-        let sectors = Sectors::of(&model).unwrap();
+        let sectors = model.sectors().unwrap();
         for (c, gamma, distance) in [
             (70f64, 50f64, 2000.0),
             (250.0, 50.0, 2000.0),

@@ -3,7 +3,7 @@
 use isolux_record::ReadingKind;
 use isolux_record::observation::{ReadingCoordinates, SpectraSet};
 
-use crate::effects::{Act, Instrument};
+use crate::effects::{Act, Instrument, Values};
 use crate::luminaire::Spectral;
 use crate::model::Model;
 
@@ -107,7 +107,7 @@ fn per_watt_and_square_metre(unit: &str) -> Option<f64> {
     Some(prefix * area)
 }
 
-type Law<'m> = (fn(&[f64], &Instrument<'_>) -> f64, &'m [f64]);
+type Law<'m> = (fn(&Values, &Instrument<'_>) -> f64, &'m Values);
 
 /// The laws one after the other: each sees as truth what those before it show.
 fn shown(laws: &[Law<'_>], truth: &dyn Fn(f64) -> f64, wavelength_nm: f64, integral: f64) -> f64 {

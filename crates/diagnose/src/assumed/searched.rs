@@ -1,6 +1,6 @@
 //! Which effects can be searched for on these data, with which shapes, sizes and limits.
 
-use isolux_model::{Effect, EffectSpec, ParameterSpec, Role, Stage, catalogue};
+use isolux_model::{Effect, EffectSpec, ParameterSpec, Role, Sampling, Stage, catalogue};
 
 use super::rows::row_ranges;
 use super::{AssumedModel, Part, Recipe};
@@ -54,7 +54,7 @@ impl AssumedModel {
             return None;
         }
         let (known, changed) = self.known_already(spec)?;
-        let active = |k: usize| spec.parameters[k].stages.iter().any(|stage| stages.contains(stage));
+        let active = |k: usize| stages.iter().any(|stage| spec.key_acts_on(k, *stage));
         let keys = 0..spec.parameters.len();
         let amplitudes: Vec<usize> = keys
             .clone()
@@ -70,7 +70,7 @@ impl AssumedModel {
         let of_shape = |k: usize| {
             matches!(
                 spec.parameters[k].role,
-                Role::Shape { .. } | Role::Period | Role::RangeId
+                Role::Shape { .. } | Role::Azimuth { .. } | Role::Period(_) | Role::RangeId
             )
         };
         // What has changed keeps its shape.
@@ -100,10 +100,9 @@ impl AssumedModel {
         let limits = (0..step.len())
             .map(|k| {
                 let place = amplitudes[k.min(amplitudes.len() - 1)];
-                let key = spec.parameters[place].key;
                 let low = if natural { -before(place) } else { f64::NEG_INFINITY };
                 // No part gives less than nothing, no floor more than it gets.
-                let high = if matches!(key, "albedo" | "depth_rel") {
+                let high = if spec.parameters[place].share {
                     1.0 - before(place)
                 } else {
                     f64::INFINITY
@@ -129,7 +128,7 @@ impl AssumedModel {
                 tried.extend(leaning);
             }
         }
-        let is = |role: Role| keys.iter().map(|&k| spec.parameters[k].role == role).collect();
+        let is = |of: fn(Role) -> bool| keys.iter().map(|&k| of(spec.parameters[k].role)).collect();
         let searchable = Searchable {
             name: spec.name,
             step_share,
@@ -145,13 +144,13 @@ impl AssumedModel {
             assumed: shapes.iter().map(|shape| shape.assumed).collect(),
             shape_step: shapes.iter().map(|shape| shape.step).collect(),
             oscillates: if changed { None } else { self.beats(spec) },
-            fixed: is(Role::RangeId),
+            fixed: is(|role| role == Role::RangeId),
         };
         let recipe = Recipe {
             spec,
             amplitudes,
             phase,
-            inverse: is(Role::Period),
+            inverse: is(|role| matches!(role, Role::Period(_))),
             shapes: keys,
             power,
             known,
@@ -185,8 +184,8 @@ impl AssumedModel {
     fn shape(&self, parameter: &ParameterSpec) -> Shape {
         let (low, high) = parameter.plausible;
         match parameter.role {
-            Role::Period => {
-                let grid = self.frequencies(parameter.key);
+            Role::Period(sampling) => {
+                let grid = self.frequencies(sampling);
                 let spacing = if grid.len() > 1 { grid[1] - grid[0] } else { 1e-3 };
                 let top = grid.last().copied();
                 Shape {
@@ -199,7 +198,7 @@ impl AssumedModel {
                     grid,
                 }
             }
-            Role::Shape { grid } if parameter.key == "azimuth_deg" => Shape {
+            Role::Azimuth { grid } => Shape {
                 grid: grid.to_vec(),
                 bounds: (low - 360.0, high + 360.0),
                 step: 0.5,
@@ -237,8 +236,8 @@ impl AssumedModel {
     }
 
     /// Frequencies worth trying for a period in time or along the sensor: from one over the span to half the sampling.
-    fn frequencies(&self, key: &str) -> Vec<f64> {
-        let (span, step) = if key == "period_mm" {
+    fn frequencies(&self, sampling: Sampling) -> Vec<f64> {
+        let (span, step) = if sampling == Sampling::Rows {
             let Some((height, bins)) = self.parts.iter().find_map(|part| match part {
                 Part::Maps(maps) => Some((maps.sensor_mm()[1], maps.bins()[1])),
                 _ => None,
@@ -277,7 +276,7 @@ impl AssumedModel {
 
     /// The time of every row, for the beat of modulated light on readings.
     fn beats(&self, spec: &EffectSpec) -> Option<Vec<f64>> {
-        (spec.name == "flicker_alias").then_some(())?;
+        spec.beats().then_some(())?;
         let mut times = Vec::new();
         for part in &self.parts {
             let Part::Readings(readings) = part else { return None };

@@ -6,6 +6,13 @@ use isolux_record::observation::ReadingCoordinates;
 use crate::emitter::Emitter;
 use crate::pose::SensorPose;
 
+/// Most keys of an effect.
+pub const MOST_KEYS: usize = 4;
+
+/// An effect's values in the order of its keys, zeros behind them. A formula names them:
+/// `fn drift(&[rate_per_h, reference_s, ..]: &Values, …)`.
+pub type Values = [f64; MOST_KEYS];
+
 /// The true setting of the axes, where the record holds what was read back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axes {
@@ -83,68 +90,68 @@ pub struct Instrument<'a> {
 }
 
 /// A factor on the lamp at t in s.
-pub type LampLaw = fn(&[f64], Option<f64>) -> f64;
+pub type LampLaw = fn(&Values, Option<f64>) -> f64;
 /// Two numbers from an effect's values.
-pub type PairLaw = fn(&[f64]) -> (f64, f64);
+pub type PairLaw = fn(&Values) -> (f64, f64);
 
 /// What an effect does. Every function takes the effect's values in the order of its keys first.
 #[derive(Debug, Clone, Copy)]
 pub enum Act {
     /// The axes stand elsewhere than they say.
-    Axes(fn(&[f64], &ReadingCoordinates, &mut Axes)),
+    Axes(fn(&Values, &ReadingCoordinates, &mut Axes)),
     /// The luminaire hangs otherwise than it should.
-    Mount(fn(&[f64], &mut Mounting)),
+    Mount(fn(&Values, &mut Mounting)),
     /// The light comes from elsewhere: an emitter in place of a point or disc.
-    Emitter(fn(&[f64]) -> Emitter),
+    Emitter(fn(&Values) -> Emitter),
     /// The luminaire shines otherwise in some directions: a factor.
-    Direction(fn(&[f64], &Ray) -> f64),
+    Direction(fn(&Values, &Ray) -> f64),
     /// Parts of the emitter give less: a factor on a part at an azimuth in degrees.
-    Part(fn(&[f64], f64) -> f64),
+    Part(fn(&Values, f64) -> f64),
     /// The lamp shines otherwise at some times: a factor at t in s, none where the time is not known.
     Lamp(LampLaw),
     /// The path takes light away: a factor over a length in mm.
-    Path(fn(&[f64], f64) -> f64),
+    Path(fn(&Values, f64) -> f64),
     /// The detector answers to something beside illuminance: a factor.
-    Detector(fn(&[f64], &DetectorView) -> f64),
+    Detector(fn(&Values, &DetectorView) -> f64),
     /// The detector is not a point: its radius in mm.
-    Aperture(fn(&[f64]) -> f64),
+    Aperture(fn(&Values) -> f64),
     /// The floor returns light: (albedo, height in mm).
     Floor(PairLaw),
     /// Light in the room, lamp on or off: lx.
-    Ambient(fn(&[f64]) -> f64),
+    Ambient(fn(&Values) -> f64),
     /// The reading chain answers otherwise: reading from light in lx, and its inverse.
     Response {
         /// Reading from light.
-        apply: fn(&[f64], f64, &ReadingCoordinates) -> f64,
+        apply: fn(&Values, f64, &ReadingCoordinates) -> f64,
         /// Light from reading.
-        invert: fn(&[f64], f64, &ReadingCoordinates) -> f64,
+        invert: fn(&Values, f64, &ReadingCoordinates) -> f64,
     },
     /// Added to every reading, capped or not: lx.
-    Zero(fn(&[f64]) -> f64),
+    Zero(fn(&Values) -> f64),
 
     /// The sensor or the source stands elsewhere than it should.
-    Placement(fn(&[f64], &mut Placement)),
+    Placement(fn(&Values, &mut Placement)),
     /// The sensor answers otherwise at some places or angles: a factor on the lamp's light.
-    Pixel(fn(&[f64], &Pixel) -> f64),
+    Pixel(fn(&Values, &Pixel) -> f64),
     /// Uniform light on the sensor: (lx, W/m²).
     Background(PairLaw),
     /// The shutter is open for another time: relative exposure.
-    Exposure(fn(&[f64], f64) -> f64),
+    Exposure(fn(&Values, f64) -> f64),
     /// The sensor's signal, relative to full scale, grows otherwise than in proportion to the light.
-    Signal(fn(&[f64], f64) -> f64),
+    Signal(fn(&Values, f64) -> f64),
     /// Added to the signal of every map, capped or not, relative to full scale.
-    SignalZero(fn(&[f64]) -> f64),
+    SignalZero(fn(&Values) -> f64),
     /// What becomes of the signal, relative to full scale, when it is read out.
-    Readout(fn(&[f64], f64) -> f64),
+    Readout(fn(&Values, f64) -> f64),
     /// Light spreads to neighbours: standard deviation in pixels.
-    Blur(fn(&[f64]) -> f64),
+    Blur(fn(&Values) -> f64),
     /// Luminous efficacy is another: a factor.
-    Efficacy(fn(&[f64]) -> f64),
+    Efficacy(fn(&Values) -> f64),
 
     /// The spectrometer shows another value.
-    Spectrum(fn(&[f64], &Instrument<'_>) -> f64),
+    Spectrum(fn(&Values, &Instrument<'_>) -> f64),
     /// Added to every spectrum, capped or not, in its unit.
-    SpectrumZero(fn(&[f64]) -> f64),
+    SpectrumZero(fn(&Values) -> f64),
 }
 
 impl std::fmt::Debug for Instrument<'_> {

@@ -1,10 +1,9 @@
-//! Hall light that falls evenly on a sensor, lamp on or off; a cap keeps it out.
+//! Room light that falls evenly on a sensor, lamp on or off; a cap keeps it out.
 
-use super::act::Act;
-use super::spec::{BelongsTo, EffectSpec, MAPS, ParameterSpec, Role, Split, amplitude};
+use super::act::{Act, Values};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
 
-/// Uniform ambient light on the sensor.
-pub(super) static AMBIENT_LIGHT: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "ambient_light",
     standard_name: "uniform ambient light on the sensor",
     sentence: "Light that is not the lamp's falls evenly on the sensor[: {illuminance_lx}][: {irradiance_w_m2}].",
@@ -13,15 +12,15 @@ pub(super) static AMBIENT_LIGHT: EffectSpec = EffectSpec {
     formula: "E + E_a on every map that is not capped, lamp on or off",
     source: "EMVA 1288, dark signal and background",
     parameters: &[
-        amplitude("illuminance_lx", "lx", (0.0, 20.0), 1.0, MAPS),
-        ParameterSpec { role: Role::Alternative, ..amplitude("irradiance_w_m2", "W/m²", (0.0, 0.1), 0.01, MAPS) },
+        amplitude("illuminance_lx", "lx", (0.0, 20.0), 1.0),
+        amplitude("irradiance_w_m2", "W/m²", (0.0, 0.1), 0.01).alternative(),
     ],
-    amplitude_power: 1,
     shows_in: "level",
-    splits: &[Split { from: "dark_offset", by: "dark_maps" }],
+    look_alikes: &[("dark_offset", "dark_maps")],
     acts: &[Act::Background(light)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn light(values: &[f64]) -> (f64, f64) {
-    (values[0], values[1])
+fn light(&[illuminance_lx, irradiance_w_m2, ..]: &Values) -> (f64, f64) {
+    (illuminance_lx, irradiance_w_m2)
 }

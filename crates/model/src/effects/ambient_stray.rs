@@ -1,12 +1,10 @@
-//! Constant stray light: room light that reaches the detector whether the lamp burns or not.
-//! 
-//! A capped detector does not see it; that is what tells it from a zero offset.
+//! Room light that reaches the detector whether the lamp burns or not. A capped detector does not see it, unlike a
+//! zero offset.
 
-use super::act::Act;
-use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
+use super::act::{Act, Values};
+use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 
-/// Stray light, constant.
-pub(super) static AMBIENT_STRAY: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "ambient_stray",
     standard_name: "stray light, constant",
     sentence: "Light from the room reaches the detector whether the lamp burns or not[: {illuminance_lx}].",
@@ -14,15 +12,13 @@ pub(super) static AMBIENT_STRAY: EffectSpec = EffectSpec {
     stages: READINGS,
     formula: "E + E_a on lit, baffled and lamp-off readings",
     source: "EN 13032-1, stray light; ISO/CIE 19476",
-    parameters: &[
-        amplitude("illuminance_lx", "lx", (0.0, 1.0), 0.01, READINGS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("illuminance_lx", "lx", (0.0, 1.0), 0.01)],
     shows_in: "level",
-    splits: &[Split { from: "dark_offset", by: "dark" }, Split { from: "floor_reflection", by: "second_distance" }],
+    look_alikes: &[("dark_offset", "dark"), ("floor_reflection", "second_distance")],
     acts: &[Act::Ambient(light)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn light(values: &[f64]) -> f64 {
-    values[0]
+fn light(&[illuminance_lx, ..]: &Values) -> f64 {
+    illuminance_lx
 }

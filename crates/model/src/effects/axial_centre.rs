@@ -1,28 +1,28 @@
-//! The light centre is on the optical axis but not in the intersection of the axes.
-//! 
-//! It lies at z·e_z of the luminaire's frame; the detector still faces the intersection.
+//! The light centre is on the optical axis but not in the intersection of the axes. It lies at z·e_z of the
+//! luminaire's frame; the detector still faces the intersection.
 
-use super::act::{Act, Mounting};
-use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
+use super::act::{Act, Mounting, Values};
+use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 
-/// Photometric centre offset, axial.
-pub(super) static AXIAL_CENTRE: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "axial_centre",
     standard_name: "photometric centre offset, axial",
-    sentence: "The light centre is not where the axes meet, but on the optical axis[, {offset_mm:size} {offset_mm:nearer to|farther from} the detector].",
+    sentence: "The light centre is not where the axes meet, but on the optical axis[, {offset_mm:size} {offset_mm:nearer \
+        to|farther from} the detector].",
     belongs_to: &[BelongsTo::Bench],
     stages: READINGS,
     formula: "P − z·e_z",
     source: "CIE 121, light centre; vector algebra",
-    parameters: &[
-        amplitude("offset_mm", "mm", (-30.0, 30.0), 2.0, READINGS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("offset_mm", "mm", (-30.0, 30.0), 2.0)],
     shows_in: "distance_mm",
-    splits: &[Split { from: "near_field", by: "second_distance" }, Split { from: "distance_offset", by: "second_distance" }],
+    look_alikes: &[
+        ("near_field", "second_distance"),
+        ("distance_offset", "second_distance"),
+    ],
     acts: &[Act::Mount(shift)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn shift(values: &[f64], mounting: &mut Mounting) {
-    mounting.detector_mm.z -= values[0];
+fn shift(&[offset_mm, ..]: &Values, mounting: &mut Mounting) {
+    mounting.detector_mm.z -= offset_mm;
 }

@@ -2,11 +2,10 @@
 
 use isolux_record::observation::ReadingCoordinates;
 
-use super::act::{Act, Axes};
-use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
+use super::act::{Act, Axes, Values};
+use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 
-/// Backlash (hysteresis).
-pub(super) static BACKLASH: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "backlash",
     standard_name: "backlash (hysteresis)",
     sentence: "The γ axis has play: where it stands depends on the side that it came from[, by {width_deg:size}].",
@@ -14,15 +13,13 @@ pub(super) static BACKLASH: EffectSpec = EffectSpec {
     stages: READINGS,
     formula: "γ + b/2 · direction of travel",
     source: "dead travel of a gear",
-    parameters: &[
-        amplitude("width_deg", "°", (-0.3, 0.3), 0.1, READINGS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("width_deg", "°", (-0.3, 0.3), 0.1)],
     shows_in: "travel",
-    splits: &[Split { from: "gamma_zero", by: "reverse_travel" }],
+    look_alikes: &[("gamma_zero", "reverse_travel")],
     acts: &[Act::Axes(lag)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn lag(values: &[f64], at: &ReadingCoordinates, axes: &mut Axes) {
-    axes.gamma_deg += 0.5 * values[0] * f64::from(at.travel);
+fn lag(&[width_deg, ..]: &Values, at: &ReadingCoordinates, axes: &mut Axes) {
+    axes.gamma_deg += 0.5 * width_deg * f64::from(at.travel);
 }

@@ -2,11 +2,10 @@
 
 use isolux_record::observation::ReadingCoordinates;
 
-use super::act::{Act, Axes};
+use super::act::{Act, Axes, Values};
 use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 
-/// C zero error.
-pub(super) static C_ZERO: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "c_zero",
     standard_name: "C zero error",
     sentence: "The C scale has its zero [{offset_deg:size} ]beside the luminaire's own C0.",
@@ -14,15 +13,12 @@ pub(super) static C_ZERO: EffectSpec = EffectSpec {
     stages: READINGS,
     formula: "C + δ",
     source: "EN 13032-1, alignment of the goniometer axes",
-    parameters: &[
-        amplitude("offset_deg", "°", (-5.0, 5.0), 0.5, READINGS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("offset_deg", "°", (-5.0, 5.0), 0.5)],
     shows_in: "c_deg",
-    splits: &[],
     acts: &[Act::Axes(turn)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn turn(values: &[f64], _: &ReadingCoordinates, axes: &mut Axes) {
-    axes.c_deg += values[0];
+fn turn(&[offset_deg, ..]: &Values, _: &ReadingCoordinates, axes: &mut Axes) {
+    axes.c_deg += offset_deg;
 }

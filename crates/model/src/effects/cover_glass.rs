@@ -1,10 +1,9 @@
-//! Panes before the sensor reflect the more the more slanting the light falls.
+//! Panes before the sensor reflect the more the more obliquely the light falls.
 
-use super::act::{Act, Pixel};
-use super::spec::{BelongsTo, EffectSpec, MAPS, ParameterSpec, Role, Split, amplitude};
+use super::act::{Act, Pixel, Values};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude, constant};
 
-/// Fresnel loss of the cover glass.
-pub(super) static COVER_GLASS: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "cover_glass",
     standard_name: "Fresnel loss of the cover glass",
     sentence: "Panes before the sensor reflect slanting light away[, as many as {plates} would].",
@@ -13,20 +12,19 @@ pub(super) static COVER_GLASS: EffectSpec = EffectSpec {
     formula: "T(θ)^k, T = ½(T_s + T_p) of a plate with inner reflections",
     source: "Fresnel equations; T = (1 − R)/(1 + R) per polarization",
     parameters: &[
-        amplitude("plates", "1", (0.0, 4.0), 1.0, MAPS),
-        ParameterSpec { key: "index", unit: "1", null: 1.52, plausible: (1.3, 2.0), step: 1.0, role: Role::Constant, stages: MAPS, required: false },
+        amplitude("plates", "1", (0.0, 4.0), 1.0),
+        constant("index", "1", 1.52, (1.3, 2.0)).above_zero(),
     ],
-    amplitude_power: 1,
     shows_in: "incidence_deg",
-    splits: &[Split { from: "pixel_angular", by: "tilts" }],
+    look_alikes: &[("pixel_angular", "tilts")],
     acts: &[Act::Pixel(transmission)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn transmission(values: &[f64], pixel: &Pixel) -> f64 {
-    if values[0] == 0.0 {
+fn transmission(&[plates, index, ..]: &Values, pixel: &Pixel) -> f64 {
+    if plates == 0.0 {
         return 1.0;
     }
-    let index = values[1];
     let cos = pixel.cos_incidence.clamp(0.0, 1.0);
     let sin_inside = (1.0 - cos * cos).sqrt() / index;
     let cos_inside = (1.0 - sin_inside * sin_inside).max(0.0).sqrt();
@@ -36,5 +34,5 @@ fn transmission(values: &[f64], pixel: &Pixel) -> f64 {
     };
     let s = plate((cos - index * cos_inside) / (cos + index * cos_inside));
     let p = plate((cos_inside - index * cos) / (cos_inside + index * cos));
-    (0.5 * (s + p)).powf(values[0])
+    (0.5 * (s + p)).powf(plates)
 }

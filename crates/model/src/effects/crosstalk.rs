@@ -1,10 +1,9 @@
 //! Light and charge spread to neighbours. Blind on smooth maps.
 
-use super::act::Act;
+use super::act::{Act, Values};
 use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
 
-/// Crosstalk (point spread).
-pub(super) static CROSSTALK: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "crosstalk",
     standard_name: "crosstalk (point spread)",
     sentence: "Light or charge of a pixel spreads to its neighbours[, over {width_px}].",
@@ -12,15 +11,13 @@ pub(super) static CROSSTALK: EffectSpec = EffectSpec {
     stages: MAPS,
     formula: "signal ⊗ Gaussian of standard deviation w",
     source: "EMVA 1288; point spread function",
-    parameters: &[
-        amplitude("width_px", "px", (0.0, 3.0), 1.0, MAPS),
-    ],
+    parameters: &[amplitude("width_px", "px", (0.0, 3.0), 1.0)],
     amplitude_power: 2,
     shows_in: "x_mm",
-    splits: &[],
     acts: &[Act::Blur(width)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn width(values: &[f64]) -> f64 {
-    values[0].abs()
+fn width(&[width_px, ..]: &Values) -> f64 {
+    width_px.abs()
 }

@@ -2,11 +2,10 @@
 
 use isolux_record::observation::ReadingCoordinates;
 
-use super::act::{Act, Axes};
-use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
+use super::act::{Act, Axes, Values};
+use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 
-/// Photometric distance error.
-pub(super) static DISTANCE_OFFSET: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "distance_offset",
     standard_name: "photometric distance error",
     sentence: "The detector is not where its scale says[: it is {offset_mm:size} {offset_mm:farther away|nearer}].",
@@ -14,15 +13,16 @@ pub(super) static DISTANCE_OFFSET: EffectSpec = EffectSpec {
     stages: READINGS,
     formula: "d + δ",
     source: "EN 13032-1, photometric distance",
-    parameters: &[
-        amplitude("offset_mm", "mm", (-20.0, 20.0), 2.0, READINGS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("offset_mm", "mm", (-20.0, 20.0), 2.0)],
     shows_in: "distance_mm",
-    splits: &[Split { from: "air_absorption", by: "second_distance" }, Split { from: "axial_centre", by: "second_distance" }],
+    look_alikes: &[
+        ("air_absorption", "second_distance"),
+        ("axial_centre", "second_distance"),
+    ],
     acts: &[Act::Axes(longer)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn longer(values: &[f64], _: &ReadingCoordinates, axes: &mut Axes) {
-    axes.distance_mm += values[0];
+fn longer(&[offset_mm, ..]: &Values, _: &ReadingCoordinates, axes: &mut Axes) {
+    axes.distance_mm += offset_mm;
 }

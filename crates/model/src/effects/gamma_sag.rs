@@ -2,11 +2,10 @@
 
 use isolux_record::observation::ReadingCoordinates;
 
-use super::act::{Act, Axes};
-use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
+use super::act::{Act, Axes, Values};
+use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 
-/// Gravity sag of the arm.
-pub(super) static GAMMA_SAG: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "gamma_sag",
     standard_name: "gravity sag of the arm",
     sentence: "The arm bends under its weight[, by {amplitude_deg:size} where it is horizontal].",
@@ -14,15 +13,13 @@ pub(super) static GAMMA_SAG: EffectSpec = EffectSpec {
     stages: READINGS,
     formula: "γ + s·cos γ",
     source: "bending of a cantilever under its weight, to first order",
-    parameters: &[
-        amplitude("amplitude_deg", "°", (-0.3, 0.3), 0.1, READINGS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("amplitude_deg", "°", (-0.3, 0.3), 0.1)],
     shows_in: "gamma_deg",
-    splits: &[Split { from: "gamma_zero", by: "rotate_c_180" }],
+    look_alikes: &[("gamma_zero", "rotate_c_180")],
     acts: &[Act::Axes(sag)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn sag(values: &[f64], _: &ReadingCoordinates, axes: &mut Axes) {
-    axes.gamma_deg += values[0] * axes.gamma_deg.to_radians().cos();
+fn sag(&[amplitude_deg, ..]: &Values, _: &ReadingCoordinates, axes: &mut Axes) {
+    axes.gamma_deg += amplitude_deg * axes.gamma_deg.to_radians().cos();
 }

@@ -2,11 +2,10 @@
 
 use isolux_record::observation::ReadingCoordinates;
 
-use super::act::{Act, Axes};
-use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude};
+use super::act::{Act, Axes, Values};
+use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude};
 
-/// Γ zero error (alignment).
-pub(super) static GAMMA_ZERO: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "gamma_zero",
     standard_name: "γ zero error (alignment)",
     sentence: "The γ scale has its zero [{offset_deg:size} ]beside the optical axis.",
@@ -14,15 +13,13 @@ pub(super) static GAMMA_ZERO: EffectSpec = EffectSpec {
     stages: READINGS,
     formula: "γ + δ",
     source: "EN 13032-1, alignment of the goniometer axes",
-    parameters: &[
-        amplitude("offset_deg", "°", (-0.5, 0.5), 0.1, READINGS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("offset_deg", "°", (-0.5, 0.5), 0.1)],
     shows_in: "gamma_deg",
-    splits: &[Split { from: "backlash", by: "reverse_travel" }, Split { from: "gamma_sag", by: "rotate_c_180" }],
+    look_alikes: &[("backlash", "reverse_travel"), ("gamma_sag", "rotate_c_180")],
     acts: &[Act::Axes(turn)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn turn(values: &[f64], _: &ReadingCoordinates, axes: &mut Axes) {
-    axes.gamma_deg += values[0];
+fn turn(&[offset_deg, ..]: &Values, _: &ReadingCoordinates, axes: &mut Axes) {
+    axes.gamma_deg += offset_deg;
 }

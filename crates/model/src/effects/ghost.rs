@@ -1,30 +1,30 @@
 //! A reflection inside the camera puts a soft spot at a fixed place of the sensor.
 
-use super::act::{Act, Pixel};
-use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude, shape};
+use super::act::{Act, Pixel, Values};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude, shape};
 
-/// Ghost reflection.
-pub(super) static GHOST: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "ghost",
     standard_name: "ghost reflection",
-    sentence: "A reflection inside the camera puts a soft spot on the sensor[: {amplitude_rel:%}][ at x {x_mm}][, y {y_mm}].",
+    sentence: "A reflection inside the camera puts a soft spot on the sensor[: {amplitude_rel:%}][ at x {x_mm}][, y \
+        {y_mm}].",
     belongs_to: &[BelongsTo::Sensor],
     stages: MAPS,
     formula: "1 + A exp(−((x − x₀)² + (y − y₀)²)/(2w²))",
     source: "a Gaussian image of the source",
     parameters: &[
-        amplitude("amplitude_rel", "1", (0.0, 0.02), 0.005, MAPS),
-        shape("x_mm", "mm", 0.0, (-12.0, 12.0), &[-7.0, 0.0, 7.0], MAPS),
-        shape("y_mm", "mm", 0.0, (-12.0, 12.0), &[-7.0, 0.0, 7.0], MAPS),
-        shape("width_mm", "mm", 3.0, (0.5, 8.0), &[1.5, 3.0, 6.0], MAPS),
+        amplitude("amplitude_rel", "1", (0.0, 0.02), 0.005),
+        shape("x_mm", "mm", 0.0, (-12.0, 12.0), &[-7.0, 0.0, 7.0]),
+        shape("y_mm", "mm", 0.0, (-12.0, 12.0), &[-7.0, 0.0, 7.0]),
+        shape("width_mm", "mm", 3.0, (0.5, 8.0), &[1.5, 3.0, 6.0]).above_zero(),
     ],
-    amplitude_power: 1,
     shows_in: "x_mm",
-    splits: &[Split { from: "vignetting", by: "tilts" }],
+    look_alikes: &[("vignetting", "tilts")],
     acts: &[Act::Pixel(spot)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn spot(values: &[f64], pixel: &Pixel) -> f64 {
-    let (x, y) = ((pixel.x_mm - values[1]) / values[3], (pixel.y_mm - values[2]) / values[3]);
-    1.0 + values[0] * (-0.5 * (x * x + y * y)).exp()
+fn spot(&[amplitude_rel, x_mm, y_mm, width_mm]: &Values, pixel: &Pixel) -> f64 {
+    let (x, y) = ((pixel.x_mm - x_mm) / width_mm, (pixel.y_mm - y_mm) / width_mm);
+    1.0 + amplitude_rel * (-0.5 * (x * x + y * y)).exp()
 }

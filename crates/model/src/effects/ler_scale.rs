@@ -1,10 +1,9 @@
 //! The spectrum gives another efficacy than the light has: W/m² are off by one factor, lx are not.
 
-use super::act::Act;
-use super::spec::{BelongsTo, EffectSpec, MAPS, ParameterSpec, Split, amplitude};
+use super::act::{Act, Values};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
 
-/// Luminous efficacy of radiation (wrong spectrum).
-pub(super) static LER_SCALE: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "ler_scale",
     standard_name: "luminous efficacy of radiation (wrong spectrum)",
     sentence: "The spectrum is not that of the light[: its efficacy is {factor:off1%} too {factor:high|low}].",
@@ -12,15 +11,13 @@ pub(super) static LER_SCALE: EffectSpec = EffectSpec {
     stages: MAPS,
     formula: "K · factor",
     source: "K = K_m ∫SV dλ / ∫S dλ",
-    parameters: &[
-        ParameterSpec { null: 1.0, ..amplitude("factor", "1", (0.97, 1.03), 0.005, MAPS) },
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("factor", "1", (0.97, 1.03), 0.005).null(1.0).above_zero()],
     shows_in: "level",
-    splits: &[Split { from: "sensor_axial", by: "distances" }],
+    look_alikes: &[("sensor_axial", "distances")],
     acts: &[Act::Efficacy(scale)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn scale(values: &[f64]) -> f64 {
-    values[0]
+fn scale(&[factor, ..]: &Values) -> f64 {
+    factor
 }

@@ -1,79 +1,126 @@
 //! The catalogue of physical effects that a model may be missing.
 //!
-//! Each effect is one file: what it is called, what it belongs to, its keys with units and plausible ranges, where it
-//! shows, what looks like it and which measurement tells them apart, and its formula as one or more [`Act`]s on the
-//! prediction. The prediction asks the acts in the fixed order of the physics, whatever the order in a model file.
+//! Each effect is one file: its paragraph of the book, what it is called, what it belongs to, its keys with units and
+//! plausible ranges, where it shows, what looks like it and which measurement tells them apart, and its formula as one or
+//! more [`Act`]s on the prediction. The prediction asks the acts in the fixed order of the physics, whatever the order in a
+//! model file. The book's page is made from these files (`tests/page.rs`).
 
 mod act;
 mod sentence;
 mod spec;
-mod value;
 
-pub use act::{Act, Axes, DetectorView, Instrument, LampLaw, Mounting, PairLaw, Pixel, Placement, Ray};
-pub use spec::{BelongsTo, EffectSpec, ParameterSpec, Role, Split, Stage};
-pub use value::{Effect, EffectError, Notes};
+mod air_absorption;
+mod ambient_light;
+mod ambient_stray;
+mod axial_centre;
+mod axis_nonperp;
+mod backlash;
+mod c_zero;
+mod cosine_f2;
+mod cover_glass;
+mod crosstalk;
+mod dark_offset;
+mod dead_sector;
+mod detector_aperture;
+mod distance_offset;
+mod exposure_offset;
+mod flicker_alias;
+mod flicker_banding;
+mod floor_reflection;
+mod gamma_sag;
+mod gamma_zero;
+mod ghost;
+mod lamp_drift;
+mod lamp_warmup;
+mod lateral_centre;
+mod ler_scale;
+mod luminaire_tilt;
+mod near_field;
+mod nonlinearity;
+mod pixel_angular;
+mod polarization;
+mod prnu_gradient;
+mod quantization;
+mod range_step;
+mod saturation;
+mod self_absorption;
+mod sensor_axial;
+mod sensor_tilt;
+mod source_tilt;
+mod spectral_mismatch;
+mod spectro_2nd;
+mod spectro_bandpass;
+mod spectro_dark;
+mod spectro_shift;
+mod spectro_stray;
+mod stage_lateral;
+mod temp_coefficient;
+mod vignetting;
 
-macro_rules! catalogue {
-    ($($file:ident: $($spec:ident),+;)*) => {
-        $(mod $file;)*
-        /// Every effect, in the order of the documentation.
-        static CATALOGUE: &[&EffectSpec] = &[$($(&$file::$spec,)+)*];
-    };
-}
+pub use act::{
+    Act, Axes, DetectorView, Instrument, LampLaw, MOST_KEYS, Mounting, PairLaw, Pixel, Placement, Ray, Values,
+};
+pub use spec::{BelongsTo, EffectSpec, ParameterSpec, Role, Sampling, Stage};
 
-catalogue! {
-    ambient_stray: AMBIENT_STRAY;
-    ambient_light: AMBIENT_LIGHT;
-    dark_offset: DARK_OFFSET;
-    floor_reflection: FLOOR_REFLECTION;
-    distance_offset: DISTANCE_OFFSET;
-    axial_centre: AXIAL_CENTRE;
-    lateral_centre: LATERAL_CENTRE;
-    near_field: NEAR_FIELD;
-    gamma_zero: GAMMA_ZERO;
-    gamma_sag: GAMMA_SAG;
-    c_zero: C_ZERO;
-    luminaire_tilt: LUMINAIRE_TILT;
-    axis_nonperp: AXIS_NONPERP;
-    backlash: BACKLASH;
-    nonlinearity: NONLINEARITY;
-    range_step: RANGE_STEP;
-    temp_coefficient: TEMP_COEFFICIENT;
-    lamp_warmup: LAMP_WARMUP;
-    lamp_drift: LAMP_DRIFT;
-    flicker_alias: FLICKER_ALIAS;
-    dead_sector: DEAD_SECTOR;
-    self_absorption: SELF_ABSORPTION;
-    polarization: POLARIZATION;
-    detector_aperture: DETECTOR_APERTURE;
-    cosine_f2: COSINE_F2;
-    spectral_mismatch: SPECTRAL_MISMATCH;
-    ler_scale: LER_SCALE;
-    air_absorption: AIR_ABSORPTION;
-    spectro_shift: SPECTRO_SHIFT;
-    spectro_bandpass: SPECTRO_BANDPASS;
-    spectro_stray: SPECTRO_STRAY;
-    spectro_2nd: SPECTRO_2ND;
-    spectro_dark: SPECTRO_DARK;
-    stage_lateral: STAGE_LATERAL;
-    sensor_axial: SENSOR_AXIAL;
-    sensor_tilt: SENSOR_TILT;
-    source_tilt: SOURCE_TILT;
-    cover_glass: COVER_GLASS;
-    pixel_angular: PIXEL_ANGULAR;
-    vignetting: VIGNETTING;
-    prnu_gradient: PRNU_GRADIENT;
-    flicker_banding: FLICKER_BANDING;
-    ghost: GHOST;
-    exposure_offset: EXPOSURE_OFFSET;
-    saturation: SATURATION;
-    quantization: QUANTIZATION;
-    crosstalk: CROSSTALK;
-}
+/// Every effect, in the order of the book.
+static CATALOGUE: &[&EffectSpec] = &[
+    &ambient_stray::SPEC,
+    &ambient_light::SPEC,
+    &dark_offset::SPEC,
+    &floor_reflection::SPEC,
+    &distance_offset::SPEC,
+    &axial_centre::SPEC,
+    &lateral_centre::SPEC,
+    &near_field::SPEC,
+    &gamma_zero::SPEC,
+    &gamma_sag::SPEC,
+    &c_zero::SPEC,
+    &luminaire_tilt::SPEC,
+    &axis_nonperp::SPEC,
+    &backlash::SPEC,
+    &nonlinearity::SPEC,
+    &range_step::SPEC,
+    &temp_coefficient::SPEC,
+    &lamp_warmup::SPEC,
+    &lamp_drift::SPEC,
+    &flicker_alias::SPEC,
+    &dead_sector::SPEC,
+    &self_absorption::SPEC,
+    &polarization::SPEC,
+    &detector_aperture::SPEC,
+    &cosine_f2::SPEC,
+    &spectral_mismatch::SPEC,
+    &ler_scale::SPEC,
+    &air_absorption::SPEC,
+    &spectro_shift::SPEC,
+    &spectro_bandpass::SPEC,
+    &spectro_stray::SPEC,
+    &spectro_2nd::SPEC,
+    &spectro_dark::SPEC,
+    &stage_lateral::SPEC,
+    &sensor_axial::SPEC,
+    &sensor_tilt::SPEC,
+    &source_tilt::SPEC,
+    &cover_glass::SPEC,
+    &pixel_angular::SPEC,
+    &vignetting::SPEC,
+    &prnu_gradient::SPEC,
+    &flicker_banding::SPEC,
+    &ghost::SPEC,
+    &exposure_offset::SPEC,
+    &saturation::SPEC,
+    &quantization::SPEC,
+    &crosstalk::SPEC,
+];
 
-/// Every effect that has a name, in the order of the documentation.
+/// Every effect that has a name, in the order of the book.
 pub fn catalogue() -> &'static [&'static EffectSpec] {
     CATALOGUE
+}
+
+/// The light that the floor returns.
+pub(crate) fn floor() -> &'static EffectSpec {
+    &floor_reflection::SPEC
 }
 
 /// The effect of that name.

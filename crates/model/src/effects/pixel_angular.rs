@@ -1,10 +1,9 @@
-//! A pixel takes less of light that falls aslant.
+//! A pixel takes less of light that falls obliquely.
 
-use super::act::{Act, Pixel};
-use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude};
+use super::act::{Act, Pixel, Values};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
 
-/// Angular response of the pixels (micro-lenses, chief ray angle).
-pub(super) static PIXEL_ANGULAR: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "pixel_angular",
     standard_name: "angular response of the pixels (micro-lenses, chief ray angle)",
     sentence: "The pixels take less of light that falls aslant[, with coefficient {coefficient}].",
@@ -12,16 +11,14 @@ pub(super) static PIXEL_ANGULAR: EffectSpec = EffectSpec {
     stages: MAPS,
     formula: "exp(−k tan² θ)",
     source: "Gaussian acceptance of a micro-lens",
-    parameters: &[
-        amplitude("coefficient", "1", (0.0, 1.0), 0.05, MAPS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("coefficient", "1", (0.0, 1.0), 0.05)],
     shows_in: "incidence_deg",
-    splits: &[Split { from: "cover_glass", by: "tilts" }],
+    look_alikes: &[("cover_glass", "tilts")],
     acts: &[Act::Pixel(acceptance)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn acceptance(values: &[f64], pixel: &Pixel) -> f64 {
+fn acceptance(&[coefficient, ..]: &Values, pixel: &Pixel) -> f64 {
     let cos = pixel.cos_incidence.clamp(1e-6, 1.0);
-    (-values[0] * (1.0 / (cos * cos) - 1.0)).exp()
+    (-coefficient * (1.0 / (cos * cos) - 1.0)).exp()
 }

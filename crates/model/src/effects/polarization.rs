@@ -1,10 +1,9 @@
 //! The detector answers to the plane of polarization, which turns with C: twice around, even on the axis.
 
-use super::act::{Act, DetectorView};
-use super::spec::{BelongsTo, EffectSpec, READINGS, Split, amplitude, azimuth};
+use super::act::{Act, DetectorView, Values};
+use super::spec::{BelongsTo, EffectSpec, READINGS, amplitude, azimuth};
 
-/// Polarization dependence f8.
-pub(super) static POLARIZATION: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "polarization",
     standard_name: "polarization dependence f8",
     sentence: "The detector answers to the plane of polarization, which turns with C[: {amplitude_rel:%}].",
@@ -12,16 +11,13 @@ pub(super) static POLARIZATION: EffectSpec = EffectSpec {
     stages: READINGS,
     formula: "1 + p cos 2(C − C₀)",
     source: "ISO/CIE 19476, f8",
-    parameters: &[
-        amplitude("amplitude_rel", "1", (0.0, 0.02), 0.002, READINGS),
-        azimuth(180.0, READINGS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("amplitude_rel", "1", (0.0, 0.02), 0.002), azimuth(180.0)],
     shows_in: "c_deg",
-    splits: &[Split { from: "temp_coefficient", by: "reference_repeats" }],
+    look_alikes: &[("temp_coefficient", "reference_repeats")],
     acts: &[Act::Detector(response)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn response(values: &[f64], view: &DetectorView) -> f64 {
-    1.0 + values[0] * (2.0 * (view.c_deg - values[1]).to_radians()).cos()
+fn response(&[amplitude_rel, azimuth_deg, ..]: &Values, view: &DetectorView) -> f64 {
+    1.0 + amplitude_rel * (2.0 * (view.c_deg - azimuth_deg).to_radians()).cos()
 }

@@ -1,10 +1,9 @@
 //! The converter has steps.
 
-use super::act::Act;
+use super::act::{Act, Values};
 use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
 
-/// Quantization (ADC step).
-pub(super) static QUANTIZATION: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "quantization",
     standard_name: "quantization (ADC step)",
     sentence: "The converter has steps that show[: {step_rel:%} of full scale].",
@@ -12,15 +11,16 @@ pub(super) static QUANTIZATION: EffectSpec = EffectSpec {
     stages: MAPS,
     formula: "rounded to a multiple of the step; step 0 means none",
     source: "EMVA 1288, quantization noise",
-    parameters: &[
-        amplitude("step_rel", "1", (0.0, 0.02), 0.005, MAPS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("step_rel", "1", (0.0, 0.02), 0.005)],
     shows_in: "level",
-    splits: &[],
     acts: &[Act::Readout(digits)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn digits(values: &[f64], signal: f64) -> f64 {
-    if values[0] > 0.0 { (signal / values[0]).round() * values[0] } else { signal }
+fn digits(&[step_rel, ..]: &Values, signal: f64) -> f64 {
+    if step_rel > 0.0 {
+        (signal / step_rel).round() * step_rel
+    } else {
+        signal
+    }
 }

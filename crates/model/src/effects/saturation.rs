@@ -1,10 +1,9 @@
 //! The well is full: the signal grows no further.
 
-use super::act::Act;
-use super::spec::{BelongsTo, EffectSpec, MAPS, ParameterSpec, Split, amplitude};
+use super::act::{Act, Values};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
 
-/// Saturation (full well).
-pub(super) static SATURATION: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "saturation",
     standard_name: "saturation (full well)",
     sentence: "The sensor is full: the signal grows no further[ above {level_rel:%} of full scale].",
@@ -12,15 +11,13 @@ pub(super) static SATURATION: EffectSpec = EffectSpec {
     stages: MAPS,
     formula: "min(S, S_sat); level 0 means none",
     source: "EMVA 1288, saturation",
-    parameters: &[
-        ParameterSpec { step: 0.9, ..amplitude("level_rel", "1", (0.5, 1.5), 0.9, MAPS) },
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("level_rel", "1", (0.5, 1.5), 0.9)],
     shows_in: "level",
-    splits: &[Split { from: "nonlinearity", by: "exposures" }],
+    look_alikes: &[("nonlinearity", "exposures")],
     acts: &[Act::Readout(clip)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn clip(values: &[f64], signal: f64) -> f64 {
-    if values[0] > 0.0 { signal.min(values[0]) } else { signal }
+fn clip(&[level_rel, ..]: &Values, signal: f64) -> f64 {
+    if level_rel > 0.0 { signal.min(level_rel) } else { signal }
 }

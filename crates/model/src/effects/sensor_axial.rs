@@ -1,10 +1,9 @@
 //! The sensor is farther than the stage says.
 
-use super::act::{Act, Placement};
-use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude};
+use super::act::{Act, Placement, Values};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
 
-/// Sensor misplaced along the axis.
-pub(super) static SENSOR_AXIAL: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "sensor_axial",
     standard_name: "sensor misplaced along the axis",
     sentence: "The sensor is not where its stage says[: it is {offset_mm:size} {offset_mm:farther away|nearer}].",
@@ -12,15 +11,13 @@ pub(super) static SENSOR_AXIAL: EffectSpec = EffectSpec {
     stages: MAPS,
     formula: "d + δ",
     source: "vector algebra",
-    parameters: &[
-        amplitude("offset_mm", "mm", (-3.0, 3.0), 0.5, MAPS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("offset_mm", "mm", (-3.0, 3.0), 0.5)],
     shows_in: "distance_mm",
-    splits: &[Split { from: "near_field", by: "distances" }, Split { from: "exposure_offset", by: "exposures" }],
+    look_alikes: &[("near_field", "distances"), ("exposure_offset", "exposures")],
     acts: &[Act::Placement(shift)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn shift(values: &[f64], placement: &mut Placement) {
-    placement.pose.distance_mm += values[0];
+fn shift(&[offset_mm, ..]: &Values, placement: &mut Placement) {
+    placement.pose.distance_mm += offset_mm;
 }

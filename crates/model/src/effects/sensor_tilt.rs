@@ -1,11 +1,9 @@
-//! The chip is askew in its camera: the tilt turns with the sensor. The side of
-//! the sensor at azimuth φ is lifted towards the lamp.
+//! The chip is tilted in its camera: the tilt turns with the sensor.
 
-use super::act::{Act, Placement};
-use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude, azimuth};
+use super::act::{Act, Placement, Values};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude, azimuth};
 
-/// Tilt of the sensor in its mount.
-pub(super) static SENSOR_TILT: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "sensor_tilt",
     standard_name: "tilt of the sensor in its mount",
     sentence: "The chip sits askew in its camera[, by {angle_deg:size}][ towards {azimuth_deg}].",
@@ -13,16 +11,17 @@ pub(super) static SENSOR_TILT: EffectSpec = EffectSpec {
     stages: MAPS,
     formula: "R · R_tilt, which lifts the side at azimuth φ of the sensor towards the lamp",
     source: "rotation matrix",
-    parameters: &[
-        amplitude("angle_deg", "°", (0.0, 2.0), 0.3, MAPS),
-        azimuth(360.0, MAPS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("angle_deg", "°", (0.0, 2.0), 0.3), azimuth(360.0)],
     shows_in: "x_mm",
-    splits: &[Split { from: "stage_lateral", by: "distances" }, Split { from: "source_tilt", by: "rotate_180" }, Split { from: "prnu_gradient", by: "tilts" }],
+    look_alikes: &[
+        ("stage_lateral", "distances"),
+        ("source_tilt", "rotate_180"),
+        ("prnu_gradient", "tilts"),
+    ],
     acts: &[Act::Placement(tilt)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn tilt(values: &[f64], placement: &mut Placement) {
-    placement.pose.mount_tilt_deg = [values[0], values[1]];
+fn tilt(&[angle_deg, azimuth_deg, ..]: &Values, placement: &mut Placement) {
+    placement.pose.mount_tilt_deg = [angle_deg, azimuth_deg];
 }

@@ -1,10 +1,9 @@
-//! The luminaire is askew on the sensor bench: γ at azimuth φ is larger by τ.
+//! The luminaire is tilted on the sensor bench: γ at azimuth φ is larger by τ.
 
-use super::act::{Act, Placement, lean};
-use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude, azimuth};
+use super::act::{Act, Placement, Values, lean};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude, azimuth};
 
-/// Tilt of the source before the sensor.
-pub(super) static SOURCE_TILT: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "source_tilt",
     standard_name: "tilt of the source before the sensor",
     sentence: "The luminaire is askew before the sensor[, by {angle_deg:size}][ towards {azimuth_deg}].",
@@ -12,16 +11,13 @@ pub(super) static SOURCE_TILT: EffectSpec = EffectSpec {
     stages: MAPS,
     formula: "direction turned by τ towards azimuth φ",
     source: "rotation matrix",
-    parameters: &[
-        amplitude("angle_deg", "°", (0.0, 3.0), 0.3, MAPS),
-        azimuth(360.0, MAPS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("angle_deg", "°", (0.0, 3.0), 0.3), azimuth(360.0)],
     shows_in: "x_mm",
-    splits: &[Split { from: "stage_lateral", by: "distances" }, Split { from: "sensor_tilt", by: "rotate_180" }],
+    look_alikes: &[("stage_lateral", "distances"), ("sensor_tilt", "rotate_180")],
     acts: &[Act::Placement(tilt)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn tilt(values: &[f64], placement: &mut Placement) {
-    placement.luminaire_from_room = lean(values[0], values[1]) * placement.luminaire_from_room;
+fn tilt(&[angle_deg, azimuth_deg, ..]: &Values, placement: &mut Placement) {
+    placement.luminaire_from_room = lean(angle_deg, azimuth_deg) * placement.luminaire_from_room;
 }

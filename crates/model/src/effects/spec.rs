@@ -1,5 +1,9 @@
 //! What is known of an effect before any data: names, keys, ranges, look-alikes.
 
+use std::f64::consts::TAU;
+
+use isolux_record::ReadingKind;
+
 use super::act::Act;
 
 /// What an effect is a property of; decides where it is applied.
@@ -56,12 +60,26 @@ pub enum Role {
         /// Values over the plausible range.
         grid: &'static [f64],
     },
+    /// An azimuth that changes the shape, whose values are tried one by one; it repeats after 360°.
+    Azimuth {
+        /// Values over the circle.
+        grid: &'static [f64],
+    },
     /// A period in time or space: what is worth trying depends on the sampling.
-    Period,
+    Period(Sampling),
     /// The meter's range in which the effect acts: one candidate for each range in the data.
     RangeId,
     /// Stays at its default unless the file says otherwise.
     Constant,
+}
+
+/// What samples a period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sampling {
+    /// The times of the readings: a beat of the lamp.
+    Time,
+    /// The rows of the sensor.
+    Rows,
 }
 
 /// One key of an effect.
@@ -79,19 +97,51 @@ pub struct ParameterSpec {
     pub step: f64,
     /// Its part.
     pub role: Role,
-    /// Where it acts.
-    pub stages: &'static [Stage],
+    /// The one kind of observation on which it acts; none: every kind on which its effect acts.
+    pub only_on: Option<Stage>,
     /// Whether a model file must give it.
     pub required: bool,
+    /// Whether zero and less is impossible: the formula divides by it, or it is a factor.
+    pub above_zero: bool,
+    /// Whether it is a share of something: a fit stops at 1.
+    pub share: bool,
 }
 
-/// How to tell an effect from one that looks like it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Split {
-    /// The look-alike.
-    pub from: &'static str,
-    /// The measurement block that separates them, in the words of `next_measurement`.
-    pub by: &'static str,
+impl ParameterSpec {
+    /// With another value at which it has no effect.
+    pub(super) const fn null(self, null: f64) -> Self {
+        Self { null, ..self }
+    }
+
+    pub(super) const fn only_on(self, stage: Stage) -> Self {
+        let only_on = Some(stage);
+        Self { only_on, ..self }
+    }
+
+    pub(super) const fn alternative(self) -> Self {
+        let role = Role::Alternative;
+        Self { role, ..self }
+    }
+
+    /// Need not stand in a model file.
+    pub(super) const fn optional(self, step: f64) -> Self {
+        Self {
+            required: false,
+            step,
+            ..self
+        }
+    }
+
+    pub(super) const fn above_zero(self) -> Self {
+        Self {
+            above_zero: true,
+            ..self
+        }
+    }
+
+    pub(super) const fn share(self) -> Self {
+        Self { share: true, ..self }
+    }
 }
 
 /// One effect of the catalogue.
@@ -117,17 +167,29 @@ pub struct EffectSpec {
     pub amplitude_power: u8,
     /// The coordinate along which it shows, in the words of `where`.
     pub shows_in: &'static str,
-    /// What looks like it, and what separates the two.
-    pub splits: &'static [Split],
+    /// What looks like it, each with the measurement block that separates the two, in the words of
+    /// `next_measurement`.
+    pub look_alikes: &'static [(&'static str, &'static str)],
     /// What it does to a prediction.
     pub acts: &'static [Act],
 }
 
 impl EffectSpec {
-    /// Names of the effects that look like this one.
-    pub fn look_alikes(&self) -> impl Iterator<Item = &'static str> {
-        self.splits.iter().map(|split| split.from)
-    }
+    /// What most effects have; the rest is for each to say.
+    pub(super) const NEUTRAL: Self = Self {
+        name: "",
+        standard_name: "",
+        sentence: "",
+        belongs_to: &[],
+        stages: &[],
+        formula: "",
+        source: "",
+        parameters: &[],
+        amplitude_power: 1,
+        shows_in: "",
+        look_alikes: &[],
+        acts: &[],
+    };
 
     /// Index of a key.
     pub fn index_of(&self, key: &str) -> Option<usize> {
@@ -137,6 +199,32 @@ impl EffectSpec {
     /// Whether it is one of these things' properties.
     pub fn belongs_to(&self, owner: BelongsTo) -> bool {
         self.belongs_to.contains(&owner)
+    }
+
+    /// Whether the key at `index` acts on this kind of observation.
+    pub fn key_acts_on(&self, index: usize, stage: Stage) -> bool {
+        self.stages.contains(&stage) && self.parameters[index].only_on.is_none_or(|only| only == stage)
+    }
+
+    /// The readings whose level it predicts: a reduction that takes the effect out of a run subtracts none.
+    pub fn takes_over(&self) -> Option<ReadingKind> {
+        self.acts.iter().find_map(|act| match act {
+            Act::Zero(_) => Some(ReadingKind::Capped),
+            Act::Ambient(_) => Some(ReadingKind::LampOff),
+            Act::Floor(_) => Some(ReadingKind::Baffled),
+            _ => None,
+        })
+    }
+
+    /// Whether it stands for the emitter of a point or disc.
+    pub fn replaces_emitter(&self) -> bool {
+        self.acts.iter().any(|act| matches!(act, Act::Emitter(_)))
+    }
+
+    /// Whether it is a beat of the lamp over time.
+    pub fn beats(&self) -> bool {
+        let is_beat = |parameter: &ParameterSpec| parameter.role == Role::Period(Sampling::Time);
+        self.parameters.iter().any(is_beat)
     }
 }
 
@@ -151,7 +239,6 @@ pub(super) const fn amplitude(
     unit: &'static str,
     plausible: (f64, f64),
     step: f64,
-    stages: &'static [Stage],
 ) -> ParameterSpec {
     ParameterSpec {
         key,
@@ -160,22 +247,39 @@ pub(super) const fn amplitude(
         plausible,
         step,
         role: Role::Amplitude,
-        stages,
+        only_on: None,
         required: false,
+        above_zero: false,
+        share: false,
     }
 }
 
-/// An azimuth in degrees that repeats after `period`.
-pub(super) const fn azimuth(period: f64, stages: &'static [Stage]) -> ParameterSpec {
+/// What stays at `null` unless the file says otherwise.
+pub(super) const fn constant(key: &'static str, unit: &'static str, null: f64, plausible: (f64, f64)) -> ParameterSpec {
+    let step = (plausible.1 - plausible.0) * 0.02;
+    let role = Role::Constant;
     ParameterSpec {
-        key: "azimuth_deg",
-        unit: "°",
-        null: 0.0,
-        plausible: (0.0, 360.0),
-        step: 5.0,
-        role: Role::Phase { period },
-        stages,
-        required: false,
+        null,
+        role,
+        ..amplitude(key, unit, plausible, step)
+    }
+}
+
+/// A direction in degrees that repeats after `period`.
+pub(super) const fn azimuth(period: f64) -> ParameterSpec {
+    let role = Role::Phase { period };
+    ParameterSpec {
+        role,
+        ..amplitude("azimuth_deg", "°", (0.0, 360.0), 5.0)
+    }
+}
+
+/// The phase of an oscillation.
+pub(super) const fn phase() -> ParameterSpec {
+    let role = Role::Phase { period: TAU };
+    ParameterSpec {
+        role,
+        ..amplitude("phase_rad", "rad", (0.0, TAU), 0.1)
     }
 }
 
@@ -186,17 +290,46 @@ pub(super) const fn shape(
     typical: f64,
     plausible: (f64, f64),
     grid: &'static [f64],
-    stages: &'static [Stage],
 ) -> ParameterSpec {
-    let step = (plausible.1 - plausible.0) * 0.02;
+    let role = Role::Shape { grid };
+    let required = true;
     ParameterSpec {
-        key,
-        unit,
-        null: typical,
-        plausible,
-        step,
-        role: Role::Shape { grid },
-        stages,
-        required: true,
+        role,
+        required,
+        ..constant(key, unit, typical, plausible)
+    }
+}
+
+/// An azimuth of shape: no sum of two patterns at right angles makes those between.
+pub(super) const fn azimuth_of(grid: &'static [f64]) -> ParameterSpec {
+    let role = Role::Azimuth { grid };
+    ParameterSpec {
+        role,
+        ..shape("azimuth_deg", "°", 0.0, (0.0, 360.0), grid)
+    }
+}
+
+/// The period of an oscillation.
+pub(super) const fn period(
+    key: &'static str,
+    unit: &'static str,
+    typical: f64,
+    plausible: (f64, f64),
+    sampling: Sampling,
+) -> ParameterSpec {
+    let role = Role::Period(sampling);
+    ParameterSpec {
+        role,
+        ..shape(key, unit, typical, plausible, &[])
+    }
+    .above_zero()
+}
+
+/// The number of the meter's range.
+pub(super) const fn range() -> ParameterSpec {
+    let role = Role::RangeId;
+    ParameterSpec {
+        role,
+        ..shape("range", "", 0.0, (0.0, 10.0), &[])
     }
 }

@@ -1,10 +1,9 @@
 //! The slit averages over wavelength: the triangle of equal entrance and exit slits.
 
-use super::act::{Act, Instrument};
-use super::spec::{BelongsTo, EffectSpec, SPECTRA, Split, amplitude};
+use super::act::{Act, Instrument, Values};
+use super::spec::{BelongsTo, EffectSpec, SPECTRA, amplitude};
 
-/// Bandpass of the spectroradiometer.
-pub(super) static SPECTRO_BANDPASS: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "spectro_bandpass",
     standard_name: "bandpass of the spectroradiometer",
     sentence: "The slit of the spectroradiometer blurs the spectrum[ over {fwhm_nm}].",
@@ -12,20 +11,18 @@ pub(super) static SPECTRO_BANDPASS: EffectSpec = EffectSpec {
     stages: SPECTRA,
     formula: "S ⊗ triangle of the given full width at half maximum",
     source: "CIE 214",
-    parameters: &[
-        amplitude("fwhm_nm", "nm", (1.0, 10.0), 3.0, SPECTRA),
-    ],
+    parameters: &[amplitude("fwhm_nm", "nm", (1.0, 10.0), 3.0)],
     amplitude_power: 2,
     shows_in: "wavelength_nm",
-    splits: &[Split { from: "spectro_shift", by: "line_lamp" }],
+    look_alikes: &[("spectro_shift", "line_lamp")],
     acts: &[Act::Spectrum(shown)],
 };
 
 /// Samples on each side of the triangle.
 const SAMPLES: i32 = 12;
 
-fn shown(values: &[f64], at: &Instrument<'_>) -> f64 {
-    let fwhm_nm = values[0].abs();
+fn shown(&[fwhm_nm, ..]: &Values, at: &Instrument<'_>) -> f64 {
+    let fwhm_nm = fwhm_nm.abs();
     if fwhm_nm == 0.0 {
         return (at.truth)(at.wavelength_nm);
     }

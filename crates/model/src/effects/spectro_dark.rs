@@ -1,10 +1,9 @@
 //! What the spectrometer shows without light.
 
-use super::act::Act;
-use super::spec::{BelongsTo, EffectSpec, SPECTRA, Split, amplitude};
+use super::act::{Act, Values};
+use super::spec::{BelongsTo, EffectSpec, SPECTRA, amplitude};
 
-/// Dark signal of the spectroradiometer.
-pub(super) static SPECTRO_DARK: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "spectro_dark",
     standard_name: "dark signal of the spectroradiometer",
     sentence: "The spectroradiometer shows something without light[: {offset}].",
@@ -12,15 +11,13 @@ pub(super) static SPECTRO_DARK: EffectSpec = EffectSpec {
     stages: SPECTRA,
     formula: "S + c",
     source: "EMVA 1288, dark signal",
-    parameters: &[
-        amplitude("offset", "unit of the spectrum", (-1e-2, 1e-2), 1e-4, SPECTRA),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("offset", "unit of the spectrum", (-1e-2, 1e-2), 1e-4)],
     shows_in: "wavelength_nm",
-    splits: &[Split { from: "spectro_stray", by: "shutter" }],
+    look_alikes: &[("spectro_stray", "shutter")],
     acts: &[Act::SpectrumZero(offset)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn offset(values: &[f64]) -> f64 {
-    values[0]
+fn offset(&[offset, ..]: &Values) -> f64 {
+    offset
 }

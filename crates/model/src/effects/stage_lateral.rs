@@ -2,11 +2,10 @@
 
 use glam::DVec2;
 
-use super::act::{Act, Placement};
-use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude, azimuth};
+use super::act::{Act, Placement, Values};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude, azimuth};
 
-/// Sensor misplaced sideways.
-pub(super) static STAGE_LATERAL: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "stage_lateral",
     standard_name: "sensor misplaced sideways",
     sentence: "The stage puts the sensor beside where it says[, by {offset_mm:size}][ towards {azimuth_deg}].",
@@ -14,17 +13,18 @@ pub(super) static STAGE_LATERAL: EffectSpec = EffectSpec {
     stages: MAPS,
     formula: "centre + r·(cos φ, sin φ, 0) in the luminaire frame",
     source: "vector algebra",
-    parameters: &[
-        amplitude("offset_mm", "mm", (0.0, 5.0), 0.5, MAPS),
-        azimuth(360.0, MAPS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("offset_mm", "mm", (0.0, 5.0), 0.5), azimuth(360.0)],
     shows_in: "x_mm",
-    splits: &[Split { from: "sensor_tilt", by: "distances" }, Split { from: "source_tilt", by: "distances" }, Split { from: "prnu_gradient", by: "rotate_180" }],
+    look_alikes: &[
+        ("sensor_tilt", "distances"),
+        ("source_tilt", "distances"),
+        ("prnu_gradient", "rotate_180"),
+    ],
     acts: &[Act::Placement(shift)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn shift(values: &[f64], placement: &mut Placement) {
-    let (sin, cos) = values[1].to_radians().sin_cos();
-    placement.pose.offset_mm += DVec2::new(values[0] * cos, values[0] * sin);
+fn shift(&[offset_mm, azimuth_deg, ..]: &Values, placement: &mut Placement) {
+    let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+    placement.pose.offset_mm += DVec2::new(offset_mm * cos, offset_mm * sin);
 }

@@ -1,10 +1,9 @@
 //! The corners of the sensor get less, whatever stands before it.
 
-use super::act::{Act, Pixel};
-use super::spec::{BelongsTo, EffectSpec, MAPS, Split, amplitude};
+use super::act::{Act, Pixel, Values};
+use super::spec::{BelongsTo, EffectSpec, MAPS, amplitude};
 
-/// Vignetting.
-pub(super) static VIGNETTING: EffectSpec = EffectSpec {
+pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "vignetting",
     standard_name: "vignetting",
     sentence: "The corners of the sensor get less light[: {coefficient_rel:%} less at the edge].",
@@ -12,16 +11,14 @@ pub(super) static VIGNETTING: EffectSpec = EffectSpec {
     stages: MAPS,
     formula: "1 − v·r², r in half widths of the sensor",
     source: "lowest even order",
-    parameters: &[
-        amplitude("coefficient_rel", "1", (0.0, 0.05), 0.01, MAPS),
-    ],
-    amplitude_power: 1,
+    parameters: &[amplitude("coefficient_rel", "1", (0.0, 0.05), 0.01)],
     shows_in: "radius_mm",
-    splits: &[Split { from: "near_field", by: "distances" }],
+    look_alikes: &[("near_field", "distances")],
     acts: &[Act::Pixel(shade)],
+    ..EffectSpec::NEUTRAL
 };
 
-fn shade(values: &[f64], pixel: &Pixel) -> f64 {
+fn shade(&[coefficient_rel, ..]: &Values, pixel: &Pixel) -> f64 {
     let square = (pixel.x_mm * pixel.x_mm + pixel.y_mm * pixel.y_mm) / (pixel.half_width_mm * pixel.half_width_mm);
-    1.0 - values[0] * square
+    1.0 - coefficient_rel * square
 }

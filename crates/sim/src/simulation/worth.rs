@@ -49,7 +49,11 @@ fn near_field_rel(scene: &Scene, diameter_mm: Option<f64>, distance_mm: f64) -> 
         return 0.0;
     };
     let (radius, emitter) = (0.5 * diameter_mm, scene.model.luminaire().emitter().extent_mm());
-    let modelled = scene.model.effects().iter().any(|effect| effect.name() == "near_field");
+    let modelled = scene
+        .model
+        .effects()
+        .iter()
+        .any(|effect| effect.spec().replaces_emitter());
     if modelled || emitter >= AS_LARGE * radius {
         return 0.0;
     }

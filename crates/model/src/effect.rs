@@ -1,7 +1,6 @@
 //! An effect with its values, as a model holds it.
 
-use super::spec::{EffectSpec, Role, Stage};
-use super::{act::Act, by_name};
+use crate::effects::{Act, EffectSpec, MOST_KEYS, Role, Stage, Values, by_name, floor};
 
 /// What is written beside an effect's values: kept as it was read.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -18,7 +17,7 @@ pub struct Notes {
 #[derive(Debug, Clone)]
 pub struct Effect {
     spec: &'static EffectSpec,
-    values: Vec<f64>,
+    values: Values,
     /// What stands beside the values.
     pub notes: Notes,
 }
@@ -102,36 +101,20 @@ impl Effect {
             if !value.is_finite() {
                 return refuse("it must be finite");
             }
-            // A length of time or space that divides, a height that must stay above the floor.
-            let divides = matches!(
-                parameter.key,
-                "time_constant_s" | "period_s" | "period_mm" | "width_deg" | "width_mm" | "height_mm" | "index"
-            );
-            if divides && parameter.role != Role::Amplitude && value <= 0.0 {
+            if parameter.above_zero && value <= 0.0 {
                 return refuse("it must be above zero");
             }
             if parameter.role == Role::RangeId && value.fract() != 0.0 {
                 return refuse("it must be a whole number");
             }
-            if spec.name == "ler_scale" && value <= 0.0 {
-                return refuse("it must be above zero");
-            }
         }
+        let mut kept = [0.0; MOST_KEYS];
+        kept[..values.len()].copy_from_slice(values);
         Ok(Self {
             spec,
-            values: values.to_vec(),
+            values: kept,
             notes: Notes::default(),
         })
-    }
-
-    /// The effect at its null: no change of any prediction.
-    pub fn null(spec: &'static EffectSpec) -> Self {
-        let values = spec.parameters.iter().map(|parameter| parameter.null).collect();
-        Self {
-            spec,
-            values,
-            notes: Notes::default(),
-        }
     }
 
     /// An effect from keys and values; keys that are not required and not given take their null.
@@ -183,6 +166,14 @@ impl Effect {
         Self::new(spec, &values.into_iter().flatten().collect::<Vec<_>>())
     }
 
+    /// The light that a floor of this reflectance, so far below the axes, returns.
+    ///
+    /// # Errors
+    /// [`EffectError`] for a height that is not above zero, or a number that is not finite.
+    pub fn of_floor(albedo: f64, height_mm: f64) -> Result<Self, EffectError> {
+        Self::new(floor(), &[albedo, height_mm])
+    }
+
     /// What is known of it.
     pub fn spec(&self) -> &'static EffectSpec {
         self.spec
@@ -195,7 +186,7 @@ impl Effect {
 
     /// Values in the order of its keys.
     pub fn values(&self) -> &[f64] {
-        &self.values
+        &self.values[..self.spec.parameters.len()]
     }
 
     /// The value of a key.
@@ -215,7 +206,8 @@ impl Effect {
         self.spec.stages.contains(&stage)
     }
 
-    pub(crate) fn acts(&self) -> &'static [Act] {
-        self.spec.acts
+    /// What it does to a prediction, with its values.
+    pub(crate) fn acts(&self) -> impl Iterator<Item = (&'static Act, &Values)> {
+        self.spec.acts.iter().map(|act| (act, &self.values))
     }
 }

@@ -1,0 +1,143 @@
+//! The far field of a model: its distribution with the refit and every effect on directions and parts.
+
+use glam::DVec3;
+use isolux_photometry::{DistributionError, IntensityDistribution};
+
+use crate::effects::{Act, Ray, Values};
+use crate::emitter::Emitter;
+use crate::lobe::Lobe;
+use crate::model::Model;
+use crate::refined::Refined;
+use crate::sector::Sectors;
+
+impl Model {
+    /// The lobe of one LED where the emitter's LEDs lean inward: LED i carries
+    /// weight · I(direction) · [`Lobe::share`]`(axis, direction)`, so that all of them at infinity are I.
+    pub fn lobe(&self) -> Option<Lobe> {
+        let emitter = self.emitter();
+        let aim_deg = emitter.aim_deg();
+        if aim_deg == 0.0 {
+            return None;
+        }
+        // A circle of eight LEDs or more is as good as even; other places need their own sum.
+        let on_circles =
+            matches!(&emitter, Emitter::Leds { count, .. } if !count.is_empty() && count.iter().all(|n| *n >= 8));
+        Lobe::fit(self.luminaire().distribution(), &emitter.nodes(1), aim_deg, on_circles)
+    }
+
+    /// The intensity distribution with everything that was refitted and every effect on directions, on a grid fine
+    /// enough for them. The file's own grid, untouched, where there is none.
+    ///
+    /// # Errors
+    /// [`DistributionError`] if a factor is not finite.
+    pub fn distribution(&self) -> Result<IntensityDistribution, DistributionError> {
+        let directions = self.directions();
+        if directions.are_unity() {
+            return Ok(self.luminaire().distribution().clone());
+        }
+        let base = self.luminaire().distribution();
+        let turns = directions.turn();
+        let c_deg = if turns {
+            with_steps(base.c_deg(), 360.0, 5.0)
+        } else {
+            base.c_deg().to_vec()
+        };
+        let gamma_deg = with_steps(base.gamma_deg(), base.gamma_deg()[base.gamma_deg().len() - 1], 1.0);
+        let mut intensity_cd = Vec::with_capacity(c_deg.len() * gamma_deg.len());
+        for c in &c_deg {
+            for gamma in &gamma_deg {
+                intensity_cd.push(base.intensity_cd_at(*c, *gamma) * directions.factor(*c, *gamma));
+            }
+        }
+        IntensityDistribution::new(c_deg, gamma_deg, intensity_cd)
+    }
+
+    pub(crate) fn direction_laws(&self) -> Vec<(DirectionLaw, &Values)> {
+        self.acts()
+            .filter_map(|(act, values)| match act {
+                Act::Direction(law) => Some((*law, values)),
+                _ => None,
+            })
+            .collect()
+    }
+
+    pub(crate) fn directions(&self) -> Directions<'_> {
+        Directions {
+            refined: self.refined(),
+            laws: self.direction_laws(),
+            sectors: self.sectors(),
+        }
+    }
+
+    /// The parts of the emitter with what each still gives; none where no effect dims a part.
+    pub(crate) fn sectors(&self) -> Option<Sectors> {
+        let laws: Vec<_> = self
+            .acts()
+            .filter_map(|(act, values)| match act {
+                Act::Part(law) => Some((*law, values)),
+                _ => None,
+            })
+            .collect();
+        (!laws.is_empty()).then(|| {
+            let given = |azimuth_deg| laws.iter().map(|(law, values)| law(values, azimuth_deg)).product();
+            Sectors::of(self.luminaire().distribution(), self.emitter(), given)
+        })
+    }
+}
+
+/// Everything that changes the far field: the refit, the effects on directions, dimmed parts.
+pub(crate) struct Directions<'m> {
+    refined: &'m Refined,
+    laws: Vec<(DirectionLaw, &'m Values)>,
+    sectors: Option<Sectors>,
+}
+
+impl Directions<'_> {
+    fn are_unity(&self) -> bool {
+        self.laws.is_empty() && self.sectors.is_none() && self.refined.is_unity()
+    }
+
+    /// Whether the factor depends on C.
+    fn turn(&self) -> bool {
+        !self.laws.is_empty() || self.sectors.is_some() || self.refined.depends_on_c()
+    }
+
+    /// Factor on the intensity towards (C, γ).
+    pub fn factor(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        let mut factor = self.refined.factor(c_deg, gamma_deg);
+        if !self.laws.is_empty() || self.sectors.is_some() {
+            let ((sin_c, cos_c), (sin, cos)) = (c_deg.to_radians().sin_cos(), gamma_deg.to_radians().sin_cos());
+            let direction = DVec3::new(sin * cos_c, sin * sin_c, cos);
+            let ray = Ray {
+                c_deg,
+                gamma_deg,
+                direction,
+            };
+            for (law, values) in &self.laws {
+                factor *= law(values, &ray);
+            }
+            if let Some(sectors) = &self.sectors {
+                factor *= sectors.left_towards(direction);
+            }
+        }
+        factor
+    }
+}
+
+pub(crate) type DirectionLaw = fn(&Values, &Ray) -> f64;
+
+/// The angles of a grid and between them others, so that none are farther apart than `step`.
+fn with_steps(grid: &[f64], end: f64, step: f64) -> Vec<f64> {
+    let mut angles = Vec::new();
+    for (index, &from) in grid.iter().enumerate() {
+        let to = grid.get(index + 1).copied().unwrap_or(end);
+        let parts = ((to - from) / step - 1e-9).ceil().max(1.0) as usize;
+        for part in 0..parts {
+            let angle = from + (to - from) * part as f64 / parts as f64;
+            if part == 0 || angle < end {
+                angles.push(angle);
+            }
+        }
+    }
+    angles
+}
