@@ -6,6 +6,7 @@ use isolux_record::{Plan, Reading, ReadingKind, Role};
 
 use crate::error::ReduceError;
 use crate::grid::is_pole;
+use crate::partial::Partial;
 use crate::samples::unsigned;
 
 /// A direction (C, γ) as the plan has it, in degrees.
@@ -30,6 +31,8 @@ pub struct Chosen<'a> {
     pub rows: Vec<&'a Reading>,
     /// Distance of these readings.
     pub distance_mm: f64,
+    /// What of the plan was read, where the scan ended early; `rows` are then those of whole half-planes.
+    pub partial: Option<Partial>,
     /// The lit blocks that are left out, one sentence each.
     pub notes: Vec<String>,
 }
@@ -40,8 +43,7 @@ impl<'a> Chosen<'a> {
     /// neither repeats nor an early end change which blocks are the distribution.
     ///
     /// # Errors
-    /// [`ReduceError::NoLight`] without lit points, [`ReduceError::Unfinished`] when a block of the distribution has
-    /// directions that nobody read.
+    /// [`ReduceError::NoLight`] without lit points, [`ReduceError::Unfinished`] when no half-plane was read to its end.
     pub fn of(run: &'a Run) -> Result<Self, ReduceError> {
         let points = run.readings.rows.iter();
         let points: Vec<&Reading> = points
@@ -58,9 +60,12 @@ impl<'a> Chosen<'a> {
         let (there, elsewhere): (Vec<&Block<'_>>, Vec<&Block<'_>>) =
             blocks.iter().partition(|block| block.distance_mm == distance_mm);
         let (chosen, beside) = one_grid(&there);
-        finished(&chosen)?;
+        let partial = unfinished(&chosen)?;
         // In the order in which they were taken, whatever the order of the blocks.
         let mut rows: Vec<&Reading> = chosen.iter().flat_map(|block| block.rows.iter().copied()).collect();
+        if let Some(partial) = &partial {
+            rows.retain(|row| partial.holds(row.c_target_deg, row.gamma_target_deg));
+        }
         rows.sort_by_key(|row| row.index);
         let left_out = |block: &&Block<'_>, why: &str| {
             let count = block.directions.len();
@@ -82,6 +87,7 @@ impl<'a> Chosen<'a> {
         Ok(Self {
             rows,
             distance_mm,
+            partial,
             notes,
         })
     }
@@ -193,24 +199,23 @@ fn is_grid(blocks: &[&Block<'_>]) -> bool {
     planes.all(|plane| between(plane) == expected)
 }
 
-/// That every direction that the plan asks of these blocks was read, in this block or in another of them.
-fn finished(chosen: &[&Block<'_>]) -> Result<(), ReduceError> {
+/// What was read of the directions that the plan asks of these blocks, in this block or in another of them; none where
+/// it is all.
+fn unfinished(chosen: &[&Block<'_>]) -> Result<Option<Partial>, ReduceError> {
     let read = once(chosen.iter().flat_map(|block| block.rows.iter().map(|row| target(row))));
-    for block in chosen {
-        let found = block
-            .planned
-            .iter()
-            .filter(|direction| read.binary_search_by(|at| order(at, direction)).is_ok())
-            .count();
-        if found < block.planned.len() {
-            return Err(ReduceError::Unfinished {
-                block: block.name.to_owned(),
-                found,
-                planned: block.planned.len(),
-            });
-        }
+    let is_read = |direction: &Direction| read.binary_search_by(|at| order(at, direction)).is_ok();
+    let planned = once(chosen.iter().flat_map(|block| block.planned.iter().copied()));
+    let found = planned.iter().filter(|direction| is_read(direction)).count();
+    if found == planned.len() {
+        return Ok(None);
     }
-    Ok(())
+    match Partial::of(&planned, is_read) {
+        Some(partial) => Ok(Some(partial)),
+        None => Err(ReduceError::Unfinished {
+            found,
+            planned: planned.len(),
+        }),
+    }
 }
 
 fn target(row: &Reading) -> Direction {

@@ -45,14 +45,11 @@ pub enum ReduceError {
         /// The first behind it.
         to_c_deg: f64,
     },
-    /// The scan of the distribution was not finished.
+    /// The scan of the distribution ended in its first half-plane.
     #[error(
-        "block {block:?} has {found} of its {planned} directions: the scan ended early, and a part of the sphere is no luminaire; \
-         take it up again with --resume"
+        "{found} of the {planned} directions of the distribution were read and no half-plane is whole; go on with --resume"
     )]
     Unfinished {
-        /// The block.
-        block: String,
         /// Directions that were read.
         found: usize,
         /// Directions of the plan.

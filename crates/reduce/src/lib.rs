@@ -20,6 +20,7 @@ mod interpolation;
 mod levels;
 mod near_field;
 mod notes;
+mod partial;
 mod quantity;
 mod reference;
 mod rehearsal;
@@ -51,6 +52,7 @@ pub use gate::{Accepted, Evidence, Finding, note};
 pub use grid::Grid;
 pub use headline::NEAR_FIELD_AT_SENSOR;
 pub use levels::{Level, Levels, Subtract};
+pub use partial::Partial;
 pub use quantity::Quantity;
 pub use rehearsal::rehearse;
 pub use results::{ResultFile, files, photometric};
@@ -134,6 +136,8 @@ pub struct Reduction {
     pub readings: (usize, usize),
     /// What a person should know.
     pub notes: Vec<String>,
+    /// What was read, where the scan is not finished.
+    pub partial: Option<Partial>,
     /// What did not agree and was accepted.
     pub accepted: Option<Accepted>,
     /// Corrections that were switched off.
@@ -156,6 +160,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
     let blocks::Chosen {
         rows,
         distance_mm,
+        partial,
         notes: left_out,
     } = blocks::Chosen::of(run)?;
     let station = &run.header.station;
@@ -203,7 +208,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
     } else {
         reference.uncorrected()
     };
-    let samples = samples::samples(&rows, |row, lux| {
+    let mut samples = samples::samples(&rows, |row, lux| {
         let corrected = light(row, lux);
         let factor = row.time_s.map_or(1.0, |time| drift.factor(row.index, time));
         Corrected {
@@ -217,8 +222,13 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         reason: options.accept_drift.clone().unwrap_or_default(),
         findings,
     });
+    if let Some(partial) = &partial {
+        partial.fill(&mut samples);
+    }
     let mut grid = Grid::new(&samples)?;
-    let not_smoothed = on(Correction::Smoothing).then(|| grid.smooth().err()).flatten();
+    // What is interpolated is no reading that could be smoothed.
+    let smoothing = on(Correction::Smoothing) && partial.is_none();
+    let not_smoothed = smoothing.then(|| grid.smooth().err()).flatten();
     let unmeasured = Unmeasured::of(
         station,
         &Done {
@@ -236,6 +246,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         .missing
         .iter()
         .cloned()
+        .chain(partial.as_ref().map(Partial::words))
         .chain(accepted.is_some().then(|| gate::ACCEPTED.to_owned()))
         .chain(station.bench().u_distance_mm.is_none().then(|| NO_DISTANCE.to_owned()))
         .chain((!own_distance).then(|| "not corrected for the distance of the readings".to_owned()))
@@ -258,7 +269,8 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         .as_ref()
         .map(|spectral| sensor_illuminance.over(&spectral.ler, "W/m²", "efficacy"));
     let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
-    let mut notes = levels.notes.clone();
+    let mut notes: Vec<String> = partial.iter().map(Partial::note).collect();
+    notes.extend(levels.notes.clone());
     notes.extend(accepted.iter().map(gate::note));
     notes.extend(left_out);
     notes.extend(circle::note(grid.assumed));
@@ -280,6 +292,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) ->
         sensor_illuminance,
         sensor_irradiance,
         closing: Closing::of(&samples),
+        partial,
         accepted,
         made_of: samples::made_of(&rows),
         readings: (used, all.len()),

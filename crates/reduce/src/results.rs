@@ -18,7 +18,7 @@ use crate::{Drift, Quantity, Reduction, SENSOR_MM};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ResultFile {
     /// Its name in the folder of results.
-    pub name: &'static str,
+    pub name: String,
     /// Its bytes.
     pub bytes: Vec<u8>,
 }
@@ -34,41 +34,54 @@ pub fn files(
     program: &str,
 ) -> Result<Vec<ResultFile>, ReduceError> {
     let shown = without_negative(&reduction.grid.distribution)?;
-    let state = reduction.grid.smoothed.as_ref().map_or("", |_| ", smoothed");
+    let state = match (&reduction.partial, &reduction.grid.smoothed) {
+        (Some(_), _) => ", PARTIAL",
+        (None, Some(_)) => ", smoothed",
+        (None, None) => "",
+    };
+    let named = |name: &str| file_name(reduction, name);
     let mut files = vec![ResultFile {
-        name: "luminaire.ldt",
+        name: named("luminaire.ldt"),
         bytes: ldt(&shown, &header(state, reduction, run))?,
     }];
     if let Some((raw, _)) = &reduction.grid.smoothed {
         files.push(ResultFile {
-            name: "luminaire.raw.ldt",
+            name: named("luminaire.raw.ldt"),
             bytes: ldt(&without_negative(raw)?, &header(", as read", reduction, run))?,
         });
     }
     files.push(ResultFile {
-        name: "luminaire.ies",
+        name: named("luminaire.ies"),
         bytes: ies(&shown, reduction, run, program),
     });
     files.push(ResultFile {
-        name: "luminaire.xml",
+        name: named("luminaire.xml"),
         bytes: xml(&shown, state, reduction, run),
     });
     files.extend(spectral_files(reduction, run, program));
     let model = model_toml(reduction, diameter_mm(run), run_files);
     files.push(ResultFile {
-        name: "luminaire.model.toml",
+        name: named("luminaire.model.toml"),
         bytes: model.into_bytes(),
     });
     files.push(ResultFile {
-        name: "budget.json",
+        name: named("budget.json"),
         bytes: pretty(&budget(reduction, &shown)),
     });
     let provenance = provenance(reduction, run, run_files, program, &files);
     files.push(ResultFile {
-        name: "provenance.json",
+        name: named("provenance.json"),
         bytes: pretty(&provenance),
     });
     Ok(files)
+}
+
+/// The name of a result: `luminaire.partial.ldt` where the scan is not finished.
+pub fn file_name(reduction: &Reduction, name: &str) -> String {
+    match (&reduction.partial, name.split_once('.')) {
+        (Some(_), Some((stem, extension))) => format!("{stem}.partial.{extension}"),
+        _ => name.to_owned(),
+    }
 }
 
 /// The luminaire's name as the job states it; the name of the station is that of a bench.
@@ -173,7 +186,7 @@ fn ldt_remark(reduction: &Reduction) -> String {
     let missing = &reduction.flux.missing;
     let Some(first) = missing
         .iter()
-        .find(|phrase| *phrase == gate::ACCEPTED)
+        .find(|phrase| phrase.starts_with("partial") || *phrase == gate::ACCEPTED)
         .or(missing.first())
     else {
         return String::new();
@@ -371,7 +384,7 @@ fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Result
         .into_iter()
         .filter_map(|(name, format)| {
             Some(ResultFile {
-                name,
+                name: file_name(reduction, name),
                 bytes: isolux_formats::write_spectrum(&file, format)?.bytes,
             })
         })
@@ -381,10 +394,12 @@ fn spectral_files(reduction: &Reduction, run: &Run, program: &str) -> Vec<Result
 /// The model of the run: its distribution and spectrum with a disc of 1 mm as emitter, and the offset, ambient and
 /// stray light that were taken out of the readings as effects of the bench, so that its predictions are readings again.
 fn model_toml(reduction: &Reduction, diameter_mm: Option<f64>, run_files: &[(String, Vec<u8>)]) -> String {
-    let mut text = String::from("format = \"isolux-model/1\"\n\n[luminaire]\ndistribution = \"luminaire.ldt\"\n");
-    if let Some(spectral) = &reduction.spectral {
-        text.push_str("spectrum = \"luminaire.spdx\"\n");
-        let _ = spectral;
+    let mut text = format!(
+        "format = \"isolux-model/1\"\n\n[luminaire]\ndistribution = \"{}\"\n",
+        file_name(reduction, "luminaire.ldt")
+    );
+    if reduction.spectral.is_some() {
+        text.push_str(&format!("spectrum = \"{}\"\n", file_name(reduction, "luminaire.spdx")));
     }
     text.push_str("emitter = { shape = \"disc\", diameter_mm = 1.0 }\n\n");
     text.push_str("[luminaire.trust]\nshape = \"smooth\"\nc_harmonics = [2]\n\n");
@@ -529,6 +544,9 @@ fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
         "removed_effects": reduction.removed_effects,
         "notes": reduction.notes,
     });
+    if let Some(partial) = &reduction.partial {
+        budget["partial"] = json!(partial);
+    }
     if let Some(electrical) = &reduction.electrical {
         budget["electrical"] = json!(electrical);
     }
@@ -552,7 +570,7 @@ fn provenance(
     };
     let made = made
         .iter()
-        .map(|file| (file.name.to_owned(), sha256(&file.bytes)))
+        .map(|file| (file.name.clone(), sha256(&file.bytes)))
         .collect();
     json!({
         "program": program,
