@@ -24,7 +24,7 @@ pub struct Reduced {
     /// The folder of results.
     pub folder: Utf8PathBuf,
     /// Names of the files written there.
-    pub files: Vec<&'static str>,
+    pub files: Vec<String>,
 }
 
 impl Reduced {
@@ -87,7 +87,7 @@ pub fn no_uncertainty(missing: &[String]) -> String {
 /// What is asked of a reduction.
 #[derive(Debug, Clone, Default)]
 pub struct Request<'a> {
-    /// Folder of the results; without one `RUN/results`.
+    /// Folder of the results; without one `RUN/results`, or `RUN/results-partial` where the scan is not finished.
     pub out: Option<&'a Utf8Path>,
     /// Names of corrections to leave out.
     pub without: &'a [String],
@@ -106,7 +106,6 @@ pub struct Request<'a> {
 /// (exit 2) for a record that gives no distribution, an unknown correction, a bench effect without inverse, or results
 /// that exist. Nothing is written then.
 pub fn run(run: &Utf8Path, request: &Request<'_>, overwrite: Overwrite) -> Result<Reduced, Failure> {
-    let folder = request.out.map_or_else(|| run.join("results"), Utf8Path::to_owned);
     let without = request
         .without
         .iter()
@@ -125,19 +124,32 @@ pub fn run(run: &Utf8Path, request: &Request<'_>, overwrite: Overwrite) -> Resul
         reduction(&record, &Options { without, accept_drift }, model).map_err(|error| refused(run, &error))?;
     let made =
         isolux_reduce::files(&reduction, &record, &run_files(run, &record)?, PROGRAM).map_err(Failure::bad_input)?;
+    let folder = request
+        .out
+        .map_or_else(|| results_folder(run, &reduction), Utf8Path::to_owned);
     for file in &made {
-        files::refuse_existing(&folder.join(file.name), overwrite)?;
+        files::refuse_existing(&folder.join(&file.name), overwrite)?;
     }
     keep_model(&folder, kept)?;
     remove_raw(&folder, &made)?;
     for file in &made {
-        files::write(&folder.join(file.name), &file.bytes, overwrite)?;
+        files::write(&folder.join(&file.name), &file.bytes, overwrite)?;
     }
     Ok(Reduced {
         run: record,
         reduction,
         folder,
-        files: made.iter().map(|file| file.name).collect(),
+        files: made.into_iter().map(|file| file.name).collect(),
+    })
+}
+
+/// Where the results of a run lie: those of a scan that is not finished in a folder of their own, so that nothing takes
+/// them for the whole.
+pub fn results_folder(run: &Utf8Path, reduction: &Reduction) -> Utf8PathBuf {
+    run.join(if reduction.partial.is_some() {
+        "results-partial"
+    } else {
+        "results"
     })
 }
 

@@ -16,7 +16,7 @@ were (limits of the plan), and nothing was written.")]
 pub struct Reduce {
     /// The run directory.
     run: Utf8PathBuf,
-    /// Folder for the results; without it RUN/results.
+    /// Folder for the results; without it RUN/results, or RUN/results-partial where the scan is not finished.
     #[arg(long)]
     out: Option<Utf8PathBuf>,
     /// A correction to leave out; may be given several times.
