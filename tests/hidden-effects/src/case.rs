@@ -9,7 +9,7 @@ use crate::plan::{self, Frame, Plan, Step};
 use crate::random::Draws;
 use crate::recipe::{self, Recipe};
 use crate::truth::{self, Setting};
-use crate::{no_noise, oracle, outside};
+use crate::{no_noise, oracle, outside, unforeseen};
 
 /// What is wanted of a case.
 #[derive(Debug, Clone)]
@@ -165,6 +165,8 @@ fn hide(
                     | "bright_ring"
                     | "start_of_visit"
                     | "sticky_readings"
+                    | "condensation_burst"
+                    | "door_with_jitter"
             );
             let sign = if one_way { 1.0 } else { draws.sign() };
             hidden
@@ -236,6 +238,8 @@ pub(crate) fn day(order: &Order, draws: &mut Draws) -> Option<Day> {
         |name, draws| {
             if no_noise::has(name) {
                 no_noise::gonio(name, &steps, &plain, draws)
+            } else if unforeseen::has(name) {
+                unforeseen::gonio(name, &steps, &plain, draws)
             } else {
                 outside::gonio(name, &steps, &plain, draws)
             }

@@ -12,3 +12,4 @@ pub mod recipe;
 pub mod suite;
 pub mod tables;
 pub mod truth;
+pub mod unforeseen;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::case::Order;
 use crate::plan::Plan;
 use crate::random::Draws;
-use crate::{no_noise, outside, recipe};
+use crate::{no_noise, outside, recipe, unforeseen};
 
 /// A class of cases with a goal of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -28,6 +28,8 @@ pub enum Class {
     Fresh(u32),
     /// The same: kinds that were drawn after its present form was finished.
     Later(u32),
+    /// The same: disturbances that were written down after the test was finished.
+    Unforeseen(u32),
     /// One effect at 20 σ on a common plan: the right answer is a set that holds it.
     Common,
 }
@@ -114,6 +116,10 @@ pub fn orders(class: Class, sensor: bool, count: u64, seed: u64) -> Vec<Order> {
                     let kinds = no_noise::LATER;
                     order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
                 }
+                Class::Unforeseen(sigma) => {
+                    let kinds = unforeseen::FIRST;
+                    order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
+                }
                 Class::Common => {
                     order.plan = Plan::Common;
                     order.hidden = vec![(name, 20.0)];
@@ -161,7 +167,7 @@ pub fn judge(class: Class, order: &Order, answer: &Answer) -> Vec<(&'static str,
             ));
             scores.push(("both in the sets", truth.iter().all(|name| in_set(name))));
         }
-        Class::Outside(_) | Class::Developed(_) | Class::Fresh(_) | Class::Later(_) => {
+        Class::Outside(_) | Class::Developed(_) | Class::Fresh(_) | Class::Later(_) | Class::Unforeseen(_) => {
             scores.push(("called unexplained", answer.verdict == "unexplained"));
         }
         Class::Common => scores.push((
