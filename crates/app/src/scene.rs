@@ -3,7 +3,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_formats::ReadOptions;
-use isolux_model::{Accuracy, Model, ModelError, Scene};
+use isolux_model::{Accuracy, Model, Scene};
 use isolux_record::document::read_text;
 use toml::{Table, Value};
 
@@ -90,7 +90,7 @@ pub fn load(input: &Utf8Path, changes: &Changes) -> Result<Scene, Failure> {
         return Scene::load(input).map_err(Failure::bad_input);
     }
     let text = toml::to_string(&changed(&at, table, changes)?).map_err(Failure::bad_input)?;
-    Scene::parse(&at, &text).map_err(|error| {
+    Scene::parse(&at, &text).map_err(|mut error| {
         if changes.is_none() {
             return Failure::bad_input(error);
         }
@@ -101,7 +101,6 @@ pub fn load(input: &Utf8Path, changes: &Changes) -> Result<Scene, Failure> {
             return Failure::bad_input(own);
         }
         // The lines are those of a text that nobody wrote.
-        let ModelError::Document(mut error) = error;
         if error.file == at {
             (error.line, error.column) = (None, None);
         }
