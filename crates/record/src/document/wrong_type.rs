@@ -51,11 +51,11 @@ fn line_at(text: &str, at: usize) -> &str {
 fn not_toml(line: &str) -> Option<String> {
     let (key, value) = line.split_once('=')?;
     let value = value.split('#').next()?.trim();
-    let meant = plain_number(value)?;
+    let meant = plain_number(value).filter(|meant| meant != value)?;
     let how = if value.ends_with('%') {
         "a percentage is written as a fraction"
     } else {
-        "a decimal mark is a point"
+        "numbers have a decimal point"
     };
     Some(format!("{how}: {} = {meant}", key.trim()))
 }
@@ -190,6 +190,10 @@ mod tests {
         _parts: Vec<f64>,
     }
 
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Strict {}
+
     #[test]
     fn a_wrong_type_names_its_key_and_the_remedy() {
         let told = |line: &str| {
@@ -216,7 +220,10 @@ mod tests {
             told("level = 0.4 %"),
             "a percentage is written as a fraction: level = 0.004"
         );
-        assert_eq!(told("level = -1,25 # V"), "a decimal mark is a point: level = -1.25");
+        assert_eq!(told("level = -1,25 # V"), "numbers have a decimal point: level = -1.25");
+        assert!(!told("level = 1.5 extra").contains("decimal"));
+        let unknown = toml::from_str::<Strict>("nothing = 180").unwrap_err();
+        assert!(explain("nothing = 180", &unknown).starts_with("unknown field `nothing`"));
         assert!(told("size = [48, -36]").starts_with("`lamp.size` is [48, -36]; one number"));
         assert!(told("limit_deg = [1.0]").starts_with("`lamp.limit_deg` is a list of 1; a list of two is needed"));
         assert!(told("parts = [1.0, \"x\"]").starts_with("`lamp.parts.1` is the text \"x\"; a number is needed"));
