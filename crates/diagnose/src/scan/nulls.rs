@@ -10,8 +10,7 @@ use rayon::prelude::*;
 
 use super::{AT_A_TIME, Scan, Seen, Whitened};
 use crate::evidence::{EvidenceTable, ln_sum_exp};
-use crate::search;
-use crate::whitening::{MOST_CORRELATED, Sequence};
+use crate::whitening::{self, MOST_CORRELATED, Sequence};
 
 /// Values of directions that simulated noise is compared with at a time: noise is drawn again for the next ones, so
 /// these are not few.
@@ -30,7 +29,7 @@ impl Scan {
         count: usize,
         seed: u64,
         sequence: &Sequence,
-        noise: &search::Noise,
+        noise: &whitening::Noise,
     ) -> Vec<f64> {
         let noise = Noise::new(seed, sequence, noise, self.rows, self.freedom);
         self.in_groups(
@@ -147,7 +146,7 @@ struct Noise<'a> {
 }
 
 impl<'a> Noise<'a> {
-    fn new(seed: u64, sequence: &'a Sequence, noise: &search::Noise, rows: usize, freedom: f64) -> Self {
+    fn new(seed: u64, sequence: &'a Sequence, noise: &whitening::Noise, rows: usize, freedom: f64) -> Self {
         let (rho, u_rho) = (noise.rho, noise.u_rho);
         Self {
             seed,
@@ -265,7 +264,7 @@ mod tests {
             );
         }
         let sequence = Sequence::by_time(&vec![0; rows], &(0..rows).map(|i| i as f64).collect::<Vec<_>>());
-        let correlated = search::Noise {
+        let correlated = whitening::Noise {
             scale: 1.0,
             observed: 1.0,
             rho: 0.4,

@@ -10,17 +10,19 @@ use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
 use crate::scan::{Found, Scan, Who};
-use crate::search::bench::Bench;
+
+use super::estimate::Estimate;
+use super::outcome::Names;
 
 /// A further name must be this much less probable by chance: one thing missing is common, two are rare.
 const FURTHER: f64 = 0.2;
 
-impl<F: Forward + ?Sized> Bench<'_, F> {
+impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
     /// The first members: the best single effect, or the best pair where two explain what one cannot.
-    pub(super) fn grow(&mut self, scan: &Scan, first: &[Found], baseline: &Fit) -> (Vec<Hypothesis>, Fit) {
+    pub(super) fn grow(self, scan: &Scan, first: &[Found], baseline: &Fit) -> (Self, Names) {
         let singles = self.name_evidence(first);
         if singles.is_empty() {
-            return (Vec::new(), baseline.clone());
+            return (self, Names::none(baseline));
         }
         // Full fits of the few best: a tangent can mislead where an effect is strong.
         let candidates: Vec<usize> = singles
@@ -31,15 +33,14 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             .collect();
         let tried: Vec<Fit> = candidates
             .into_par_iter()
-            .filter_map(|effect| self.fit(&[self.start(baseline, first, effect)?.0]))
+            .filter_map(|effect| self.fit(&[self.guess(baseline, first, effect)?.0]))
             .collect();
         let Some(fitted) = tried.into_iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2)) else {
-            return (Vec::new(), baseline.clone());
+            return (self, Names::none(baseline));
         };
-        let members = fitted.hypotheses.clone();
         let variance = self.noise.scale.powi(2);
         let single_explained = (baseline.chi2 - fitted.chi2) / variance;
-        let least_gain = 2.0 * (self.forward.effects().len() as f64).ln() + 8.0;
+        let least_gain = 2.0 * (self.problem.forward.effects().len() as f64).ln() + 8.0;
         if let Some((pair, pair_fit)) = self.best_pair(scan, first, baseline, least_gain) {
             let pair_explained = (baseline.chi2 - pair_fit.chi2) / variance;
             let gain = pair_explained - single_explained;
@@ -50,32 +51,37 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
                 .map(|i| self.explained_by(&pair, &pair_fit, i))
                 .fold(0.0, f64::max);
             let needed = least_gain
-                .max(self.settings.second_share.powi(2) * stronger)
-                .max((self.settings.model_form).powi(2) * stronger + 9.0);
+                .max(self.problem.settings.second_share.powi(2) * stronger)
+                .max((self.problem.settings.model_form).powi(2) * stronger + 9.0);
             if gain > needed && weaker > needed {
-                self.update_noise(&pair_fit);
-                if let Some(fitted) = self.fit(&pair) {
-                    let pair = fitted.hypotheses.clone();
-                    return self.extend(pair, fitted);
+                let estimate = self.again(&pair_fit);
+                if let Some(refitted) = estimate.fit(&pair) {
+                    return estimate.extend(Names::of(refitted));
                 }
+                return estimate.again(&fitted).with_one(fitted);
             }
         }
-        self.update_noise(&fitted);
-        match self.fit(&members) {
-            Some(fitted) => {
-                let members = fitted.hypotheses.clone();
-                self.extend(members, fitted)
-            }
-            None => (members, fitted),
+        self.again(&fitted).with_one(fitted)
+    }
+
+    /// The best single name and what else the scan asks for.
+    fn with_one(self, fitted: Fit) -> (Self, Names) {
+        match self.fit(&fitted.hypotheses) {
+            Some(refitted) => self.extend(Names::of(refitted)),
+            None => (self, Names::of(fitted)),
         }
     }
 
     /// Further named effects while the scan of what is left asks for one and one answers.
-    pub(super) fn extend(&mut self, mut members: Vec<Hypothesis>, mut fitted: Fit) -> (Vec<Hypothesis>, Fit) {
+    pub(super) fn extend(mut self, names: Names) -> (Self, Names) {
+        let Names {
+            mut members,
+            fit: mut fitted,
+        } = names;
         while members.len() < 4 {
             let scan = self.scan(&fitted, &members, None);
             let found = scan.look();
-            if !self.disagrees_at(&found, self.settings.significance * FURTHER) {
+            if !self.disagrees_at(&found, self.problem.settings.significance * FURTHER) {
                 break;
             }
             let Some(&(effect, evidence)) = self.name_evidence(&found).first() else {
@@ -91,7 +97,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             if unnamed > evidence + 1.0 {
                 break;
             }
-            let Some((start, _)) = self.start(&fitted, &found, effect) else {
+            let Some((start, _)) = self.guess(&fitted, &found, effect) else {
                 break;
             };
             let mut grown = members.clone();
@@ -101,16 +107,16 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
                 .map(|i| self.explained_by(&members, &fitted, i))
                 .fold(0.0, f64::max);
             let gained = (fitted.chi2 - next.chi2) / self.noise.scale.powi(2);
-            if gained < self.settings.second_share.powi(2) * strongest || gained < 9.0 {
+            if gained < self.problem.settings.second_share.powi(2) * strongest || gained < 9.0 {
                 break;
             }
             members.clone_from(&next.hypotheses);
-            self.update_noise(&next);
+            self = self.again(&next);
             let Some(refitted) = self.fit(&members) else { break };
             fitted = refitted;
             members.clone_from(&fitted.hypotheses);
         }
-        (members, fitted)
+        (self, Names { members, fit: fitted })
     }
 
     /// The pair of named effects that explains most, from the Gram matrix of the scan's directions; none where the
@@ -123,7 +129,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         least_gain: f64,
     ) -> Option<(Vec<Hypothesis>, Fit)> {
         // All shapes of every effect; of a search through frequencies only the best few.
-        let mut by_effect: Vec<Vec<usize>> = vec![Vec::new(); self.forward.effects().len()];
+        let mut by_effect: Vec<Vec<usize>> = vec![Vec::new(); self.problem.forward.effects().len()];
         for (place, seen) in scan.seen.iter().enumerate() {
             if let Who::Named { effect, .. } = seen.who {
                 by_effect[effect].push(place);
@@ -155,7 +161,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         let gram = product(&columns, &columns);
         let single = z.iter().map(nalgebra::Matrix::norm_squared).fold(0.0, f64::max);
         // A pair that gains less would not be taken, and its refits cost the most.
-        let enough = single + least_gain.max(0.5 * self.settings.second_share.powi(2) * single);
+        let enough = single + least_gain.max(0.5 * self.problem.settings.second_share.powi(2) * single);
         let mut best: Vec<(f64, usize, usize)> = (0..places.len())
             .into_par_iter()
             .flat_map_iter(|a| {

@@ -1,14 +1,15 @@
 //! Structure that no effect in the catalogue makes: what is left after the names, and what one pattern does better than
 //! they.
 
+use super::outcome::Unexplained;
 use crate::basis::{Basis, inverse_of_normal};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
 use crate::scan::{Who, p_value};
-use crate::search::Unexplained;
-use crate::search::bench::Bench;
 
-impl<F: Forward + ?Sized> Bench<'_, F> {
+use super::estimate::Estimate;
+
+impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
     /// What is left after all named effects, if it is significant and not small beside them: the best rival.
     pub(super) fn left_over(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
         let scan = self.scan(fitted, members, None);
@@ -25,10 +26,10 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
             .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
         let kept: Vec<usize> = self.kept(members);
         // The disagreement itself may be a name that was not taken: a pattern counts by its own evidence.
-        if p_value(best.ln_evidence, &self.nulls) > self.settings.significance {
+        if p_value(best.ln_evidence, &self.nulls) > self.problem.settings.significance {
             return None;
         }
-        (best.explained > self.settings.second_share.powi(2) * strongest)
+        (best.explained > self.problem.settings.second_share.powi(2) * strongest)
             .then_some((kept[best.candidate], best.explained))
     }
 
@@ -84,7 +85,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
     }
 
     pub(super) fn unexplained(&self, fitted: &Fit, candidate: usize, explained: f64) -> Unexplained {
-        let Who::Unnamed { rival } = self.dictionary.candidates[candidate].who else {
+        let Who::Unnamed { rival } = self.problem.dictionary.candidates[candidate].who else {
             unreachable!("only rivals are unexplained")
         };
         let out = Basis::spanning(&fitted.jacobian, 1e-9);
@@ -92,10 +93,10 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         out.project_out(&mut inside);
         let normal = inside.tr_mul(&inside);
         let amplitudes = inverse_of_normal(&normal, 1e-14) * inside.tr_mul(&fitted.residual);
-        let numbers: Vec<usize> = self.dictionary.candidates[candidate].columns.clone().collect();
-        let pattern = self.dictionary.columns(&numbers) * amplitudes;
+        let numbers: Vec<usize> = self.problem.dictionary.candidates[candidate].columns.clone().collect();
+        let pattern = self.problem.dictionary.columns(&numbers) * amplitudes;
         Unexplained {
-            rival: self.rivals[rival].clone(),
+            rival: self.problem.rivals[rival].clone(),
             sigma: explained.sqrt(),
             pattern,
         }

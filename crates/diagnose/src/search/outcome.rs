@@ -1,4 +1,4 @@
-//! What a search found: members, their rivals, the noise and what is left.
+//! What is asked of a search, and what it finds: members, their rivals, the noise and what is left.
 
 use nalgebra::DVector;
 
@@ -9,24 +9,60 @@ use crate::reference::Errors;
 use crate::rivals::Rival;
 use crate::rounding::Rounding;
 use crate::table::Coordinate;
-use crate::whitening::Sequence;
+use crate::whitening::{Noise, Sequence};
 
-/// The noise of these observations.
+/// What may be chosen about a search; the defaults are those of the documentation.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings {
+    /// Seed of the simulated scans.
+    pub seed: u64,
+    /// Number of simulated noise-only scans.
+    pub nulls: usize,
+    /// A whole scan less probable than this under noise alone is a disagreement.
+    pub significance: f64,
+    /// Relative error allowed to the formula of an effect.
+    pub model_form: f64,
+    /// A further effect must reach this share of the first one's significance.
+    pub second_share: f64,
+    /// Whether one factor on the stated uncertainties is fitted.
+    pub fit_scale: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            nulls: 2000,
+            significance: 0.01,
+            model_form: 0.03,
+            second_share: 0.2,
+            fit_scale: true,
+        }
+    }
+}
+
+/// Named effects and a fit with them.
 #[derive(Debug, Clone)]
-pub struct Noise {
-    /// Common factor on the stated uncertainties.
-    pub scale: f64,
-    /// The factor that the residuals show, fitted or not.
-    pub observed: f64,
-    /// Serial correlation of neighbours in time.
-    pub rho: f64,
-    /// Its standard uncertainty; 0 where there is none.
-    pub u_rho: f64,
-    /// What the variance of the residuals would be expected to be, in units of what it is, were the correlation lower
-    /// or higher by `u_rho`.
-    pub variance_at: [f64; 2],
-    /// Outlier weights, one a row.
-    pub weights: Vec<f64>,
+pub(super) struct Names {
+    /// The effects, refined or as they were proposed.
+    pub members: Vec<Hypothesis>,
+    /// The fit.
+    pub fit: Fit,
+}
+
+impl Names {
+    /// The effects of a fit.
+    pub fn of(fit: Fit) -> Self {
+        let members = fit.hypotheses.clone();
+        Self { members, fit }
+    }
+
+    /// None beside what is refitted anyway.
+    pub fn none(baseline: &Fit) -> Self {
+        let members = Vec::new();
+        let fit = baseline.clone();
+        Self { members, fit }
+    }
 }
 
 /// Who could make what one member of the set makes.

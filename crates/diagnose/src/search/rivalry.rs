@@ -3,14 +3,16 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::outcome::{Label, Ranked, Rivalry};
 use crate::basis::Basis;
 use crate::dictionary::OUTSIDE_CATALOGUE;
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
 use crate::scan::{Who, p_value, sign_evidence};
-use crate::search::bench::{Bench, all_but};
-use crate::search::{Label, Ranked, Rivalry};
+
+use super::candidates::all_but;
+use super::estimate::Estimate;
 
 /// ln of the factor that a generic pattern loses where a name explains as much: of 0 … 4 near the best logarithmic
 /// score on hidden effects, those outside the catalogue weighted as 15 % of all.
@@ -25,14 +27,6 @@ struct Entry {
     hypothesis: Option<Hypothesis>,
 }
 
-/// What a look at one member's rivals changed.
-pub(super) enum Change {
-    None,
-    Swapped,
-    /// A pattern without a name makes it better, or nothing is left for it to make.
-    Dropped,
-}
-
 /// Names whose fits differ by less than this, in σ², explain the same: the kinks of a table and the roundness of a
 /// formula are worth as much.
 const AS_MUCH: f64 = 6.0;
@@ -40,46 +34,7 @@ const AS_MUCH: f64 = 6.0;
 /// 15.
 const TWIN: f64 = 2.708;
 
-impl<F: Forward + ?Sized> Bench<'_, F> {
-    /// Looks at every member's rivals: a better name takes its place, a better pattern without a name removes it.
-    pub(super) fn replace_or_drop(&self, members: &mut Vec<Hypothesis>, extra: Option<(usize, f64)>) -> Option<Change> {
-        for i in 0..members.len() {
-            let rivalry = self.rivalry(members, i, extra)?;
-            let Some(top) = rivalry.ranked.first() else { continue };
-            let nothing = 1.0 - rivalry.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
-            if nothing > top.posterior {
-                members.remove(i);
-                return Some(Change::Dropped);
-            }
-            match (&top.label, &top.hypothesis) {
-                (Label::Named(effect), Some(hypothesis)) if *effect != members[i].effect => {
-                    members[i] = hypothesis.clone();
-                    return Some(Change::Swapped);
-                }
-                (Label::Unnamed(_), _) => {
-                    let named: f64 = rivalry
-                        .ranked
-                        .iter()
-                        .filter(|ranked| matches!(ranked.label, Label::Named(_)))
-                        .map(|ranked| ranked.posterior)
-                        .sum();
-                    let unnamed: f64 = rivalry
-                        .ranked
-                        .iter()
-                        .filter(|ranked| matches!(ranked.label, Label::Unnamed(_)))
-                        .map(|ranked| ranked.posterior)
-                        .sum();
-                    if unnamed > named {
-                        members.remove(i);
-                        return Some(Change::Dropped);
-                    }
-                }
-                _ => {}
-            }
-        }
-        Some(Change::None)
-    }
-
+impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
     /// A possible name that explains as much as the first one stays within reach of it, whatever was assumed before: no
     /// prior of ours is worth more than [`TWIN`]. `entries` fall with their evidence, and do after it.
     fn keep_twins(&self, entries: &mut [(f64, Entry)]) {
@@ -92,7 +47,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         let least = first.explained - AS_MUCH;
         let possible = |entry: &Entry| match (&entry.label, &entry.hypothesis) {
             (Label::Named(effect), Some(hypothesis)) => {
-                let searchable = &self.forward.effects()[*effect];
+                let searchable = &self.problem.forward.effects()[*effect];
                 let right_way = !searchable.one_sided || hypothesis.linear[0] >= 0.0;
                 right_way && searchable.implausibility(&hypothesis.linear) == 0.0
             }
@@ -127,7 +82,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         let refined: Vec<(usize, Hypothesis, f64, f64)> = close
             .par_iter()
             .filter_map(|&effect| {
-                let (start, linear) = self.start(&base, &found, effect)?;
+                let (start, linear) = self.guess(&base, &found, effect)?;
                 let start = if effect == members[i].effect {
                     members[i].clone()
                 } else {
@@ -170,7 +125,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         let best_name = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
         for one in &found {
             if let Who::Unnamed { rival } = one.who {
-                let label = Label::Unnamed(self.rivals[rival].coordinate);
+                let label = Label::Unnamed(self.problem.rivals[rival].coordinate);
                 // A generic pattern that does no better than a name is that name's likeness, not another cause.
                 let alias = one.explained < best_name + self.alias_margin(best_name);
                 let evidence = one.ln_evidence - if alias { ALIAS } else { 0.0 };
@@ -191,7 +146,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
         // What the formulas are allowed to be wrong by adds to the noise of every comparison: the likelihood is blunted
         // by that, never what was assumed before.
         let strongest = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
-        let sharpness = 1.0 / (1.0 + self.settings.model_form.powi(2) * strongest);
+        let sharpness = 1.0 / (1.0 + self.problem.settings.model_form.powi(2) * strongest);
         let blunted = |entry: &Entry| {
             let terms: Vec<f64> = entry
                 .evidence
@@ -233,7 +188,7 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
     /// ln(prior · Bayes factor) of member `i` of a fit that explains `explained`, its shape averaged over what was
     /// assumed of it (Laplace).
     pub(super) fn refined_evidence(&self, fitted: &Fit, i: usize, member: &Hypothesis, explained: f64) -> f64 {
-        let effects = self.forward.effects();
+        let effects = self.problem.forward.effects();
         let searchable = &effects[member.effect];
         let mut evidence = ((1.0 - OUTSIDE_CATALOGUE) / effects.len().max(1) as f64).ln()
             + ln_bayes_factor(explained, member.linear.len());
@@ -275,6 +230,6 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
 
     /// What a pattern without a name must explain more than a name, in σ², before it counts as another pattern.
     pub(super) fn alias_margin(&self, explained: f64) -> f64 {
-        6.0 + 4.0 * self.settings.model_form.powi(2) * explained.max(0.0)
+        6.0 + 4.0 * self.problem.settings.model_form.powi(2) * explained.max(0.0)
     }
 }

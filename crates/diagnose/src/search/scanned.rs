@@ -1,23 +1,58 @@
-//! Where the baseline disagrees, and what these data could show at all.
+//! Second stage: every candidate against what the baseline leaves. Where it disagrees, how probable that is under noise
+//! alone, and what these data could show at all.
 
 use std::ops::Range;
 
 use nalgebra::DVector;
 use rayon::prelude::*;
 
+use super::outcome::Place;
 use crate::basis::Basis;
+use crate::evidence::ln_sum_exp;
 use crate::fit::Fit;
 use crate::forward::Forward;
-use crate::scan::{Found, Who};
-use crate::search::Place;
-use crate::search::bench::Bench;
+use crate::scan::{Found, Scan, Who, p_value};
 
-impl<F: Forward + ?Sized> Bench<'_, F> {
-    pub(super) fn places(&self, found: &[Found]) -> Vec<Place> {
+use super::baseline::Baseline;
+use super::estimate::Estimate;
+
+/// What the scan of the baseline says.
+pub(super) struct Scanned {
+    pub(super) scan: Scan,
+    pub(super) found: Vec<Found>,
+    /// Statistics of simulated scans of noise alone, rising.
+    pub(super) nulls: Vec<f64>,
+    pub(super) p_global: f64,
+    pub(super) places: Vec<Place>,
+    /// Significance (σ) of every effect at its plausible maximum (effect, component, σ).
+    pub(super) visibility: Vec<(usize, usize, f64)>,
+}
+
+pub(super) fn scan<F: Forward + ?Sized>(baseline: &Baseline<'_, '_, F>) -> Scanned {
+    let Baseline { estimate, fit } = baseline;
+    let settings = estimate.problem.settings;
+    let scan = estimate.scan(fit, &[], None);
+    let found = scan.look();
+    let whitened = |numbers: &[usize]| estimate.whitened(numbers);
+    let sequence = estimate.problem.sequence;
+    let nulls = scan.nulls(&whitened, settings.nulls, settings.seed, sequence, &estimate.noise);
+    let statistic = ln_sum_exp(&found.iter().map(|one| one.ln_evidence).collect::<Vec<_>>());
+    Scanned {
+        p_global: p_value(statistic, &nulls),
+        places: estimate.places(&found),
+        visibility: estimate.visibility(fit),
+        scan,
+        found,
+        nulls,
+    }
+}
+
+impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
+    fn places(&self, found: &[Found]) -> Vec<Place> {
         let mut places: Vec<(f64, Place)> = Vec::new();
         for one in found {
             let Who::Unnamed { rival } = one.who else { continue };
-            let rival = &self.rivals[rival];
+            let rival = &self.problem.rivals[rival];
             let place = Place {
                 coordinate: rival.coordinate,
                 range: rival.range,
@@ -38,11 +73,12 @@ impl<F: Forward + ?Sized> Bench<'_, F> {
     }
 
     /// Significance of every effect's plausible maximum, best shape of its grid.
-    pub(super) fn visibility(&self, baseline: &Fit) -> Vec<(usize, usize, f64)> {
+    fn visibility(&self, baseline: &Fit) -> Vec<(usize, usize, f64)> {
         let out = Basis::spanning(&baseline.jacobian, 1e-9);
-        let effects = self.forward.effects();
+        let effects = self.problem.forward.effects();
         // Of a search through frequencies every sixteenth says enough.
         let named: Vec<(usize, Range<usize>)> = self
+            .problem
             .dictionary
             .candidates
             .iter()

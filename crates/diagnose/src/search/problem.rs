@@ -1,0 +1,128 @@
+//! What is diagnosed: rows, model, and every candidate that may be added to it. Nothing in it changes afterwards.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::basis::Basis;
+use crate::dictionary::Dictionary;
+use crate::fit::{Fit, Whitener, fit, nuisance_tangents};
+use crate::forward::Forward;
+use crate::reference::Errors;
+use crate::rivals::{Rival, rivals};
+use crate::rounding::Rounding;
+use crate::table::Row;
+use crate::whitening::Sequence;
+
+use super::outcome::Settings;
+
+/// A stated uncertainty is not ten times too large: readings that agree better were copied, rounded or averaged.
+const LEAST_SCALE: f64 = 0.1;
+
+pub(super) struct Problem<'a, F: Forward + ?Sized> {
+    pub(super) forward: &'a F,
+    pub(super) rows: &'a [Row],
+    pub(super) sequence: &'a Sequence,
+    pub(super) settings: &'a Settings,
+    pub(super) measured: DVector<f64>,
+    pub(super) u: DVector<f64>,
+    /// What the noise of the model's own distribution does to the rows.
+    pub(super) errors: Errors,
+    pub(super) least_scale: f64,
+    pub(super) rivals: Vec<Rival>,
+    pub(super) dictionary: Dictionary<'a>,
+    /// Candidates of the dictionary that are smooth.
+    pub(super) smooth: Vec<usize>,
+    /// The model without effects, fitted with the stated uncertainties.
+    pub(super) plain: Fit,
+    /// Derivatives to the nuisance there.
+    pub(super) tangents: DMatrix<f64>,
+}
+
+impl<'a, F: Forward + ?Sized> Problem<'a, F> {
+    /// None where the model cannot even predict these rows.
+    pub(super) fn new(forward: &'a F, rows: &'a [Row], sequence: &'a Sequence, settings: &'a Settings) -> Option<Self> {
+        let n = rows.len();
+        let measured = DVector::from_iterator(n, rows.iter().map(|row| row.measured));
+        let u = DVector::from_iterator(n, rows.iter().map(|row| row.u));
+        let alone = Rounding::default();
+        let stated = Whitener::new(sequence, &alone, u.map(|u| 1.0 / u), 0.0, &Errors::new());
+        let start = vec![0.0; forward.nuisances()];
+        let first = fit(
+            forward,
+            &measured,
+            &stated,
+            &start,
+            &nuisance_tangents(forward, &start)?,
+            &[],
+        )?;
+        let tangents = nuisance_tangents(forward, &first.nuisance)?;
+        let plain = fit(forward, &measured, &stated, &first.nuisance, &tangents, &[])?;
+        let level = forward.predict(&plain.nuisance, &[])?;
+        let least_scale = Rounding::least_scale(rows).max(LEAST_SCALE);
+        let mut rivals = rivals(rows, level.as_slice(), sequence.order());
+        let dictionary = Dictionary::new(
+            forward,
+            rows,
+            &plain.nuisance,
+            &level,
+            &mut rivals,
+            &stated.row_scale,
+            &tangents,
+        );
+        let smooth = dictionary.smooth(forward.effects(), &rivals);
+        Some(Self {
+            forward,
+            rows,
+            sequence,
+            settings,
+            measured,
+            u,
+            errors: forward.common_errors(),
+            least_scale,
+            rivals,
+            dictionary,
+            smooth,
+            plain,
+            tangents,
+        })
+    }
+
+    /// Directions of the parameters and of everything smooth, whitened. Blocks of a few columns until the limit, so that
+    /// the effort stays bounded.
+    pub(super) fn smooth_directions(&self, whitener: &Whitener<'_>, parameters: &DMatrix<f64>) -> Basis {
+        let n = self.measured.len();
+        let limit = if n > 2000 { 120 } else { n / 3 };
+        let mut known = parameters.clone();
+        whitener.apply(&mut known);
+        let mut basis = Basis::spanning(&known, 1e-8);
+        for numbers in self.smooth.chunks(16) {
+            if basis.rank() >= limit {
+                break;
+            }
+            let mut smooth = self.dictionary.columns(numbers);
+            whitener.apply(&mut smooth);
+            basis.extend(&smooth, 0.1);
+        }
+        basis
+    }
+
+    /// Unwhitened derivatives to nuisance and amplitudes.
+    pub(super) fn parameter_columns(&self, fitted: &Fit) -> DMatrix<f64> {
+        let base = &fitted.prediction;
+        let mut columns: Vec<DVector<f64>> = self.tangents.column_iter().map(nalgebra::Matrix::into_owned).collect();
+        for (i, member) in fitted.hypotheses.iter().enumerate() {
+            for j in 0..member.linear.len() {
+                let mut tried = fitted.hypotheses.clone();
+                let step = self.forward.effects()[member.effect].step_at(j, member.linear[j]);
+                tried[i].linear[j] += step;
+                if let Some(changed) = self.forward.predict(&fitted.nuisance, &tried) {
+                    columns.push((changed - base) / step);
+                }
+            }
+        }
+        if columns.is_empty() {
+            DMatrix::zeros(self.measured.len(), 0)
+        } else {
+            DMatrix::from_columns(&columns)
+        }
+    }
+}
