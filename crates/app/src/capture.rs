@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
-use crate::progress::{Event, Progress};
+use crate::progress::{Event, Pace, Progress};
 
 /// What is wanted of a capture.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,10 +159,11 @@ pub fn capture(
         .write_record(["map", "iy", "ix", "signal", "u"])
         .map_err(Failure::instrument)?;
     let mut mean = Vec::new();
+    let pace = Pace::of(shots.len());
     for (number, shot) in shots.iter().enumerate() {
         progress.event(Event::At {
             done: number as u64,
-            what: &shot.name,
+            what: &pace.words(&shot.name, number),
         });
         let map = room.capture(&frame, &shot.pose, darkroom_unit, number as u64);
         for (bin, (signal, u)) in map.signal.iter().zip(&map.u).enumerate() {

@@ -8,12 +8,14 @@ use isolux_scan::motion::{Axes, Pose, drive_rail, stop_all};
 use isolux_scan::settle::Photometer;
 use isolux_scan::warmup::{Criterion, Stable, until_stable};
 use isolux_scan::{Devices, ScanError, TwoState, electrical};
+use jiff::Timestamp;
 use serde::Serialize;
 use tokio::time::Instant;
 
 use crate::bench::Source;
 use crate::catalogue::Catalogue;
-use crate::progress::{Event, Progress};
+use crate::progress::{Event, Progress, left_words};
+use crate::scan::spread_words;
 use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
 use crate::{Failure, FailureKind};
@@ -273,7 +275,11 @@ pub fn warm_up(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress)
             illuminance_lx,
             ..
         } = until_stable(&mut photometer, devices.power.as_deref(), &criterion, on_at, |look| {
-            let what = format!("{:.3} lx", look.illuminance_lx);
+            let spread = look
+                .spread_rel
+                .map_or_else(String::new, |spread| format!(", {}", spread_words(spread, &criterion)));
+            let left = left_words((criterion.least_s() - look.elapsed_s).max(0.0), Timestamp::now());
+            let what = format!("{:.3} lx{spread}; {left}", look.illuminance_lx);
             progress.event(Event::At {
                 done: look.elapsed_s as u64,
                 what: &what,

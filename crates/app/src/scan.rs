@@ -14,12 +14,14 @@ use crate::catalogue::Catalogue;
 use crate::control::Control;
 use crate::live::State;
 use crate::owner::TakeOver;
+pub use crate::progress::duration;
 use crate::progress::{Event, Progress};
 use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
 use crate::{Failure, log, plan, record};
 pub(crate) use estimate::Estimate;
 use narrator::Narrator;
+pub(crate) use narrator::spread_words;
 
 /// Where a run is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -333,15 +335,5 @@ fn record_failure(error: isolux_record::RunError) -> Failure {
     Failure {
         help,
         ..stage::failure(&isolux_scan::ScanError::Record(error))
-    }
-}
-
-/// `1 h 02 min`, `3 min 20 s`, `12 s`.
-pub fn duration(seconds: f64) -> String {
-    let whole = seconds.round() as u64;
-    match (whole / 3600, whole / 60 % 60, whole % 60) {
-        (0, 0, s) => format!("{s} s"),
-        (0, min, s) => format!("{min} min {s:02} s"),
-        (h, min, _) => format!("{h} h {min:02} min"),
     }
 }

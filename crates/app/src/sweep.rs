@@ -17,7 +17,7 @@ use toml::{Table, Value};
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
-use crate::progress::{Event, Progress};
+use crate::progress::{Event, Pace, Progress};
 use crate::scene::{self, Changes};
 use crate::simulate::{self, Facts, Method, Sampling};
 
@@ -146,10 +146,11 @@ pub fn run(
         total: Some(chosen.len() as u64),
     });
     let mut results = Vec::new();
+    let pace = Pace::of(chosen.len());
     for (done, (&index, scene)) in chosen.iter().zip(&scenes).enumerate() {
         progress.event(Event::At {
             done: done as u64,
-            what: "solving",
+            what: &pace.words("solving", done),
         });
         let facts = simulate::solve(scene, method)?.facts;
         let vary = at(&values, index)

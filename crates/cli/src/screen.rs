@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::io::Write;
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use isolux_app::progress::{Event, Progress};
@@ -46,6 +47,9 @@ pub fn report_failure(failure: &Failure) {
     }
 }
 
+/// How often a step of unknown length shows that it goes on.
+const TICK: Duration = Duration::from_millis(200);
+
 /// Progress on standard error: a moving bar on a terminal, one line a step elsewhere.
 #[derive(Default)]
 pub struct Bars {
@@ -61,7 +65,13 @@ impl Progress for Bars {
                     Some(total) => {
                         ProgressBar::new(total).with_style(style("{prefix:>12} [{bar:32}] {pos}/{len} {wide_msg}"))
                     }
-                    None => ProgressBar::new_spinner().with_style(style("{prefix:>12} {spinner} {wide_msg}")),
+                    None => {
+                        let spinner =
+                            ProgressBar::new_spinner().with_style(style("{prefix:>12} {spinner} {elapsed} {wide_msg}"));
+                        // Work that counts nothing still shows that it goes on.
+                        spinner.enable_steady_tick(TICK);
+                        spinner
+                    }
                 };
                 bar.set_prefix(step.to_owned());
                 *current = Some((bar, step.to_owned()));

@@ -14,7 +14,7 @@ use jiff::Timestamp;
 use super::duration;
 use super::estimate::Estimate;
 use crate::live::{Left, Live, LiveReading, LiveSpectrum, Outline, State, WarmUp};
-use crate::progress::{Event, Progress};
+use crate::progress::{Event, Progress, ends, left_words};
 
 /// What a screen shows of a spectrum.
 const SHOWN_PIXELS: usize = 400;
@@ -111,18 +111,10 @@ impl<'a> Narrator<'a> {
 
     /// Says how much is left; the same for people.
     fn left(&self, left_s: f64) -> String {
-        let now = self.clock.utc_now();
-        let ends = now.parse::<Timestamp>().ok().and_then(|now| {
-            now.checked_add(jiff::Span::new().milliseconds((left_s * 1000.0) as i64))
-                .ok()
-        });
-        let ends_utc = ends.map_or(now, |ends| ends.to_string());
+        let now = self.clock.utc_now().parse::<Timestamp>().unwrap_or_default();
+        let ends_utc = ends(now, left_s).to_string();
+        let words = left_words(left_s, now);
         let estimate = self.estimate.borrow();
-        let words = format!(
-            "{} left, ends {} UTC",
-            duration(left_s),
-            ends_utc.get(11..16).unwrap_or("")
-        );
         self.tell(Live::Left(Left {
             done: estimate.done(),
             total: estimate.total(),
@@ -203,7 +195,7 @@ impl LiveSpectrum {
 }
 
 /// `0.21 % of 0.50 % over 15 min 00 s`.
-fn spread_words(spread_rel: f64, criterion: &Criterion) -> String {
+pub(crate) fn spread_words(spread_rel: f64, criterion: &Criterion) -> String {
     format!(
         "{:.2} % of {:.2} % over {}",
         spread_rel * 100.0,
