@@ -418,7 +418,11 @@ fn sentences(day_results: &DayResults) -> Vec<String> {
             .as_ref()
             .map(|accepted| format!("accepted              {}", isolux_reduce::note(accepted))),
     );
-    if let Some(cct) = reduction.spectral.as_ref().and_then(|spectral| spectral.cct.as_ref()) {
+    if let Some(cct) = reduction
+        .spectral
+        .as_ref()
+        .and_then(|spectral| spectral.colour.cct.as_ref())
+    {
         lines.push(format!("CCT                   {}", with_u(cct)));
     }
     lines.push(format!("mean on the sensor    {}", simulate::mean(facts)));

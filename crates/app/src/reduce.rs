@@ -46,7 +46,7 @@ impl Reduced {
         }
         if let Some(spectral) = &reduction.spectral {
             lines.push(format!("efficacy of radiation {}", with_u(&spectral.ler)));
-            lines.extend(spectral.cct.as_ref().map(|cct| format!("CCT {}", with_u(cct))));
+            lines.extend(spectral.colour.cct.as_ref().map(|cct| format!("CCT {}", with_u(cct))));
             lines.push(format!(
                 "irradiance on the axis at {} mm {}",
                 spectral.distance_mm,
@@ -63,14 +63,15 @@ impl Reduced {
 /// something is missing in the uncertainty, the value and what is missing.
 pub fn with_u(quantity: &Quantity) -> String {
     let said = quantity.rounded();
+    // A chromaticity has no unit.
+    let unit = if quantity.unit.is_empty() {
+        String::new()
+    } else {
+        format!(" {}", quantity.unit)
+    };
     match quantity.u {
-        Some(_) => format!("{} ± {} {} (k = 2)", said.value, said.expanded, quantity.unit),
-        None => format!(
-            "{} {}, {}",
-            said.value,
-            quantity.unit,
-            no_uncertainty(&quantity.missing)
-        ),
+        Some(_) => format!("{} ± {}{unit} (k = 2)", said.value, said.expanded),
+        None => format!("{}{unit}, {}", said.value, no_uncertainty(&quantity.missing)),
     }
 }
 

@@ -118,7 +118,10 @@ fn without_negative(measured: &IntensityDistribution) -> Result<IntensityDistrib
 /// What EULUMDAT says beside the light; `state` follows the distance.
 fn header(state: &str, reduction: &Reduction, run: &Run) -> eulumdat::Header {
     let (luminaire, report) = (&run.header.luminaire, &run.header.report);
-    let colour = reduction.spectral.as_ref().and_then(|spectral| spectral.cct.as_ref());
+    let colour = reduction
+        .spectral
+        .as_ref()
+        .and_then(|spectral| spectral.colour.cct.as_ref());
     eulumdat::Header {
         company: luminaire.maker.clone().unwrap_or_default(),
         report: format!(
@@ -519,7 +522,8 @@ fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
         "sensor_mean_illuminance": seen.then_some(&reduction.sensor_illuminance),
         "sensor_mean_irradiance": reduction.sensor_irradiance.as_ref().filter(|_| seen),
         "efficacy": spectral.map(|spectral| &spectral.ler),
-        "cct": spectral.and_then(|spectral| spectral.cct.as_ref()),
+        "cct": spectral.and_then(|spectral| spectral.colour.cct.as_ref()),
+        "colour": spectral.map(|spectral| &spectral.colour),
         "on_axis_irradiance": spectral.map(|spectral| &spectral.irradiance),
         "on_axis_illuminance": spectral.map(|spectral| &spectral.illuminance),
         "on_axis_distance_mm": spectral.map(|spectral| spectral.distance_mm),

@@ -7,6 +7,7 @@ use isolux_record::spectra::{DarkSubtraction, SpectrumRecord};
 use isolux_spectrum::Spectrum;
 use isolux_spectrum::cie;
 
+use crate::colour::{Colour, shape_changed, wavelengths_changed};
 use crate::error::ReduceError;
 use crate::quantity::Quantity;
 
@@ -25,8 +26,8 @@ pub struct SpectralResult {
     pub irradiance: Quantity,
     /// Illuminance 683·Σ E·V.
     pub illuminance: Quantity,
-    /// Correlated colour temperature, where the light has one.
-    pub cct: Option<Quantity>,
+    /// Colour: correlated colour temperature, chromaticity, rendering.
+    pub colour: Colour,
 }
 
 /// The mean of the lit spectra on the axis (γ = 0) of the first spectral block; none when the run has no such spectrum.
@@ -112,16 +113,18 @@ pub fn on_axis(run: &Run, dark: DarkSubtraction) -> Result<Option<SpectralResult
 
 /// What the station states of the spectroradiometer, and what it does not.
 #[derive(Debug, Default)]
-struct Known {
+pub struct Known {
     calibration_rel: f64,
     distance_rel: f64,
     stray_rel: f64,
-    shape_rel: f64,
-    wavelength_nm: f64,
+    /// Of the ratio of 700 nm to 400 nm.
+    pub shape_rel: f64,
+    /// Of the wavelength scale.
+    pub wavelength_nm: f64,
     /// Missing in the level of the light.
     level: Vec<String>,
     /// Missing in its colour.
-    colour: Vec<String>,
+    pub colour: Vec<String>,
 }
 
 impl Known {
@@ -194,66 +197,27 @@ fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Kno
     // What a number of the spectrum changes by when its shape or its wavelengths are wrong by their uncertainty.
     let shaped = shape_changed(&spectrum, known.shape_rel);
     let shifted = wavelengths_changed(&spectrum, known.wavelength_nm);
-    let colour = |value: f64, noise: f64, unit, of: &dyn Fn(&Spectrum) -> Option<f64>| {
-        let change = |changed: &Option<Spectrum>| changed.as_ref().and_then(of).map_or(0.0, |there| there - value);
-        let parts = [
-            ("noise", noise),
-            ("calibration_shape", change(&shaped)),
-            ("wavelength", change(&shifted)),
-        ];
-        Quantity::new(value, unit, parts).lacking(known.colour.iter().cloned())
-    };
-    let cct_of = |spectrum: &Spectrum| spectrum.cct().map(|cct| cct.cct_k);
-    let cct = cct_of(&spectrum).map(|centre| {
-        // No closed form through the nearest Planckian: one wavelength after the other is moved by its uncertainty.
-        let moved = squares(&|place| {
-            let mut value = spectrum.value().to_vec();
-            let step = u_w_m2_nm[place].max(1e-12 * value[place].abs());
-            value[place] += step;
-            let there = Spectrum::new(spectrum.wavelength_nm().to_vec(), value)
-                .ok()
-                .and_then(|moved| cct_of(&moved));
-            there.map_or(0.0, |there| if step > 0.0 { (there - centre) / step } else { 0.0 })
-        });
-        colour(centre, moved, "K", &cct_of)
-    });
     let noise_of_ler = squares(&|place| (683.0 * v_lambda[place] - ler) / integral);
-    let ler_of = |spectrum: &Spectrum| Some(spectrum.luminous_integral() / spectrum.integral());
+    let ler_change = |changed: &Option<Spectrum>| {
+        let there = changed
+            .as_ref()
+            .map(|changed| changed.luminous_integral() / changed.integral());
+        there.map_or(0.0, |there| there - ler)
+    };
+    let parts = [
+        ("noise", noise_of_ler),
+        ("calibration_shape", ler_change(&shaped)),
+        ("wavelength", ler_change(&shifted)),
+    ];
     SpectralResult {
-        ler: colour(ler, noise_of_ler, "lm/W", &ler_of),
+        ler: Quantity::new(ler, "lm/W", parts).lacking(known.colour.iter().cloned()),
         irradiance: level(integral, squares(&|_| 1.0), "W/m²"),
         illuminance: level(luminous, squares(&|place| 683.0 * v_lambda[place]), "lx"),
-        cct,
+        colour: Colour::of(&spectrum, &u_w_m2_nm, known),
         spectrum,
         u_w_m2_nm,
         distance_mm,
     }
-}
-
-/// The spectrum with a calibration whose ratio of 700 nm to 400 nm is off by `rel`, linear in the wavelength.
-fn shape_changed(spectrum: &Spectrum, rel: f64) -> Option<Spectrum> {
-    let factor = |nm: f64| 1.0 + rel * (nm - 550.0) / 300.0;
-    let pairs = spectrum.wavelength_nm().iter().zip(spectrum.value());
-    Spectrum::new(
-        spectrum.wavelength_nm().to_vec(),
-        pairs.map(|(nm, value)| value * factor(*nm)).collect(),
-    )
-    .ok()
-}
-
-/// The spectrum on a wavelength scale that is off by `nm`, at the wavelengths that it had.
-fn wavelengths_changed(spectrum: &Spectrum, nm: f64) -> Option<Spectrum> {
-    let at = spectrum.wavelength_nm();
-    let value = spectrum.value();
-    let slope = |place: usize| {
-        let (low, high) = (place.saturating_sub(1), (place + 1).min(at.len() - 1));
-        (value[high] - value[low]) / (at[high] - at[low])
-    };
-    Spectrum::new(
-        at.to_vec(),
-        (0..at.len()).map(|place| value[place] - nm * slope(place)).collect(),
-    )
-    .ok()
 }
 
 fn v_at(wavelength_nm: f64) -> f64 {
@@ -337,6 +301,7 @@ mod tests {
             wavelength_nm: 0.2,
             ..Known::default()
         };
+        let spectrum_of_test = spectrum.clone();
         let result = result(spectrum, u, 500.0, &known);
         let expected: f64 = value.iter().map(|value| (0.01 * value).powi(2)).sum::<f64>().sqrt();
         assert!((result.irradiance.parts["noise"] - expected).abs() < 1e-12);
@@ -345,7 +310,32 @@ mod tests {
             result.ler.u_rel() < result.irradiance.u_rel(),
             "a common factor does not touch the efficacy"
         );
-        let cct = result.cct.unwrap();
+        let colour = &result.colour;
+        // What the closed form gives of x: ∂x/∂E(λ) = (x̄ − x·(x̄ + ȳ + z̄))/(X + Y + Z).
+        let xyz = spectrum_of_test.tristimulus();
+        let sum = xyz.x + xyz.y + xyz.z;
+        let x = colour.x.as_ref().unwrap();
+        let exact: f64 = (0..value.len())
+            .map(|place| {
+                let mut one = vec![0.0; value.len()];
+                one[place] = 1.0;
+                let one = Spectrum::new(spectrum_of_test.wavelength_nm().to_vec(), one)
+                    .unwrap()
+                    .tristimulus();
+                ((one.x - x.value * (one.x + one.y + one.z)) / sum * 0.01 * value[place]).powi(2)
+            })
+            .sum::<f64>()
+            .sqrt();
+        assert!((x.parts["noise"] / exact - 1.0).abs() < 1e-3, "{x:?} {exact}");
+        for (quantity, low, high) in [
+            (&colour.ra, 0.001, 2.0),
+            (&colour.duv, 1e-6, 1e-3),
+            (&colour.v_prime, 1e-6, 1e-3),
+        ] {
+            let u = quantity.as_ref().unwrap().u.unwrap();
+            assert!((low..high).contains(&u), "{quantity:?}");
+        }
+        let cct = result.colour.cct.unwrap();
         assert!(cct.parts["noise"] > 0.5 && cct.parts["noise"] < 50.0, "{cct:?}");
         // 1 % more red light makes it warmer by some tens of kelvins, and so does a scale that reads too long.
         assert!((5.0..50.0).contains(&cct.parts["calibration_shape"]), "{cct:?}");

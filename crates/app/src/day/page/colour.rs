@@ -1,5 +1,6 @@
 //! Spectrum and colour.
 
+use isolux_reduce::Quantity;
 use isolux_report::document::Section;
 use isolux_report::plots::{Diagram, SpectrumOptions, chromaticity, spectrum, tm30};
 
@@ -28,17 +29,18 @@ pub(super) fn section(day_results: &DayResults) -> Option<Section> {
     let plain = |value: Option<f64>, places: usize| {
         value.map_or_else(|| "none".to_owned(), |value| format!("{value:.places$}"))
     };
-    let signed = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:+.4}"));
-    let pair = |a: Option<f64>, b: Option<f64>| format!("{}, {}", plain(a, 4), plain(b, 4));
+    let stated = |quantity: &Option<Quantity>| quantity.as_ref().map_or_else(|| "none".to_owned(), with_u);
     let nanometres = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |nm| format!("{nm:.1} nm"));
-    let cct = spectral.cct.as_ref().map_or_else(|| "none".to_owned(), with_u);
+    let of = &spectral.colour;
     section.facts(vec![
-        ("correlated colour temperature".to_owned(), cct),
-        ("Duv, from the Planckian locus".to_owned(), signed(colour.duv)),
-        ("x, y (CIE 1931)".to_owned(), pair(colour.x, colour.y)),
-        ("u′, v′ (CIE 1976)".to_owned(), pair(colour.u_prime, colour.v_prime)),
-        ("Ra (CIE 13.3)".to_owned(), plain(colour.ra, 1)),
-        ("R9".to_owned(), plain(colour.r.map(|r| r[8]), 1)),
+        ("correlated colour temperature".to_owned(), stated(&of.cct)),
+        ("Duv, from the Planckian locus".to_owned(), stated(&of.duv)),
+        ("x (CIE 1931)".to_owned(), stated(&of.x)),
+        ("y (CIE 1931)".to_owned(), stated(&of.y)),
+        ("u′ (CIE 1976)".to_owned(), stated(&of.u_prime)),
+        ("v′ (CIE 1976)".to_owned(), stated(&of.v_prime)),
+        ("Ra (CIE 13.3)".to_owned(), stated(&of.ra)),
+        ("R9".to_owned(), stated(&of.r9)),
         (
             "Rf, Rg (TM-30, CIE 224)".to_owned(),
             format!("{}, {}", plain(colour.rf, 1), plain(colour.rg, 1)),
@@ -50,9 +52,7 @@ pub(super) fn section(day_results: &DayResults) -> Option<Section> {
         ("irradiance there".to_owned(), with_u(&spectral.irradiance)),
         ("illuminance there".to_owned(), with_u(&spectral.illuminance)),
     ]);
-    section.paragraph(
-        "Chromaticity, Duv and colour rendering are computed from the mean spectrum; U not evaluated for them.",
-    );
+    section.paragraph("U is not evaluated for Rf, Rg, the wavelengths and the single indices below.");
     if let Some(r) = colour.r {
         section.subheading("Special colour rendering indices (CIE 13.3)");
         let head = (1..=15).map(|k| format!("R{k}"));

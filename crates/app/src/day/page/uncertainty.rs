@@ -26,7 +26,13 @@ pub(super) fn section(day_results: &DayResults) -> Section {
         ]);
     }
     if let Some(spectral) = &reduction.spectral {
-        numbers.extend(spectral.cct.as_ref().map(|cct| ("Correlated colour temperature", cct)));
+        numbers.extend(
+            spectral
+                .colour
+                .cct
+                .as_ref()
+                .map(|cct| ("Correlated colour temperature", cct)),
+        );
         numbers.push(("Luminous efficacy of radiation", &spectral.ler));
     }
     for (name, quantity) in numbers {

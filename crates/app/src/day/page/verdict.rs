@@ -99,7 +99,7 @@ fn tiles(day_results: &DayResults) -> Vec<Tile> {
         ));
     }
     if let Some(spectral) = &reduction.spectral {
-        match &spectral.cct {
+        match &spectral.colour.cct {
             Some(cct) => tiles.push(tile("correlated colour temperature", cct)),
             None => tiles.push(plain(
                 "correlated colour temperature",
@@ -107,11 +107,11 @@ fn tiles(day_results: &DayResults) -> Vec<Tile> {
                 "too far from the Planckian locus",
             )),
         }
+        let of = &spectral.colour;
+        tiles.extend(of.duv.as_ref().map(|duv| tile("Duv", duv)));
+        tiles.extend(of.ra.as_ref().map(|ra| tile("Ra", ra)));
     }
     if let Some(colour) = &day_results.colour {
-        let not_evaluated = "U not evaluated";
-        tiles.extend(colour.duv.map(|duv| plain("Duv", format!("{duv:+.4}"), not_evaluated)));
-        tiles.extend(colour.ra.map(|ra| plain("Ra", format!("{ra:.0}"), not_evaluated)));
         tiles.extend(
             colour
                 .rf

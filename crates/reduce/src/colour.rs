@@ -1,0 +1,121 @@
+//! Colour of the spectrum on the axis, with uncertainty: every number is computed again from the spectrum with one thing
+//! after the other moved by its standard uncertainty (JCGM 100, 5.1.3, note 2).
+
+use isolux_spectrum::Spectrum;
+use serde::Serialize;
+
+use crate::quantity::Quantity;
+use crate::spectral::Known;
+
+/// Colour by CIE 15, CIE 13.3 and CIE 224; none where the light has no such number.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Colour {
+    /// Correlated colour temperature in K.
+    pub cct: Option<Quantity>,
+    /// Distance from the Planckian locus, CIE 1960 UCS; above it is positive.
+    pub duv: Option<Quantity>,
+    /// Chromaticity x of CIE 1931.
+    pub x: Option<Quantity>,
+    /// Chromaticity y of CIE 1931.
+    pub y: Option<Quantity>,
+    /// Chromaticity u′ of CIE 1976.
+    pub u_prime: Option<Quantity>,
+    /// Chromaticity v′ of CIE 1976.
+    pub v_prime: Option<Quantity>,
+    /// General colour rendering index.
+    pub ra: Option<Quantity>,
+    /// Special colour rendering index of the saturated red sample.
+    pub r9: Option<Quantity>,
+}
+
+/// How many numbers.
+const COUNT: usize = 8;
+
+impl Colour {
+    /// Of a spectrum whose values have the standard uncertainties `u_w_m2_nm` from their scatter.
+    pub fn of(spectrum: &Spectrum, u_w_m2_nm: &[f64], known: &Known) -> Self {
+        let centre = numbers(spectrum);
+        let change = |changed: Option<Spectrum>| changes(&centre, changed.as_ref());
+        let shape = change(shape_changed(spectrum, known.shape_rel));
+        let wavelength = change(wavelengths_changed(spectrum, known.wavelength_nm));
+        let mut noise2 = [0.0; COUNT];
+        for (place, u) in u_w_m2_nm.iter().enumerate().filter(|(_, u)| **u > 0.0) {
+            let mut value = spectrum.value().to_vec();
+            value[place] += u;
+            let moved = change(Spectrum::new(spectrum.wavelength_nm().to_vec(), value).ok());
+            for (sum, change) in noise2.iter_mut().zip(moved) {
+                *sum += change * change;
+            }
+        }
+        let quantity = |number: usize, unit| {
+            let parts = [
+                ("noise", noise2[number].sqrt()),
+                ("calibration_shape", shape[number]),
+                ("wavelength", wavelength[number]),
+            ];
+            let value = centre[number]?;
+            Some(Quantity::new(value, unit, parts).lacking(known.colour.iter().cloned()))
+        };
+        Self {
+            cct: quantity(0, "K"),
+            duv: quantity(1, ""),
+            x: quantity(2, ""),
+            y: quantity(3, ""),
+            u_prime: quantity(4, ""),
+            v_prime: quantity(5, ""),
+            ra: quantity(6, ""),
+            r9: quantity(7, ""),
+        }
+    }
+}
+
+fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
+    let chromaticity = spectrum.chromaticity();
+    let uv = chromaticity.map(isolux_spectrum::Chromaticity::uv_1976);
+    let rendering = isolux_spectrum::rendering::rendering(spectrum);
+    [
+        spectrum.cct().map(|cct| cct.cct_k),
+        spectrum.nearest_planckian().map(|nearest| nearest.duv),
+        chromaticity.map(|c| c.x),
+        chromaticity.map(|c| c.y),
+        uv.map(|uv| uv.0),
+        uv.map(|uv| uv.1),
+        rendering.as_ref().map(|rendering| rendering.ra),
+        rendering.as_ref().map(|rendering| rendering.r[8]),
+    ]
+}
+
+/// By what each number of `changed` differs from `centre`; zero where one of them is none.
+fn changes(centre: &[Option<f64>; COUNT], changed: Option<&Spectrum>) -> [f64; COUNT] {
+    let there = changed.map_or([None; COUNT], numbers);
+    std::array::from_fn(|number| match (there[number], centre[number]) {
+        (Some(there), Some(centre)) => there - centre,
+        _ => 0.0,
+    })
+}
+
+/// The spectrum with a calibration whose ratio of 700 nm to 400 nm is off by `rel`, linear in the wavelength.
+pub fn shape_changed(spectrum: &Spectrum, rel: f64) -> Option<Spectrum> {
+    let factor = |nm: f64| 1.0 + rel * (nm - 550.0) / 300.0;
+    let pairs = spectrum.wavelength_nm().iter().zip(spectrum.value());
+    Spectrum::new(
+        spectrum.wavelength_nm().to_vec(),
+        pairs.map(|(nm, value)| value * factor(*nm)).collect(),
+    )
+    .ok()
+}
+
+/// The spectrum on a wavelength scale that is off by `nm`, at the wavelengths that it had.
+pub fn wavelengths_changed(spectrum: &Spectrum, nm: f64) -> Option<Spectrum> {
+    let at = spectrum.wavelength_nm();
+    let value = spectrum.value();
+    let slope = |place: usize| {
+        let (low, high) = (place.saturating_sub(1), (place + 1).min(at.len() - 1));
+        (value[high] - value[low]) / (at[high] - at[low])
+    };
+    Spectrum::new(
+        at.to_vec(),
+        (0..at.len()).map(|place| value[place] - nm * slope(place)).collect(),
+    )
+    .ok()
+}
