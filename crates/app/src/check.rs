@@ -13,6 +13,7 @@ use crate::catalogue::Catalogue;
 use crate::files::Overwrite;
 use crate::hand::{self, Lux};
 use crate::progress::Progress;
+use crate::roles;
 use crate::stage::{self, Stage};
 
 /// What was found at one place of the station.
@@ -68,7 +69,7 @@ pub fn run(
     if let Some(path) = record {
         crate::files::refuse_existing(path, overwrite)?;
     }
-    let in_memory = stage::is_virtual(&source.station);
+    let in_memory = roles::is_virtual(&source.station);
     stage::play(in_memory, async {
         let stage = Stage::recording(&source.station, &source.file, record, progress)?;
         stage.claim(&source.station, force).await?;

@@ -5,28 +5,26 @@
 
 mod asked;
 mod before;
-mod compare;
-mod page;
 mod stored;
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_diagnose::document::{Independence, Verdict};
+use isolux_diagnose::on_axis::{self, Comparison};
 use isolux_model::{Model, Scene};
 use isolux_record::run::StopHow;
 use isolux_record::{Job, Run, RunError};
-use isolux_sim::simulation::{Method, Simulation};
-use isolux_spectrum::Quantities;
-use isolux_units::digits::{significant, stated};
+use isolux_reduce::Reduction;
+use isolux_report::answer::statistics;
+use isolux_report::day::{DayResults, Diagnosed, document};
+use isolux_sim::simulation::Method;
 use isolux_virtual::twins::Choice;
-use serde::Serialize;
-
-pub use compare::Comparison;
 
 use crate::catalogue::Catalogue;
 use crate::control::Control;
 use crate::files::{self, Overwrite};
 use crate::init::DayPlan;
 use crate::progress::{Event, Progress};
-use crate::reduce::{Reduced, with_u};
+use crate::reduce::Reduced;
 use crate::scan::{Operator, Place, Target};
 use crate::scene::{self, Changes};
 use crate::signals::OnSignals;
@@ -60,41 +58,6 @@ pub struct Day {
     pub report: Utf8PathBuf,
     /// The numbers that matter, one sentence each.
     pub sentences: Vec<String>,
-}
-
-/// Everything that the report shows, computed from the record.
-pub(crate) struct DayResults {
-    pub reduced: Reduced,
-    pub scene: Scene,
-    pub simulation: Simulation,
-    pub colour: Option<Quantities>,
-    pub comparison: Option<Comparison>,
-    pub diagnosis: Option<Diagnosed>,
-    /// Files of `results/` that are of another reduction.
-    pub stale: Vec<&'static str>,
-}
-
-/// What the diagnosis of the day says.
-pub(crate) struct Diagnosed {
-    /// What was found, in plain sentences.
-    pub plain: String,
-    /// Whether nothing disagrees.
-    pub good: bool,
-    /// The statistics behind it, one line each.
-    pub details: Vec<String>,
-    /// Whether the model was made from the readings that it was compared with: then it is a check of the record, not a
-    /// test.
-    pub same_record: bool,
-}
-
-impl DayResults {
-    /// What the reading of the strongest direction is uncertain by on its own, by rounding and scatter, relative to it.
-    fn u_direction_rel(&self) -> Option<f64> {
-        let nodes = self.reduced.reduction.grid.nodes.iter();
-        let strongest = nodes.max_by(|a, b| a.intensity_cd.total_cmp(&b.intensity_cd))?;
-        let u_cd = strongest.u_noise_cd.hypot(strongest.u_digit_cd);
-        (u_cd > 0.0 && strongest.intensity_cd > 0.0).then(|| u_cd / strongest.intensity_cd)
-    }
 }
 
 /// Runs the day.
@@ -240,9 +203,10 @@ fn finish(
         ..reduce::Request::default()
     };
     let reduced = reduce::run(folder, &request, overwrite)?;
-    progress.event(Event::Ended(&format!("flux {}", with_u(&reduced.reduction.flux))));
+    progress.event(Event::Ended(&format!("flux {}", reduced.reduction.flux.stated())));
 
-    let mut day_results = light(folder, reduced, job.map(Job::scene), progress)?;
+    let Reduced { run, reduction, .. } = reduced;
+    let mut day_results = light(folder, run, reduction, job.map(Job::scene), progress)?;
     simulate::write(
         &results,
         &day_results.simulation,
@@ -263,16 +227,16 @@ fn finish(
         files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
         day_results.diagnosis = Some(Diagnosed {
             plain: answer.document.plain.clone(),
-            good: answer.document.verdict == diagnose::Verdict::Consistent,
-            details: diagnose::statistics(&answer),
-            same_record: answer.document.independence == diagnose::Independence::SameRun,
+            good: answer.document.verdict == Verdict::Consistent,
+            details: statistics(&answer),
+            same_record: answer.document.independence == Independence::SameRun,
         });
     }
 
     let report = results.join("report.html");
-    files::write(&report, page::document(&day_results)?.html().as_bytes(), overwrite)?;
+    files::write(&report, document(&day_results)?.html().as_bytes(), overwrite)?;
     Ok(Day {
-        sentences: sentences(&day_results),
+        sentences: day_results.sentences(),
         folder: folder.to_owned(),
         report,
     })
@@ -309,7 +273,8 @@ fn diagnosis_of(
 /// Simulates the sensor and compares the axis.
 fn light(
     folder: &Utf8Path,
-    reduced: Reduced,
+    run: Run,
+    reduction: Reduction,
     sensor: Option<&Utf8Path>,
     progress: &dyn Progress,
 ) -> Result<DayResults, Failure> {
@@ -332,14 +297,15 @@ fn light(
     )));
     // No wall clock in results: the time of the solver is for the terminal. NaN is written as null.
     simulation.facts.elapsed_s = f64::NAN;
-    let colour = reduced
-        .reduction
+    let colour = reduction
         .spectral
         .as_ref()
         .map(|spectral| isolux_spectrum::quantities(&spectral.spectrum));
-    let comparison = compare::on_axis(folder, &reduced)?;
+    let comparison = compared(folder, &run, &reduction)?;
     Ok(DayResults {
-        reduced,
+        run,
+        reduction,
+        folder: folder.join("results"),
         scene,
         simulation,
         colour,
@@ -347,6 +313,28 @@ fn light(
         diagnosis: None,
         stale: Vec::new(),
     })
+}
+
+/// What the spectroradiometer read on the axis against what the model of the day says there.
+fn compared(folder: &Utf8Path, run: &Run, reduction: &Reduction) -> Result<Option<Comparison>, Failure> {
+    // One pixel, small against everything, where the instrument's reference plane meets the axis.
+    let simulated_w_m2 = |distance_mm: f64, ring_mm: Option<f64>| -> Result<f64, Failure> {
+        let ring = |radius_mm: f64| {
+            format!("effect = [{{ name = \"near_field\", radius_mm = {radius_mm:?}, aim_deg = 0.0 }}]")
+        };
+        let changes = Changes {
+            distance_mm: Some(distance_mm),
+            sensor_mm: Some([0.1, 0.1]),
+            pixels: Some([1, 1]),
+            set: ring_mm.map(ring).into_iter().collect(),
+            ..Changes::default()
+        };
+        Ok(simulate::solve(&scene::load(folder, &changes)?, Method::Inverse)?
+            .facts
+            .mean)
+    };
+    let luminous_diameter_mm = run.header.station.lamp().and_then(|lamp| lamp.diameter_mm);
+    on_axis::on_axis(reduction, luminous_diameter_mm, simulated_w_m2)
 }
 
 /// The job's sensor, lit with the luminaire that the day measured, whatever model the scene names.
@@ -379,15 +367,9 @@ pub fn report(
     run.header.state(&subject);
     record::check_results(&folder.join("results"))?;
     let reduction = stored::reduction(folder, &run)?;
-    let reduced = Reduced {
-        run,
-        reduction,
-        folder: folder.join("results"),
-        files: Vec::new(),
-    };
-    let mut day_results = light(folder, reduced, scene.as_deref(), progress)?;
+    let mut day_results = light(folder, run, reduction, scene.as_deref(), progress)?;
     stored::beside(folder, own_model, &mut day_results)?;
-    let document = page::document(&day_results)?;
+    let document = document(&day_results)?;
     if !pdf {
         files::write(out, document.html().as_bytes(), overwrite)?;
         return Ok(());
@@ -401,45 +383,6 @@ pub fn report(
     files::write(out, &paper.bytes, overwrite)
 }
 
-/// The last lines of the day.
-fn sentences(day_results: &DayResults) -> Vec<String> {
-    let reduction = &day_results.reduced.reduction;
-    let facts = &day_results.simulation.facts;
-    let mut lines = vec![format!("luminous flux         {}", with_u(&reduction.flux))];
-    lines.extend(
-        reduction
-            .electrical
-            .as_ref()
-            .map(|line| format!("luminous efficacy     {}", with_u(&line.luminous_efficacy))),
-    );
-    lines.extend(
-        reduction
-            .accepted
-            .as_ref()
-            .map(|accepted| format!("accepted              {}", isolux_reduce::note(accepted))),
-    );
-    if let Some(cct) = reduction
-        .spectral
-        .as_ref()
-        .and_then(|spectral| spectral.colour.cct.as_ref())
-    {
-        lines.push(format!("CCT                   {}", with_u(cct)));
-    }
-    lines.push(format!("mean on the sensor    {}", simulate::mean(facts)));
-    match &day_results.comparison {
-        Some(comparison) => lines.extend(comparison.sentences()),
-        None if day_results.diagnosis.as_ref().is_some_and(|found| found.same_record) => lines.push(
-            "test                  none: no spectrum was taken at a short distance, and the diagnosis checks the record against itself"
-                .to_owned(),
-        ),
-        None if day_results.diagnosis.is_none() => lines.push(
-            "test                  none: no spectrum was taken at a short distance, and every reading made the distribution".to_owned(),
-        ),
-        None => {}
-    }
-    lines
-}
-
 /// `day`, or the first of `day-2`, `day-3`, … that does not exist.
 fn fresh_folder() -> Utf8PathBuf {
     let mut folder = Utf8PathBuf::from("day");
@@ -449,23 +392,4 @@ fn fresh_folder() -> Utf8PathBuf {
         folder = Utf8PathBuf::from(format!("day-{number}"));
     }
     folder
-}
-
-/// A number with its unit and standard uncertainty, for tables.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Stated {
-    /// The number.
-    pub value: f64,
-    /// Its standard uncertainty (k = 1); null where something is missing in it.
-    pub u: Option<f64>,
-}
-
-impl Stated {
-    /// The value with its expanded uncertainty; the value alone to five digits where there is none.
-    fn text(&self, unit: &str) -> String {
-        match self.u {
-            Some(u) => stated(self.value, u, unit),
-            None => format!("{} {unit}", significant(self.value, 5)),
-        }
-    }
 }

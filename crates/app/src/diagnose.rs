@@ -1,21 +1,20 @@
 //! `isolux diagnose`: where a model and observations disagree, which effect is missing, and the model that has it.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_diagnose::diagnosis::{self, DiagnoseError, Diagnosis, digits};
+use isolux_diagnose::diagnosis::{self, DiagnoseError, Diagnosis};
 pub use isolux_diagnose::document::Independence;
 pub use isolux_diagnose::document::Verdict;
-use isolux_diagnose::document::{Document, NoiseEntry, ParameterEntry};
+use isolux_diagnose::overlap::{self, Given};
+use isolux_diagnose::own_readings;
 use isolux_diagnose::search::Settings;
 use isolux_model::Model;
 use isolux_record::observation::{Need, Observations, open};
-use isolux_units::digits::stated;
+pub use isolux_report::answer::{Answer, brief, words};
+use isolux_report::diagnosis_page::report;
 use sha2::{Digest as _, Sha256};
 
 use crate::Failure;
-use crate::diagnosis_report::report;
 use crate::files::{self, Overwrite};
-use crate::overlap::{self, Given};
-use crate::own_readings;
 use crate::progress::{Event, Progress};
 
 /// What is asked.
@@ -35,19 +34,6 @@ pub struct Request {
     pub accept: bool,
     /// Whether files may be replaced.
     pub overwrite: Overwrite,
-}
-
-/// What was found, and where it was written.
-#[derive(Debug)]
-pub struct Answer {
-    /// As in `diagnosis.json`.
-    pub document: Document,
-    /// Lines that the model after has and the model as given has not (`+`), and the other way round (`-`).
-    pub diff: Vec<String>,
-    /// The adopted model, with `--accept`.
-    pub accepted: Option<Utf8PathBuf>,
-    /// Commands that take effects of the bench out of the run, where there is a run.
-    pub reduce_with: Option<String>,
 }
 
 /// Diagnoses and writes `diagnosis.json`, `report.html`, both models with the files that they name, and plans.
@@ -147,7 +133,12 @@ fn observed(request: &Request, model: &Model) -> Result<Observed, Failure> {
             "as --held-out"
         };
         for earlier in &given {
-            notes.extend(overlap::beyond(&mut later, earlier, role)?);
+            let left_out = overlap::beyond(&mut later, earlier, role).map_err(|error| {
+                Failure::bad_input(error).help(
+                    "give readings that were taken by themselves; without --held-out, whole planes, maps and dark blocks are kept back",
+                )
+            })?;
+            notes.extend(left_out);
         }
         given.push(later);
     }
@@ -167,189 +158,6 @@ fn observed(request: &Request, model: &Model) -> Result<Observed, Failure> {
     let fitted = sha256[..request.observations.len()].join("+");
     let sets = given.into_iter().map(|given| given.set).collect();
     Ok((sets, fitted, held_out.map(|given| given.set), notes))
-}
-
-/// What a diagnosis of a model against its own readings is worth.
-pub(crate) const SAME_RECORD: &str = "the model was made from these readings, so this checks the record against itself: \
-    what disagrees is a fault of the record or of its reduction, what agrees is no evidence for the model; \
-    a test needs readings that the model was not made from";
-
-/// How many of the simulated noise-only scans disagree as much as these readings; none where that would be no evidence.
-pub(crate) fn reached_by_chance(noise: &NoiseEntry) -> Option<usize> {
-    let scans = (noise.p_global? * (noise.n_null + 1) as f64).round() as usize;
-    Some(scans.saturating_sub(1))
-}
-
-/// `value ± U unit (k = 2)` of a parameter.
-pub(crate) fn with_uncertainty(parameter: &ParameterEntry) -> String {
-    let unit = if parameter.unit == "1" { "" } else { parameter.unit };
-    if !(parameter.u.is_finite() && parameter.u > 0.0) {
-        return format!("{} {unit}", digits(parameter.value, 6)).trim_end().to_owned();
-    }
-    stated(parameter.value, parameter.u, unit).replace("  (", " (")
-}
-
-/// The answer in lines for a person, in the order: disagreement, place, ranking, verdict, gap, next, blind spots, diff.
-pub fn words(answer: &Answer) -> Vec<String> {
-    let document = &answer.document;
-    let (noise, gap) = (&document.noise, &document.gap);
-    let mut lines = vec![format!("found         {}", document.plain)];
-    if document.independence == Independence::SameRun {
-        lines.push(format!("consistency   {SAME_RECORD}"));
-    }
-    let chance = reached_by_chance(noise).map_or_else(String::new, |k| {
-        format!("; {k} of {} simulated scans disagree as much", noise.n_null)
-    });
-    lines.push(format!(
-        "disagreement  gap {:.3} σ rms as given, {:.3} with nuisance refitted, {:.3} expected; noise {:.3} × stated, \
-         autocorrelation {:.2}{chance}",
-        gap.as_given, gap.before, gap.floor, noise.scale, noise.autocorrelation
-    ));
-    if let Some(test) = noise.test.as_ref().filter(|test| !test.findings.is_empty()) {
-        let period = test.spectrum.first().map_or_else(String::new, |peak| {
-            let unit = if peak.coordinate == "index" { "readings" } else { "s" };
-            format!("; strongest period {} {unit}", digits(peak.period, 3))
-        });
-        lines.push(format!(
-            "noise         what is left is no noise (p = {:.2e}): it scatters {:.2} × stated, and up to {:.2} would count as noise{period}",
-            test.p_value, test.scatter, test.scatter_limit
-        ));
-    }
-    for place in document.places.iter().take(3) {
-        lines.push(format!(
-            "where         {} {} … {}: {} ({:.1} σ)",
-            place.coordinate,
-            digits(place.range[0], 4),
-            digits(place.range[1], 4),
-            place.note,
-            place.significance_sigma
-        ));
-    }
-    for (effect, ranked) in document.effects.iter().zip(&document.ranked) {
-        lines.push(format!("effect        {} ({})", effect.name, effect.standard_name));
-        for (key, parameter) in &effect.parameters {
-            let before = parameter
-                .before
-                .map_or_else(String::new, |before| format!("; {} in the model", digits(before, 4)));
-            let flag = if parameter.implausible {
-                "  outside the plausible range"
-            } else {
-                ""
-            };
-            lines.push(format!(
-                "              {key} = {}  (plausible {} … {}{before}){flag}",
-                with_uncertainty(parameter),
-                parameter.plausible[0],
-                parameter.plausible[1]
-            ));
-        }
-        for row in ranked {
-            let name = match row.name.strip_prefix("unnamed:") {
-                Some(coordinate) => format!("no name, along {coordinate}"),
-                None => row.name.clone(),
-            };
-            lines.push(format!(
-                "              {:>6.1} %  {:>5.1} σ  {name}",
-                100.0 * row.posterior,
-                row.significance_sigma
-            ));
-        }
-    }
-    lines.push(format!("verdict       {}", document.sentence));
-    if let Some(removed) = gap.removed {
-        lines.push(format!(
-            "gap           {:.3} → {:.3}, noise floor {:.3}: {:.1} % removed on fitted readings",
-            gap.before,
-            gap.after,
-            gap.floor,
-            100.0 * removed
-        ));
-    }
-    match &gap.held_out {
-        Some(held) => lines.push(format!(
-            "held out      {:.3} → {:.3}, noise floor {:.3}: {:.1} % removed on {} readings ({})",
-            held.before,
-            held.after,
-            held.floor,
-            100.0 * held.removed,
-            held.readings,
-            gap.held_out_note
-        )),
-        None if gap.removed.is_some() => lines.push(format!("held out      {}", gap.held_out_note)),
-        None => {}
-    }
-    for next in &document.next_measurement {
-        let plan = next.plan.as_deref().unwrap_or("no plan file");
-        lines.push(format!(
-            "next          {} ({plan}): {} and {} would lie {:.1} σ apart, {:.0} min",
-            next.what, next.splits[0], next.splits[1], next.expected_sigma, next.minutes
-        ));
-    }
-    let blind: Vec<&str> = document
-        .blind_spots
-        .iter()
-        .filter(|spot| spot.blind)
-        .map(|spot| spot.effect)
-        .collect();
-    if !blind.is_empty() {
-        lines.push(format!(
-            "blind spots   these data cannot show a plausible amount of: {}",
-            blind.join(", ")
-        ));
-    }
-    lines.extend(document.notes.iter().map(|note| format!("note          {note}")));
-    lines.extend(answer.diff.iter().map(|line| format!("model         {line}")));
-    lines.extend(
-        answer
-            .reduce_with
-            .iter()
-            .map(|command| format!("reduce        {command}")),
-    );
-    lines.extend(answer.accepted.iter().map(|path| format!("accepted      {path}")));
-    lines
-}
-
-/// Lines of a terminal.
-const BRIEF: usize = 10;
-
-/// The answer in at most ten lines: what was found, its numbers, what to do next; the rest is in the report.
-pub fn brief(answer: &Answer, out: &Utf8Path) -> Vec<String> {
-    let all = words(answer);
-    let starts = |line: &&String, words: &[&str]| words.iter().any(|word| line.starts_with(word));
-    let commands = ["reduce ", "accepted "];
-    let mut tail: Vec<String> = all.iter().filter(|line| starts(line, &commands)).cloned().collect();
-    tail.push(format!("more          {out}/report.html"));
-    // Parameters stand below their effect; ranked rivals, places, notes and the change of the model file are in the
-    // report.
-    let wanted = [
-        "found ",
-        "consistency ",
-        "verdict ",
-        "effect ",
-        "held out ",
-        "next ",
-        "blind ",
-    ];
-    let parameter = |line: &&String| line.starts_with(' ') && line.contains(" = ");
-    let mut lines: Vec<String> = all
-        .iter()
-        .filter(|line| starts(line, &wanted) || parameter(line))
-        .cloned()
-        .collect();
-    lines.truncate(BRIEF - tail.len());
-    lines.extend(tail);
-    lines
-}
-
-/// The lines of [`words`] that are of the record and the search: neither the verdict nor the change of the model file.
-pub fn statistics(answer: &Answer) -> Vec<String> {
-    let mut lines = words(answer);
-    lines.retain(|line| {
-        !["found ", "consistency ", "model "]
-            .iter()
-            .any(|word| line.starts_with(word))
-    });
-    lines
 }
 
 fn names(paths: &[Utf8PathBuf]) -> String {

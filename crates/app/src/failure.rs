@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use isolux_report::sensor::ViewError;
+
 /// Why a use case ended without its result; each kind is one documented exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FailureKind {
@@ -85,3 +87,12 @@ impl fmt::Display for Failure {
 }
 
 impl std::error::Error for Failure {}
+
+impl From<ViewError> for Failure {
+    fn from(error: ViewError) -> Self {
+        match error {
+            ViewError::Model(error) => Self::bad_input(error),
+            ViewError::Script(error) => Self::instrument(error),
+        }
+    }
+}

@@ -18,7 +18,7 @@ use crate::progress::{Event, Progress, left_words};
 use crate::scan::spread_words;
 use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
-use crate::{Failure, FailureKind};
+use crate::{Failure, FailureKind, roles};
 
 /// Where the axes stand, read back.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -339,7 +339,7 @@ pub(crate) fn by_hand<T>(
     step: impl AsyncFnOnce(&Source, &Devices) -> Result<T, ScanError>,
 ) -> Result<T, Failure> {
     let source = Source::load(station)?;
-    let in_memory = stage::is_virtual(&source.station);
+    let in_memory = roles::is_virtual(&source.station);
     stage::play(in_memory, async {
         let stage = Stage::of(&source.station, &source.file, progress)?;
         let cancel = OnSignals::listen()?;

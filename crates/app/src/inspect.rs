@@ -1,47 +1,21 @@
 //! `inspect`: facts, quantities and findings of photometric and spectral files.
 
-mod dropped;
+mod inspection;
 mod mismatch;
 pub(crate) mod rays;
+mod read;
 mod source;
 
-use camino::{Utf8Component, Utf8Path, Utf8PathBuf};
-use isolux_formats::{Content, Finding, Format, Kind, Opened, Parsed, ReadOptions, Severity, read_any_beside};
-use serde::Serialize;
+use camino::Utf8Path;
+use isolux_formats::{Content, Parsed, ReadOptions};
 use serde_json::{Map, Value};
 
+use self::read::parsed;
 use self::source::Source;
-use crate::files;
 
-pub use dropped::{Dropped, dropped};
+pub use inspection::Inspection;
 pub use mismatch::Meter;
-
-/// What is said of one photometry or spectrum; serialises to the object of `inspect --json`.
-#[derive(Debug, Serialize)]
-pub struct Inspection {
-    /// The file, `outer!inner` inside a container.
-    pub file: String,
-    /// The format that was recognised.
-    pub format: Option<Format>,
-    /// What it describes.
-    pub kind: Option<Kind>,
-    /// Whether its content can be used: `convert` writes it, or all its rays are there.
-    pub readable: bool,
-    /// What the reader found.
-    pub findings: Vec<Finding>,
-    /// What follows from the content.
-    pub quantities: Map<String, Value>,
-    /// The content itself, for pictures.
-    #[serde(skip)]
-    pub content: Option<Content>,
-}
-
-impl Inspection {
-    /// Whether any finding is an error.
-    pub fn has_error(&self) -> bool {
-        self.findings.iter().any(|finding| finding.severity == Severity::Error)
-    }
-}
+pub use read::read;
 
 /// Looks at one file; a file that cannot be read gives its reason as a finding.
 pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
@@ -62,104 +36,6 @@ pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
             content: None,
         }],
     }
-}
-
-impl Inspection {
-    /// Adds to a spectrum's quantities what `meter` makes of it: `spectral_mismatch`, null where it cannot be had, and
-    /// why; and what was found in the meter's own files.
-    pub fn seen_by(&mut self, meter: &Meter) {
-        let Some(Content::Spectrum(file)) = &self.content else {
-            return;
-        };
-        let Ok(source) = file.spectrum() else {
-            return;
-        };
-        self.findings.extend_from_slice(meter.findings());
-        let factor = match meter.mismatch(&source) {
-            Ok(factor) => Value::from(factor),
-            Err(why) => {
-                self.findings.push(
-                    Finding::warning(
-                        "meter-no-factor",
-                        format!("there is no spectral mismatch correction factor: {why}"),
-                    )
-                    .fix("check that the responsivity is this meter's, over the wavelengths of this light"),
-                );
-                Value::Null
-            }
-        };
-        self.quantities.insert("spectral_mismatch".to_owned(), factor);
-    }
-}
-
-/// The content of one file or pipe, refused before it is read when it is too large.
-///
-/// # Errors
-/// A finding that says why there is nothing to parse.
-pub fn read(path: &Utf8Path, options: ReadOptions) -> Result<Vec<Parsed<Content>>, Finding> {
-    parsed(path, Source::open(path)?, options)
-}
-
-fn parsed(path: &Utf8Path, source: Source, options: ReadOptions) -> Result<Vec<Parsed<Content>>, Finding> {
-    Ok(read_any_beside(
-        &source.into_bytes(path)?,
-        path.file_name().unwrap_or(path.as_str()),
-        options,
-        &|name| beside(path, name),
-    ))
-}
-
-/// Largest file that another one may name: a tilt table has a few hundred numbers.
-const LARGEST_BESIDE: u64 = 1024 * 1024;
-
-/// The file `name` in the folder of `path` or below it; nothing outside that folder is opened, whatever a file says.
-fn beside(path: &Utf8Path, name: &str) -> Result<Opened, String> {
-    let relative = Utf8PathBuf::from(name.replace('\\', "/"));
-    let inside = relative
-        .components()
-        .all(|part| matches!(part, Utf8Component::Normal(_) | Utf8Component::CurDir));
-    if !inside || name.contains(':') {
-        return Err(format!("{name} is not below the folder of the file itself"));
-    }
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_str().is_empty())
-        .unwrap_or(Utf8Path::new("."));
-    let target = in_any_case(folder, &relative);
-    let real = |path: &Utf8Path| path.canonicalize_utf8().map_err(|error| format!("{path}: {error}"));
-    let (root, real) = (real(folder)?, real(&target)?);
-    if !real.starts_with(&root) {
-        return Err(format!("{target} leads out of the folder of the file itself"));
-    }
-    let facts = std::fs::metadata(&real).map_err(|error| format!("{target}: {error}"))?;
-    if !facts.is_file() || facts.len() > LARGEST_BESIDE {
-        return Err(format!("{target} is no file of at most {LARGEST_BESIDE} bytes"));
-    }
-    let bytes = files::read(&real).map_err(|failure| failure.message)?;
-    Ok(Opened {
-        path: target.into_string(),
-        bytes,
-    })
-}
-
-/// `relative` in `folder`; where no such name exists, the one that differs in case alone (names come from Windows).
-fn in_any_case(folder: &Utf8Path, relative: &Utf8Path) -> Utf8PathBuf {
-    let exact = folder.join(relative);
-    let (Some(parent), Some(name)) = (exact.parent(), exact.file_name()) else {
-        return exact;
-    };
-    if exact.exists() {
-        return exact;
-    }
-    let mut same: Vec<Utf8PathBuf> = parent
-        .read_dir_utf8()
-        .into_iter()
-        .flatten()
-        .flatten()
-        .filter(|entry| entry.file_name().eq_ignore_ascii_case(name))
-        .map(|entry| entry.path().to_owned())
-        .collect();
-    if same.len() == 1 { same.remove(0) } else { exact }
 }
 
 fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {

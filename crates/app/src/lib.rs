@@ -3,7 +3,6 @@
 //! A front end calls one function a command, hands it a [`progress::Progress`] and prints what comes back. Nothing here
 //! writes to a terminal; nothing in a front end holds physics.
 
-mod against;
 pub mod array_files;
 pub mod bench;
 pub mod capture;
@@ -14,7 +13,7 @@ pub mod convert;
 pub mod day;
 pub mod devices;
 pub mod diagnose;
-mod diagnosis_report;
+pub mod dropped;
 pub mod failure;
 pub mod files;
 pub mod folder;
@@ -28,20 +27,18 @@ pub mod live;
 pub mod log;
 mod memory;
 pub mod operator;
-mod overlap;
-mod own_readings;
 pub mod owner;
 pub mod plan;
 pub mod plot;
 pub mod predict;
 pub mod progress;
-pub mod rays;
 pub mod record;
 pub mod reduce;
+pub mod replay;
 mod roles;
 pub mod scan;
 pub mod scene;
-pub mod sensor_view;
+pub mod sensor_so_far;
 pub mod signals;
 pub mod simulate;
 pub mod stage;

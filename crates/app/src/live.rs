@@ -1,9 +1,6 @@
 //! The events of a scan, typed: the command line prints them, the page draws them, and a record gives the same ones
 //! again.
 
-mod replay;
-mod sensor;
-
 use isolux_record::plan::Instrument;
 use isolux_record::run::RunHeader;
 use isolux_record::{Quality, Reading, ReadingKind};
@@ -12,10 +9,8 @@ use isolux_scan::warmup::Criterion;
 use serde::Serialize;
 
 pub use isolux_record::Role;
-pub use replay::{Replay, Writer, ask_writer_to_end, writer};
-pub use sensor::{SensorSoFar, sensor_so_far};
 
-use crate::stage;
+use crate::roles;
 
 /// One thing that happened in a scan. `at_utc` is the bench's own clock, which is virtual where the bench is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -270,7 +265,7 @@ impl Outline {
             spread_rel: criterion.spread_rel,
             power_spread_rel: criterion.power_spread_rel,
             distance_mm: station.bench().distance_mm,
-            in_memory: stage::is_virtual(station),
+            in_memory: roles::is_virtual(station),
         }
     }
 }

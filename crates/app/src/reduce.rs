@@ -3,10 +3,9 @@
 use std::collections::BTreeSet;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_model::{BelongsTo, Effect, Emitter, Luminaire, Model, Spectral};
-use isolux_record::observation::ReadingCoordinates;
-use isolux_record::{Reading, ReadingKind, Run, Subject};
-use isolux_reduce::{BenchInverse, Corrected, Correction, Options, Quantity, ReduceError, Reduction, Subtract};
+use isolux_model::Model;
+use isolux_record::{Run, Subject};
+use isolux_reduce::{Correction, Options, ReduceError, Reduction, reduce};
 
 use crate::files::{self, Overwrite};
 use crate::{Failure, record};
@@ -32,57 +31,31 @@ impl Reduced {
     pub fn sentences(&self) -> Vec<String> {
         let reduction = &self.reduction;
         let mut lines = vec![
-            format!("flux {}", with_u(&reduction.flux)),
+            format!("flux {}", reduction.flux.stated()),
             format!(
                 "I max {} at C {}° γ {}°",
-                with_u(&reduction.i_max),
+                reduction.i_max.stated(),
                 reduction.i_max_deg.0,
                 reduction.i_max_deg.1
             ),
         ];
         if let Some(electrical) = &reduction.electrical {
-            lines.push(format!("power {}", with_u(&electrical.power)));
-            lines.push(format!("luminous efficacy {}", with_u(&electrical.luminous_efficacy)));
+            lines.push(format!("power {}", electrical.power.stated()));
+            lines.push(format!("luminous efficacy {}", electrical.luminous_efficacy.stated()));
         }
         if let Some(spectral) = &reduction.spectral {
-            lines.push(format!("efficacy of radiation {}", with_u(&spectral.ler)));
-            lines.extend(spectral.colour.cct.as_ref().map(|cct| format!("CCT {}", with_u(cct))));
+            lines.push(format!("efficacy of radiation {}", spectral.ler.stated()));
+            lines.extend(spectral.colour.cct.as_ref().map(|cct| format!("CCT {}", cct.stated())));
             lines.push(format!(
                 "irradiance on the axis at {} mm {}",
                 spectral.distance_mm,
-                with_u(&spectral.irradiance)
+                spectral.irradiance.stated()
             ));
         }
         lines.extend(reduction.notes.iter().map(|note| format!("note: {note}")));
         lines.push(format!("{} in {}", self.files.join(", "), self.folder));
         lines
     }
-}
-
-/// A quantity as reports state it: the value and its expanded uncertainty (k = 2), to the digits of the latter; where
-/// something is missing in the uncertainty, the value and what is missing.
-pub fn with_u(quantity: &Quantity) -> String {
-    let said = quantity.rounded();
-    // A chromaticity has no unit.
-    let unit = if quantity.unit.is_empty() {
-        String::new()
-    } else {
-        format!(" {}", quantity.unit)
-    };
-    match quantity.u {
-        Some(_) => format!("{} ± {}{unit} (k = 2)", said.value, said.expanded),
-        None => format!("{}{unit}, {}", said.value, no_uncertainty(&quantity.missing)),
-    }
-}
-
-/// The value alone, to the digits that its known parts leave.
-pub fn value_only(quantity: &Quantity) -> String {
-    quantity.rounded().value
-}
-
-/// Why a number has no ±.
-pub fn no_uncertainty(missing: &[String]) -> String {
-    format!("no uncertainty: {}", missing.join("; "))
 }
 
 /// What is asked of a reduction.
@@ -121,8 +94,7 @@ pub fn run(run: &Utf8Path, request: &Request<'_>, overwrite: Overwrite) -> Resul
         record.header.state(subject);
     }
     let accept_drift = request.accept_drift.map(str::to_owned);
-    let reduction =
-        reduction(&record, &Options { without, accept_drift }, model).map_err(|error| refused(run, &error))?;
+    let reduction = reduce(&record, &Options { without, accept_drift }, model).map_err(|error| refused(run, &error))?;
     let made =
         isolux_reduce::files(&reduction, &record, &run_files(run, &record)?, PROGRAM).map_err(Failure::bad_input)?;
     let folder = request
@@ -228,196 +200,4 @@ fn run_files(folder: &Utf8Path, run: &Run) -> Result<Vec<(String, Vec<u8>)>, Fai
         .chain(spectra)
         .map(|name| Ok((name.clone(), files::read(&folder.join(&name))?)))
         .collect()
-}
-
-fn table(effect: &Effect) -> String {
-    let keys = effect.spec().parameters.iter().zip(effect.values());
-    keys.fold(format!("name = \"{}\"\n", effect.name()), |text, (parameter, value)| {
-        text + &format!("{} = {value:?}\n", parameter.key)
-    })
-}
-
-/// What a run says: by `model`, whose bench effects are taken out, or else by the run's own dark, ambient and baffled
-/// readings. Where a floor explains the baffled readings, it is the floor that is taken out: then the model file, which
-/// carries it, predicts the readings as they were read, and no digit of the baffled readings is cut into the
-/// distribution.
-///
-/// # Errors
-/// [`ReduceError`].
-pub fn reduction(record: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
-    if let Some(model) = model {
-        let bench = Bench {
-            model,
-            measured_by_the_run: false,
-        };
-        let mut reduction = isolux_reduce::reduce(record, options, Some(&bench))?;
-        reduction.bench_effects = bench.tables();
-        return Ok(reduction);
-    }
-    let plain = isolux_reduce::reduce(record, options, None)?;
-    let Some(floor) = Floor::of(record, &plain) else {
-        return Ok(plain);
-    };
-    let table = floor.table();
-    let bench = Bench {
-        model: far_field(&plain).with_effects(vec![floor.effect]),
-        measured_by_the_run: true,
-    };
-    let mut reduction = isolux_reduce::reduce(record, options, Some(&bench))?;
-    reduction.bench_effects = vec![table];
-    Ok(reduction)
-}
-
-fn far_field(reduction: &Reduction) -> Model {
-    let distribution = reduction.grid.distribution.clone();
-    Model::of(Luminaire::new(distribution, Emitter::Point {}, Spectral::None))
-}
-
-/// The floor whose diffuse reflection explains the baffled readings.
-struct Floor {
-    effect: Effect,
-    u_albedo: f64,
-}
-
-impl Floor {
-    /// The albedo fitted to baffled − lamp_off over γ, at the height that the station gives; nothing where there is no
-    /// such reading, where the fit is no floor (albedo below zero) or where a reading is further from it than three
-    /// times its uncertainty: that stray light comes another way.
-    fn of(run: &Run, reduction: &Reduction) -> Option<Self> {
-        const TRIAL_ALBEDO: f64 = 0.1;
-        const WITHIN_U: f64 = 3.0;
-        let height_mm = run.header.station.bench().floor_mm?;
-        let levels = &reduction.levels;
-        let off = levels.lamp_off.or(levels.capped)?;
-        if levels.baffled.is_empty() || !reduction.subtract.stray {
-            return None;
-        }
-        let at: Vec<ReadingCoordinates> = levels
-            .baffled
-            .iter()
-            .map(|(gamma_deg, _)| ReadingCoordinates {
-                kind: ReadingKind::Baffled,
-                time_s: None,
-                c_deg: 0.0,
-                gamma_deg: *gamma_deg,
-                distance_mm: reduction.distance_mm,
-                travel: 0,
-                range: None,
-                ambient_c: None,
-            })
-            .collect();
-        let of_albedo = |albedo| Effect::from_keys("floor_reflection", [("albedo", albedo), ("height_mm", height_mm)]);
-        let per_trial = far_field(reduction)
-            .with_effects(vec![of_albedo(TRIAL_ALBEDO).ok()?])
-            .predict_readings(&at);
-        let stray: Vec<(f64, f64)> = levels
-            .baffled
-            .iter()
-            .map(|(_, level)| (level.mean_lx - off.mean_lx, level.u_lx().hypot(off.u_lx())))
-            .collect();
-        let squares: f64 = per_trial.iter().map(|lux| lux * lux).sum();
-        let product: f64 = per_trial.iter().zip(&stray).map(|(lux, (stray, _))| lux * stray).sum();
-        let share = product / squares;
-        let explained = per_trial
-            .iter()
-            .zip(&stray)
-            .all(|(lux, (stray, u))| (stray - share * lux).abs() <= WITHIN_U * u);
-        if !(share > 0.0 && explained) {
-            return None;
-        }
-        // The rounding is the same at every γ, so it does not average out over them.
-        let u_lx = stray.iter().fold(0.0_f64, |largest, (_, u)| largest.max(*u));
-        Some(Self {
-            effect: of_albedo(TRIAL_ALBEDO * share).ok()?,
-            u_albedo: TRIAL_ALBEDO * per_trial.iter().sum::<f64>() * u_lx / squares,
-        })
-    }
-
-    fn table(&self) -> String {
-        format!("{}\n[effect.u]\nalbedo = {:.6}\n", table(&self.effect), self.u_albedo)
-    }
-}
-
-/// The bench effects of a model, turned around.
-struct Bench {
-    model: Model,
-    /// Its effects were fitted to readings of the run, whose uncertainty the budget holds.
-    measured_by_the_run: bool,
-}
-
-impl Bench {
-    fn of_the_bench(&self) -> impl Iterator<Item = &Effect> {
-        self.model
-            .effects()
-            .iter()
-            .filter(|effect| effect.spec().belongs_to(BelongsTo::Bench))
-    }
-
-    /// Its effects as tables of a model file: the new model predicts the readings as they were read. The near field,
-    /// which no far distribution holds, stays known too.
-    fn tables(&self) -> Vec<String> {
-        let near_field = self
-            .model
-            .effects()
-            .iter()
-            .filter(|effect| effect.name() == "near_field");
-        self.of_the_bench().chain(near_field).map(table).collect()
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.model.effects().iter().any(|effect| effect.name() == name)
-    }
-}
-
-impl BenchInverse for Bench {
-    fn correct(&self, readings: &[&Reading], illuminance_lx: &[f64]) -> Result<Vec<Corrected>, String> {
-        let at: Vec<ReadingCoordinates> = readings
-            .iter()
-            .map(|reading| ReadingCoordinates {
-                kind: reading.kind,
-                time_s: reading.time_s,
-                c_deg: reading.c_deg,
-                gamma_deg: reading.gamma_deg,
-                distance_mm: reading.distance_mm,
-                travel: reading.travel,
-                range: Some(reading.range),
-                ambient_c: reading.ambient_c,
-            })
-            .collect();
-        let corrected = self
-            .model
-            .correct_readings(&at, illuminance_lx)
-            .map_err(|error| error.to_string())?;
-        Ok(corrected
-            .into_iter()
-            .map(|light| Corrected {
-                intensity_cd: light.intensity_cd,
-                cd_per_lx: (light.distance_mm * 1e-3).powi(2),
-                c_deg: light.c_deg,
-                gamma_deg: light.gamma_deg,
-            })
-            .collect())
-    }
-
-    fn takes_over(&self) -> Subtract {
-        Subtract {
-            dark: self.has("dark_offset"),
-            ambient: self.has("ambient_stray"),
-            stray: self.has("floor_reflection"),
-        }
-    }
-
-    fn without_uncertainty(&self) -> Vec<String> {
-        // Levels that the run measured itself are in its budget, whoever takes them out.
-        let of_levels = ["dark_offset", "ambient_stray", "floor_reflection"];
-        let unknown = self.of_the_bench().map(Effect::name);
-        unknown
-            .filter(|name| !self.measured_by_the_run && !of_levels.contains(name))
-            .map(str::to_owned)
-            .collect()
-    }
-
-    fn effects(&self) -> Vec<String> {
-        self.of_the_bench().map(Effect::name).map(str::to_owned).collect()
-    }
 }

@@ -11,6 +11,22 @@ use isolux_transport::{Place, conflict as line_conflict, things};
 
 use crate::catalogue;
 
+/// Whether a station lives in the virtual darkroom of this process, in virtual time: every instrument that it opens is
+/// a twin.
+pub fn is_virtual(station: &Station) -> bool {
+    let mut opened = opened(station);
+    opened.all(|(_, _, open)| in_memory(open))
+}
+
+/// Whether a station has twins of this process, beside real instruments perhaps.
+pub fn has_twins(station: &Station) -> bool {
+    opened(station).any(|(_, _, open)| in_memory(open))
+}
+
+pub fn in_memory(open: &str) -> bool {
+    Target::parse(open).is_ok_and(|target| target.link().starts_with("memory:"))
+}
+
 /// A role with what its address leads to.
 struct Role<'a> {
     /// Key of the station, as `axis.c.open`.

@@ -18,7 +18,7 @@ pub use crate::progress::duration;
 use crate::progress::{Event, Progress};
 use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
-use crate::{Failure, log, plan, record};
+use crate::{Failure, log, plan, record, roles};
 pub(crate) use estimate::Estimate;
 use narrator::Narrator;
 pub(crate) use narrator::spread_words;
@@ -126,7 +126,7 @@ pub fn run_in(
     progress: &dyn Progress,
 ) -> Result<ScanSummary, Failure> {
     let (source, plan, _) = checked(station, plan_file, operator.is_some())?;
-    let in_memory = stage::is_virtual(&source.station);
+    let in_memory = roles::is_virtual(&source.station);
     stage::play_for(in_memory, control, async {
         let stage = Stage::of(&source.station, &source.file, progress)?;
         let _signals = OnSignals::ending(&control.cancel)?;
@@ -247,7 +247,7 @@ pub async fn under(
             .map_err(record_failure)?;
     }
     let already: &[Reading] = resumed.as_ref().map_or(&[], |run| &run.readings.rows);
-    let lasting = (!stage::is_virtual(&source.station)).then_some(source.file.as_path());
+    let lasting = (!roles::is_virtual(&source.station)).then_some(source.file.as_path());
     let observer = Narrator::new(progress, run.header(), run.path().as_str(), already, now_utc).of_station(lasting);
     let engine = Engine {
         station: &source.station,

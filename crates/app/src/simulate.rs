@@ -3,18 +3,20 @@
 use std::time::Instant;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_report::map::Map;
+use isolux_report::sensor;
+use isolux_sim::against::{self, Earlier};
 use isolux_sim::direct::DirectError;
+use isolux_sim::rays;
 use isolux_sim::setup::SetupError;
 use isolux_sim::simulation::{self, Simulation, SimulationError};
-use isolux_units::digits::{significant, stated};
 
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
-use crate::{Failure, against, array_files, memory, rays};
+use crate::{Failure, array_files, memory};
 
 pub use isolux_model::Accuracy;
+pub use isolux_report::sensor::{mean, numeric, unit};
 pub use isolux_sim::direct::Sampling;
 pub use isolux_sim::simulation::{Facts, Method};
 
@@ -43,35 +45,6 @@ pub struct Request {
     pub html: bool,
 }
 
-/// The mean over the sensor with its expanded uncertainty, or with what is missing in it.
-pub fn mean(facts: &Facts) -> String {
-    let unit = unit(facts);
-    if let Some(u) = facts.u_mean {
-        return stated(facts.mean, u, unit);
-    }
-    let missing = facts.u_mean_missing.join("; ");
-    format!("{} {unit}, no uncertainty: {missing}", significant(facts.mean, 5))
-}
-
-/// The unit of the map as people write it.
-pub fn unit(facts: &Facts) -> &'static str {
-    if facts.unit == "lx" { "lx" } else { "W/m²" }
-}
-
-/// What the computation itself adds to the mean, under its own name: never the uncertainty of the value.
-pub fn numeric(facts: &Facts, unit: &str) -> String {
-    match facts.rays {
-        Some(rays) => format!(
-            "{rays} rays: standard error of the mean by ray counting {:.2e} {unit}",
-            facts.u_mean_numeric
-        ),
-        None => format!(
-            "bound on the error of the mean by quadrature {:.2e} {unit}",
-            facts.u_mean_numeric
-        ),
-    }
-}
-
 /// Simulates and writes `irradiance.npy`, `irradiance.png`, `result.json`.
 ///
 /// # Errors
@@ -82,7 +55,7 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
     if let Some((path, _)) = &request.rays_out {
         files::refuse_existing(path, request.overwrite)?;
     }
-    let earlier = request.against.as_deref().map(against::read).transpose()?;
+    let earlier = request.against.as_deref().map(earlier_result).transpose()?;
     progress.event(Event::Began {
         step: "simulate",
         total: None,
@@ -103,13 +76,16 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
         );
     }
     if let Some((earlier, folder)) = earlier.as_ref().zip(request.against.as_deref()) {
-        simulation.facts.against = Some(against::compare(&simulation.facts, earlier, folder)?);
+        simulation.facts.against = Some(
+            against::compare(&simulation.facts, earlier, folder.as_str())
+                .map_err(|error| Failure::bad_input(error).help("give both a spectrum or ler_lm_per_w, or neither"))?,
+        );
     }
     for finding in &simulation.facts.findings {
         progress.event(Event::Note(finding));
     }
     let rays = match &request.rays_out {
-        Some((path, wanted)) => Some((path, rays::file(&scene, &simulation, path, *wanted)?)),
+        Some((path, wanted)) => Some((path, ray_file(&scene, &simulation, path, *wanted)?)),
         None => None,
     };
     let folder = files::output_folder(&request.out, request.overwrite)?;
@@ -136,7 +112,7 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
         files::write(&folder.join("irradiance.csv"), &bytes, request.overwrite)?;
     }
     if request.html {
-        let page = crate::sensor_view::page(&scene, &simulation)?;
+        let page = sensor::page(&scene, &simulation)?;
         files::write(&folder.join("sensor.html"), page.as_bytes(), request.overwrite)?;
     }
     if let Some(signal) = &simulation.signal_dn {
@@ -152,6 +128,14 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
         nx, ny, facts.elapsed_s
     )));
     Ok(simulation.facts)
+}
+
+/// What the `result.json` of an earlier simulation in `folder` says.
+fn earlier_result(folder: &Utf8Path) -> Result<Earlier, Failure> {
+    let path = folder.join("result.json");
+    serde_json::from_slice(&files::read(&path)?).map_err(|error| {
+        Failure::bad_input(format!("{path}: {error}")).help("give the folder of an earlier `isolux simulate`")
+    })
 }
 
 /// Refuses a scene that cannot be lit, without lighting it.
@@ -217,6 +201,23 @@ fn refused(error: &SimulationError) -> Failure {
     Failure::bad_input(error).help(help)
 }
 
+/// The bytes of a ray file: JSON for `.json`, IES TM-25 for any other extension.
+fn ray_file(
+    scene: &isolux_model::Scene,
+    simulation: &Simulation,
+    path: &Utf8Path,
+    wanted: usize,
+) -> Result<Vec<u8>, Failure> {
+    if path.extension() != Some("json") {
+        let name = path.file_stem().unwrap_or("luminaire");
+        return rays::tm25(scene, simulation, wanted, name).map_err(Failure::bad_input);
+    }
+    let rays = rays::file(scene, simulation, wanted).map_err(Failure::bad_input)?;
+    let mut text = serde_json::to_string(&rays).map_err(Failure::instrument)?;
+    text.push('\n');
+    Ok(text.into_bytes())
+}
+
 /// Writes the three result files of a simulation; `result.json` last, so that it stands for a whole result. The picture
 /// marks what is below `u_rel`, the uncertainty of single directions.
 ///
@@ -232,14 +233,6 @@ pub fn write(
     write_facts(folder, simulation, overwrite)
 }
 
-/// The picture with what is below the uncertainty of single directions marked.
-pub fn marked(simulation: &Simulation, u_rel: Option<f64>) -> Map<'_> {
-    Map {
-        u: u_rel.map(|u_rel| u_rel * simulation.facts.mean),
-        ..picture(simulation)
-    }
-}
-
 fn write_map(
     folder: &Utf8Path,
     simulation: &Simulation,
@@ -253,7 +246,7 @@ fn write_map(
             let npy = array_files::npy(&simulation.map, nx, ny);
             files::write(&folder.join("irradiance.npy"), &npy, overwrite)
         });
-        let png = marked(simulation, u_rel).png();
+        let png = sensor::marked(simulation, u_rel).png();
         let picture = files::write(&folder.join("irradiance.png"), &png, overwrite);
         let written = map.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         written.and(picture)
@@ -290,22 +283,18 @@ fn remove_old(folder: &Utf8Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The map of a simulation as the report draws it.
-pub fn picture(simulation: &Simulation) -> Map<'_> {
-    let facts = &simulation.facts;
-    let [nx, ny] = facts.pixels;
-    let (quantity, unit) = if facts.unit == "lx" {
-        ("illuminance", "lx")
-    } else {
-        ("irradiance", "W/m²")
-    };
-    Map {
-        values: &simulation.map,
-        nx,
-        ny,
-        size_mm: facts.size_mm,
-        quantity,
-        unit,
-        u: None,
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_earlier_result_is_read_from_its_own_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = Utf8Path::from_path(folder.path()).unwrap();
+        assert_eq!(earlier_result(path).unwrap_err().kind, crate::FailureKind::BadInput);
+        let text = r#"{"unit": "lx", "mean": 2.0, "u_mean_numeric": 0.1, "sampling": null, "seed": null, "more": 1}"#;
+        std::fs::write(path.join("result.json"), text).unwrap();
+        let earlier = earlier_result(path).unwrap();
+        assert_eq!((earlier.mean, earlier.u_mean_numeric), (2.0, 0.1));
     }
 }

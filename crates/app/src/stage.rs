@@ -18,22 +18,6 @@ use crate::owner::{self, TakeOver};
 use crate::progress::{Event, Progress};
 use crate::{Failure, FailureKind, capture, catalogue, roles};
 
-/// Whether a station lives in the virtual darkroom of this process, in virtual time: every instrument that it opens is
-/// a twin.
-pub fn is_virtual(station: &Station) -> bool {
-    let mut opened = roles::opened(station);
-    opened.all(|(_, _, open)| in_memory(open))
-}
-
-/// Whether a station has twins of this process, beside real instruments perhaps.
-fn has_twins(station: &Station) -> bool {
-    roles::opened(station).any(|(_, _, open)| in_memory(open))
-}
-
-fn in_memory(open: &str) -> bool {
-    Target::parse(open).is_ok_and(|target| target.link().starts_with("memory:"))
-}
-
 /// Links of virtual time: the clock runs on as soon as nobody computes, which no real instrument can follow.
 struct TwinsOnly(MemoryLinks);
 
@@ -106,7 +90,7 @@ impl Stage {
         file: &Utf8Path,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
-        if !has_twins(station) {
+        if !roles::has_twins(station) {
             return match station.darkroom() {
                 None => Ok(Self::of_links(system)),
                 Some(_) => Err(Failure::bad_input(format!(
@@ -125,10 +109,10 @@ impl Stage {
             }
         };
         let choice = twins_of(station, file)?;
-        if is_virtual(station) {
+        if roles::is_virtual(station) {
             return Self::in_room(document, &choice);
         }
-        let (twins, real): (Vec<_>, Vec<_>) = roles::opened(station).partition(|(_, _, open)| in_memory(open));
+        let (twins, real): (Vec<_>, Vec<_>) = roles::opened(station).partition(|(_, _, open)| roles::in_memory(open));
         let names = |roles: &[(&'static str, Kind, &str)]| {
             let names = roles.iter().map(|(key, ..)| key.trim_end_matches(".open"));
             names.collect::<Vec<_>>().join(", ")
@@ -304,7 +288,7 @@ mod tests {
 
     #[test]
     fn one_real_instrument_makes_time_real_whichever_it_is() {
-        assert!(is_virtual(&station(&[])));
+        assert!(roles::is_virtual(&station(&[])));
         for (from, to) in [
             ("konica-t10a:memory:luxmeter?head=0", "konica-t10a:/dev/ttyUSB1?head=0"),
             ("zaber:memory:axes?axis=2", "zaber:/dev/ttyUSB0?axis=2"),
@@ -312,7 +296,7 @@ mod tests {
             ("zaber:memory:axes?ai=1&", "zaber:/dev/ttyUSB0?ai=1&"),
         ] {
             let mixed = station(&[(from, to)]);
-            assert!(!is_virtual(&mixed) && has_twins(&mixed), "{to}");
+            assert!(!roles::is_virtual(&mixed) && roles::has_twins(&mixed), "{to}");
         }
     }
 

@@ -22,7 +22,7 @@ use crate::hand::Position;
 use crate::progress::Silent;
 use crate::signals::OnSignals;
 use crate::stage::{self, Stage};
-use crate::{Failure, bench};
+use crate::{Failure, bench, roles};
 
 /// How long an owner that was asked to end may take before the axes are stopped without it.
 const PATIENCE: Duration = Duration::from_millis(700);
@@ -44,7 +44,7 @@ pub struct Stopped {
 /// and may drive them again.
 pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
     let station = Station::load(file).map_err(Failure::bad_input)?;
-    let in_memory = stage::is_virtual(&station);
+    let in_memory = roles::is_virtual(&station);
     stage::play(in_memory, async {
         // A stop is not interrupted.
         let _signals = OnSignals::listen()?;

@@ -4,69 +4,28 @@
 //! every point is computed from the scene alone with the sweep's seed, so that shards and the whole run give the same
 //! bytes.
 
+mod document;
+mod results;
+
 use std::collections::BTreeMap;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Scene;
-use isolux_record::document::{Fault, Source, read_text};
-use isolux_report::axes::{Frame, Scale};
-use isolux_report::svg::{Anchor, Stroke, Svg};
-use serde::{Deserialize, Serialize};
+use isolux_record::document::{Source, read_text};
 use sha2::{Digest, Sha256};
 use toml::{Table, Value};
+
+use document::{Document, FORMAT, at, fault, flatten, method};
+use results::{Point, Results, lasting, write};
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Pace, Progress};
 use crate::scene::{self, Changes};
-use crate::simulate::{self, Facts, Method, Sampling};
-
-/// Value of `format` in a sweep file.
-const FORMAT: &str = "isolux-sweep/1";
+use crate::simulate;
 
 /// Most points of a sweep: each holds its scene until it is solved.
 const MOST_POINTS: usize = 100_000;
-
-/// A sweep file as written.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Document {
-    #[serde(rename = "format")]
-    _format: String,
-    scene: Utf8PathBuf,
-    #[serde(default = "inverse")]
-    method: String,
-    #[serde(default)]
-    sampling: Option<String>,
-    #[serde(default)]
-    rays: Option<f64>,
-    #[serde(default)]
-    seed: Option<u64>,
-    vary: Table,
-}
-
-fn inverse() -> String {
-    "inverse".to_owned()
-}
-
-/// One point: the values of the varied keys and what came out. `elapsed_s` is left out, so that bytes repeat.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Point {
-    index: usize,
-    vary: Vec<serde_json::Value>,
-    result: serde_json::Value,
-}
-
-/// The points of a sweep or of a shard of it, as `sweep.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Results {
-    format: String,
-    /// Of the sweep file, its scene and the scene's model: shards of other inputs do not belong together.
-    inputs_sha256: String,
-    keys: Vec<String>,
-    points: usize,
-    results: Vec<Point>,
-}
 
 /// Which part of the points is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -276,204 +235,6 @@ fn named(folder: &Utf8Path, mut value: Value, read: &mut BTreeMap<String, Vec<u8
         }
     }
     Ok(())
-}
-
-fn fault(source: Source<'_>, key: &str, message: &str) -> Failure {
-    Failure::bad_input(source.locate(&Fault {
-        path: key.to_owned(),
-        message: message.to_owned(),
-    }))
-}
-
-fn method(source: Source<'_>, document: &Document) -> Result<Method, Failure> {
-    let wrong = |key: &str, word: &str, known: &str| fault(source, key, &format!("`{word}` is none of {known}"));
-    match document.method.as_str() {
-        "inverse" => {
-            let of_rays = [
-                ("sampling", document.sampling.is_some()),
-                ("rays", document.rays.is_some()),
-                ("seed", document.seed.is_some()),
-            ];
-            match of_rays.into_iter().find(|(_, given)| *given) {
-                Some((key, _)) => Err(
-                    fault(source, key, "it is of the rays, and the inverse method draws none")
-                        .help(format!("write method = \"direct\" with it, or leave {key} out")),
-                ),
-                None => Ok(Method::Inverse),
-            }
-        }
-        "direct" => {
-            let sampling = match document.sampling.as_deref().unwrap_or("thinned") {
-                "traced" => Sampling::Traced,
-                "thinned" => Sampling::Thinned,
-                "expected" => Sampling::Expected,
-                word => return Err(wrong("sampling", word, "traced, thinned, expected")),
-            };
-            let rays = document.rays.unwrap_or(2e9);
-            if !(1.0..9e15).contains(&rays) {
-                return Err(fault(source, "rays", &format!("{rays} is not within 1 to 9e15")));
-            }
-            Ok(Method::Direct {
-                sampling,
-                rays: rays as u64,
-                seed: document.seed.unwrap_or(1),
-            })
-        }
-        word => Err(wrong("method", word, "inverse, direct")),
-    }
-}
-
-/// Keys may be written quoted and dotted or as nested tables.
-fn flatten(prefix: &str, table: &Table, keys: &mut Vec<String>, values: &mut Vec<Vec<Value>>) -> Result<(), String> {
-    for (key, value) in table {
-        let key = if prefix.is_empty() {
-            key.clone()
-        } else {
-            format!("{prefix}.{key}")
-        };
-        match value {
-            Value::Array(list) => {
-                keys.push(key);
-                values.push(list.clone());
-            }
-            Value::Table(inner) => flatten(&key, inner, keys, values)?,
-            _ => return Err(key),
-        }
-    }
-    Ok(())
-}
-
-/// Values of point `index`; the last key runs fastest.
-fn at(values: &[Vec<Value>], index: usize) -> impl Iterator<Item = &Value> {
-    let mut strides = vec![1; values.len()];
-    for k in (0..values.len().saturating_sub(1)).rev() {
-        strides[k] = strides[k + 1] * values[k + 1].len();
-    }
-    values
-        .iter()
-        .zip(strides)
-        .map(move |(list, stride)| &list[index / stride % list.len()])
-}
-
-/// The facts without the wall clock.
-fn lasting(facts: &Facts) -> Result<serde_json::Value, Failure> {
-    let mut value = serde_json::to_value(facts).map_err(Failure::instrument)?;
-    if let Some(object) = value.as_object_mut() {
-        object.remove("elapsed_s");
-    }
-    Ok(value)
-}
-
-fn write(folder: &Utf8Path, table: &Results, overwrite: Overwrite) -> Result<(), Failure> {
-    let mut json = serde_json::to_string_pretty(table).map_err(Failure::instrument)?;
-    json.push('\n');
-    files::write(&folder.join("sweep.csv"), &csv(table)?, overwrite)?;
-    for (position, key) in table.keys.iter().enumerate() {
-        if let Some(svg) = chart(table, position) {
-            let name = format!(
-                "{}.svg",
-                key.replace(|letter: char| !letter.is_ascii_alphanumeric(), "_")
-            );
-            files::write(&folder.join(name), svg.as_bytes(), overwrite)?;
-        }
-    }
-    files::write(&folder.join("sweep.json"), json.as_bytes(), overwrite)
-}
-
-const COLUMNS: [&str; 8] = [
-    "unit",
-    "mean",
-    "u_mean_numeric",
-    "min",
-    "max",
-    "std",
-    "uniformity_min_over_mean",
-    "relative_error_per_pixel",
-];
-
-fn csv(table: &Results) -> Result<Vec<u8>, Failure> {
-    let plain = |value: &serde_json::Value| match value {
-        serde_json::Value::Null => String::new(),
-        serde_json::Value::String(text) => text.clone(),
-        serde_json::Value::Array(list) => list.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "),
-        other => other.to_string(),
-    };
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer
-        .write_record(table.keys.iter().map(String::as_str).chain(COLUMNS))
-        .map_err(Failure::instrument)?;
-    for point in &table.results {
-        let varied = point.vary.iter().map(plain);
-        let facts = COLUMNS.iter().map(|column| plain(&point.result[*column]));
-        writer.write_record(varied.chain(facts)).map_err(Failure::instrument)?;
-    }
-    writer.into_inner().map_err(Failure::instrument)
-}
-
-/// Mean and maximum against one key, a line for each combination of the others; `None` for a key without numbers.
-fn chart(table: &Results, position: usize) -> Option<String> {
-    let number = |value: &serde_json::Value| {
-        value
-            .as_f64()
-            .or_else(|| value.get(0).and_then(serde_json::Value::as_f64))
-    };
-    let mut lines: Vec<(String, Vec<[f64; 3]>)> = Vec::new();
-    for point in &table.results {
-        let x = number(&point.vary[position])?;
-        let others: Vec<String> = table
-            .keys
-            .iter()
-            .zip(&point.vary)
-            .enumerate()
-            .filter(|(k, _)| *k != position)
-            .map(|(_, (key, value))| format!("{key} {value}"))
-            .collect();
-        let entry = [x, point.result["mean"].as_f64()?, point.result["max"].as_f64()?];
-        let name = others.join(", ");
-        match lines.iter_mut().find(|line| line.0 == name) {
-            Some(line) => line.1.push(entry),
-            None => lines.push((name, vec![entry])),
-        }
-    }
-    let unit = match table.results.first()?.result["unit"].as_str()? {
-        "lx" => "lx",
-        _ => "W/m²",
-    };
-    let all = || lines.iter().flat_map(|line| line.1.iter());
-    let mut svg = Svg::new(760.0, 440.0, &table.keys[position]);
-    let frame = Frame {
-        left: 80.0,
-        top: 24.0,
-        width: 460.0,
-        height: 350.0,
-        x: Scale::around(all().map(|point| point[0]), false),
-        y: Scale::around(all().flat_map(|point| [point[1], point[2]]), true),
-    };
-    frame.draw(
-        &mut svg,
-        &table.keys[position],
-        &format!("mean (solid), maximum (dashed) / {unit}"),
-    );
-    let colours = ["#c22f2f", "#2f5fc2", "#2f8f4f", "#a05fb0", "#c28a2f", "#3f9fa8"];
-    for (k, (name, points)) in lines.iter().enumerate() {
-        let colour = colours[k % colours.len()];
-        svg.polyline(points.iter().map(|p| frame.at(p[0], p[1])), Stroke::solid(colour, 1.8));
-        svg.polyline(
-            points.iter().map(|p| frame.at(p[0], p[2])),
-            Stroke {
-                colour,
-                width: 1.2,
-                dash: "5 3",
-            },
-        );
-        for p in points {
-            svg.circle(frame.at(p[0], p[1]), 2.5, colour, None);
-        }
-        if lines.len() > 1 && k < 18 {
-            svg.text((556.0, 40.0 + 18.0 * k as f64), 11.0, Anchor::Start, colour, name);
-        }
-    }
-    Some(svg.finish())
 }
 
 #[cfg(test)]

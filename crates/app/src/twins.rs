@@ -308,7 +308,7 @@ mod tests {
         .unwrap();
         let station = Station::load(&out).unwrap();
         assert_eq!(station.darkroom(), Some(Utf8Path::new("darkroom.toml")));
-        assert!(crate::stage::is_virtual(&station));
+        assert!(crate::roles::is_virtual(&station));
         let calibration = isolux_record::document::read_text(&path.join(CALIBRATION_FILE)).unwrap();
         isolux_record::spectra::parse_calibration(&path, &calibration).unwrap();
         assert!(

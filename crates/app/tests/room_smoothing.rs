@@ -4,10 +4,10 @@ use camino::{Utf8Path, Utf8PathBuf};
 use glam::DVec3;
 use isolux_app::bench::Source;
 use isolux_app::catalogue::Catalogue;
+use isolux_app::init;
 use isolux_app::progress::Silent;
 use isolux_app::scan::{self, Place, Target};
 use isolux_app::stage::{self, Stage};
-use isolux_app::{init, reduce};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::{Plan, Run};
@@ -75,7 +75,7 @@ fn errors_cd(seed: u64, distance_mm: f64) -> (f64, f64) {
     })
     .unwrap();
     let run = Run::read(&path).unwrap();
-    let reduction = reduce::reduction(&run, &Options::default(), None).unwrap();
+    let reduction = isolux_reduce::reduce(&run, &Options::default(), None).unwrap();
     let room = Room::new(room);
     let (raw, _) = reduction.grid.smoothed.as_ref().unwrap();
     (rms_cd(&room, raw), rms_cd(&room, &reduction.grid.distribution))

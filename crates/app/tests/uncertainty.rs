@@ -390,7 +390,7 @@ fn where_a_number_carries_plus_minus_the_truth_lies_within_two_of_it() {
             spectra: Vec::new(),
         };
         let words = format!("day {number}: {}", day.words);
-        match isolux_app::reduce::reduction(&run, &day.options, None) {
+        match isolux_reduce::reduce(&run, &day.options, None) {
             Ok(reduction) => {
                 tallies[0].add(&reduction.flux, day.truth[0], &words);
                 tallies[1].add(&reduction.i_max, day.truth[1], &words);

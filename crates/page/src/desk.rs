@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::control::{Control, Pace};
-use isolux_app::live::{self, Live, Replay};
+use isolux_app::live::Live;
 use isolux_app::operator::ByFunction;
+use isolux_app::replay::{self, Replay};
 use isolux_app::{Failure, folder};
 use serde::Deserialize;
 
@@ -267,7 +268,7 @@ impl Desk {
         }
         let run = self.hub.status_now().run;
         let run = run.ok_or_else(|| Failure::instrument("no scan is on"))?;
-        live::ask_writer_to_end(Utf8Path::new(&run))
+        replay::ask_writer_to_end(Utf8Path::new(&run))
     }
 
     fn answer(&self, number: u64, who: &str) -> Result<String, Failure> {
@@ -321,7 +322,7 @@ impl Desk {
         self.follow(&runs);
         let mut elsewhere = None;
         if let Some((path, replay)) = locked(&self.replay).as_mut() {
-            elsewhere = live::writer(path).map(|writer| writer.words);
+            elsewhere = replay::writer(path).map(|writer| writer.words);
             // A record that is being written may be between two files.
             if let Ok(told) = replay.further() {
                 for live in &told {
@@ -356,7 +357,7 @@ impl Desk {
                 self.folder.join(run)
             }
         };
-        let made = runs.iter().find(|run| live::writer(&path(run)).is_some());
+        let made = runs.iter().find(|run| replay::writer(&path(run)).is_some());
         let shown = status.run.as_deref();
         match made {
             Some(run) if shown != Some(path(run).as_str()) => drop(self.show_quietly(run)),

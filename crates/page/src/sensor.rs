@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use camino::Utf8Path;
-use isolux_app::live;
+use isolux_app::sensor_so_far::sensor_so_far;
 
 use crate::hub::Hub;
 
@@ -39,7 +39,7 @@ impl Sensor {
         }
         let Some(run) = self.hub.status_now().run else { return };
         // A record that is being written may be between two files: the next half-plane brings the next map.
-        let map = live::sensor_so_far(Utf8Path::new(&run)).ok().flatten();
+        let map = sensor_so_far(Utf8Path::new(&run)).ok().flatten();
         let text = map.and_then(|map| serde_json::to_string(&map).ok());
         let some = text.is_some();
         *self.map.lock().unwrap_or_else(PoisonError::into_inner) = text;

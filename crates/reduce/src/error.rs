@@ -72,10 +72,10 @@ pub enum ReduceError {
         illuminance_lx: f64,
     },
     /// Lamp or bench did not stay as they were.
-    #[error("{}", crate::gate::sentences(.findings))]
+    #[error("{}", crate::finding::sentences(.findings))]
     Unsteady {
         /// What does not agree, with its rows.
-        findings: Vec<crate::gate::Finding>,
+        findings: Vec<crate::finding::Finding>,
     },
     /// The spectrum is saturated where light is.
     #[error("spectrum {index} is saturated at {pixels} pixels, the first at {wavelength_nm} nm")]

@@ -1,15 +1,26 @@
 //! Samples → one intensity distribution, with one value at the poles.
 
 use isolux_photometry::{IntensityDistribution, Symmetry};
+use serde::Serialize;
 
 use crate::circle::Circle;
 use crate::error::ReduceError;
 use crate::samples::Sample;
-use crate::smooth::{SmoothError, Smoothing, smooth};
 
 /// Rounds of moving intensities from where they were read to the nodes of the grid. Displacements are small against the
 /// grid, so that each round gains several digits.
 const ROUNDS: usize = 6;
+
+/// What smoothing did.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Smoothing {
+    /// Root mean square of (smoothed − raw), in candela.
+    pub rms_cd: f64,
+    /// Largest difference, in candela.
+    pub max_cd: f64,
+    /// Largest difference relative to half the width of its interval: at most 1.
+    pub max_of_half_width: f64,
+}
 
 /// A distribution and the samples that stand at its nodes.
 #[derive(Debug, Clone)]
@@ -75,17 +86,6 @@ impl Grid {
             assumed: circle.assumed,
             pole_spread_cd,
         })
-    }
-
-    /// Replaces the distribution by the smoothest one that its readings allow, and keeps the raw one beside it.
-    ///
-    /// # Errors
-    /// [`SmoothError`]; the distribution is as it was then.
-    pub fn smooth(&mut self) -> Result<(), SmoothError> {
-        let (smooth, facts) = smooth(self)?;
-        let raw = std::mem::replace(&mut self.distribution, smooth);
-        self.smoothed = Some((raw, facts));
-        Ok(())
     }
 
     /// Weight of every node in the luminous flux, in sr: Φ = Σ w·I.

@@ -5,6 +5,7 @@
 //! from.
 
 mod apparent;
+mod bench;
 mod blocks;
 mod budget;
 mod circle;
@@ -14,6 +15,8 @@ mod correction;
 mod drift;
 mod electrical;
 mod error;
+mod finding;
+mod floor;
 mod gate;
 mod grid;
 mod headline;
@@ -22,6 +25,7 @@ mod levels;
 mod near_field;
 mod notes;
 mod partial;
+mod pipeline;
 mod quantity;
 mod reference;
 mod rehearsal;
@@ -38,9 +42,8 @@ mod tests;
 
 use std::collections::BTreeSet;
 
-use isolux_record::run::Run;
-use isolux_record::spectra::DarkSubtraction;
-use isolux_record::{Quality, Reading, ReadingKind};
+use isolux_model::Model;
+use isolux_record::Run;
 
 pub use apparent::Apparent;
 pub use budget::Common;
@@ -50,22 +53,20 @@ pub use correction::{Correction, UnknownCorrection};
 pub use drift::{Burning, Drift};
 pub use electrical::{Electrical, Over};
 pub use error::ReduceError;
-pub use gate::{Accepted, Evidence, Finding, note};
-pub use grid::Grid;
+pub use finding::{Accepted, Evidence, Finding, note};
+pub use grid::{Grid, Smoothing};
 pub use headline::NEAR_FIELD_AT_SENSOR;
 pub use levels::{Level, Levels, Subtract};
 pub use partial::Partial;
-pub use quantity::Quantity;
+pub use quantity::{Quantity, no_uncertainty};
 pub use rehearsal::rehearse;
 pub use results::{ResultFile, files, photometric};
-pub use samples::{Corrected, Sample};
-pub use smooth::{SmoothError, Smoothing};
+pub use samples::Sample;
+pub use smooth::SmoothError;
 pub use spectral::SpectralResult;
 
-use drift::Stability;
-use headline::Headline;
-use reference::Reference;
-use unmeasured::{Done, Unmeasured};
+use bench::Bench;
+use floor::Floor;
 
 /// Side of the square sensor and its distance, for which the budget gives the mean irradiance: a full-frame-class
 /// sensor at half a metre.
@@ -79,24 +80,6 @@ pub struct Options {
     /// Why a drift, an unstable reference or a closing half-plane beyond the limits of the plan is accepted, in a
     /// person's words; none: it is refused.
     pub accept_drift: Option<String>,
-}
-
-/// A model of the bench, turned around: takes the bench's effects out of lit readings.
-pub trait BenchInverse {
-    /// For each lit reading and its illuminance: intensity, true direction, candela of one lux.
-    ///
-    /// # Errors
-    /// The effect that has no inverse.
-    fn correct(&self, readings: &[&Reading], illuminance_lx: &[f64]) -> Result<Vec<Corrected>, String>;
-
-    /// Which of the run's own corrections the model takes over, because it has an effect for them.
-    fn takes_over(&self) -> Subtract;
-
-    /// What it takes out, for the provenance.
-    fn effects(&self) -> Vec<String>;
-
-    /// Those of them whose uncertainty the budget of the run does not hold.
-    fn without_uncertainty(&self) -> Vec<String>;
 }
 
 /// What a run says.
@@ -151,241 +134,34 @@ pub struct Reduction {
     pub bench_effects: Vec<String>,
 }
 
-/// Reduces a run.
+/// What a run says: by `model`, whose bench effects are taken out, or else by the run's own dark, ambient and baffled
+/// readings. Where a floor explains the baffled readings, it is the floor that is taken out: then the model file, which
+/// carries it, predicts the readings as they were read, and no digit of the baffled readings is cut into the
+/// distribution.
 ///
 /// # Errors
-/// [`ReduceError`]; nothing half-made is returned. The effect without inverse of `bench` comes back as text in
+/// [`ReduceError`]; nothing half-made is returned. The effect of `model` without inverse comes back as text in
 /// [`ReduceError::Format`].
-pub fn reduce(run: &Run, options: &Options, bench: Option<&dyn BenchInverse>) -> Result<Reduction, ReduceError> {
-    let on = |correction| !options.without.contains(&correction);
-    let all = &run.readings.rows;
-    let blocks::Chosen {
-        rows,
-        distance_mm,
-        partial,
-        notes: left_out,
-    } = blocks::Chosen::of(run)?;
-    let station = &run.header.station;
-    let own = if on(Correction::InverseSquare) {
-        None
-    } else {
-        Some(station.bench().distance_mm)
-    };
-    let levels = Levels::of(all, distance_mm);
-    let taken = bench.map(BenchInverse::takes_over);
-    let corrected = Subtract {
-        dark: on(Correction::Dark),
-        ambient: on(Correction::Ambient),
-        stray: on(Correction::Stray),
-    };
-    let subtract = Subtract {
-        dark: corrected.dark && !taken.is_some_and(|taken| taken.dark),
-        ambient: corrected.ambient && !taken.is_some_and(|taken| taken.ambient),
-        stray: corrected.stray && !taken.is_some_and(|taken| taken.stray),
-    };
-    let by_model = match bench {
-        Some(bench) => Some(inverted(bench, all, &levels, subtract)?),
-        None => None,
-    };
-    let light = |row: &Reading, lux: f64| -> Corrected {
-        if let Some(corrected) = by_model.as_ref().and_then(|corrected| corrected[row.index as usize]) {
-            return corrected;
-        }
-        let metres = own.unwrap_or(row.distance_mm) * 1e-3;
-        let cd_per_lx = metres * metres;
-        let intensity_cd = (lux - levels.subtracted_lx(row.gamma_deg, subtract)) * cd_per_lx;
-        Corrected {
-            intensity_cd,
-            cd_per_lx,
-            c_deg: row.c_deg,
-            gamma_deg: row.gamma_deg,
-        }
-    };
-    let limits = run.header.plan.limits();
-    let reference = Reference::of(all, &rows, distance_mm, Stability::of(station), &light);
-    let mut findings = gate::of_reference(&reference, limits, all);
-    refuse(&findings, options)?;
-    let drift = if on(Correction::Drift) {
-        reference.drift(distance_mm)?
-    } else {
-        reference.uncorrected()
-    };
-    let mut samples = samples::samples(&rows, |row, lux| {
-        let corrected = light(row, lux);
-        let factor = row.time_s.map_or(1.0, |time| drift.factor(row.index, time));
-        Corrected {
-            intensity_cd: corrected.intensity_cd / factor,
-            ..corrected
-        }
-    })?;
-    findings.extend(gate::of_closing(&samples, limits, &rows));
-    refuse(&findings, options)?;
-    let accepted = (!findings.is_empty()).then(|| Accepted {
-        reason: options.accept_drift.clone().unwrap_or_default(),
-        findings,
-    });
-    if let Some(partial) = &partial {
-        partial.fill(&mut samples);
+pub fn reduce(run: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
+    if let Some(model) = model {
+        let bench = Bench {
+            model,
+            measured_by_the_run: false,
+        };
+        let mut reduction = pipeline::reduce(run, options, Some(&bench))?;
+        reduction.bench_effects = bench.tables();
+        return Ok(reduction);
     }
-    let mut grid = Grid::new(&samples)?;
-    // What is interpolated is no reading that could be smoothed.
-    let smoothing = on(Correction::Smoothing) && partial.is_none();
-    let not_smoothed = smoothing.then(|| grid.smooth().err()).flatten();
-    let unmeasured = Unmeasured::of(
-        station,
-        &Done {
-            levels: &levels,
-            corrected,
-            subtract,
-            distribution: &grid.distribution,
-            distance_mm,
-        },
-    );
-    // What a model takes out was learnt from such readings too: their noise and digit stay in the budget.
-    let common = common(run, &levels, corrected, &drift, &grid, distance_mm, &unmeasured);
-    let own_distance = own.is_none_or(|own_mm| own_mm == distance_mm);
-    let missing: Vec<String> = unmeasured
-        .missing
-        .iter()
-        .cloned()
-        .chain(partial.as_ref().map(Partial::words))
-        .chain(accepted.is_some().then(|| gate::ACCEPTED.to_owned()))
-        .chain(station.bench().u_distance_mm.is_none().then(|| NO_DISTANCE.to_owned()))
-        .chain((!own_distance).then(|| "not corrected for the distance of the readings".to_owned()))
-        .chain(reference.missing(on(Correction::Drift)))
-        .chain(bench.and_then(|bench| unknown_effects(&bench.without_uncertainty())))
-        .collect();
-    let Headline {
-        flux,
-        i_max,
-        i_max_deg,
-        sensor_illuminance,
-    } = Headline::of(&grid, &common, station, distance_mm, &missing)?;
-    let dark = if on(Correction::SpectralDark) {
-        DarkSubtraction::Spectrum
-    } else {
-        DarkSubtraction::Off
+    let plain = pipeline::reduce(run, options, None)?;
+    let Some(floor) = Floor::of(run, &plain) else {
+        return Ok(plain);
     };
-    let spectral = spectral::on_axis(run, dark)?;
-    let sensor_irradiance = spectral
-        .as_ref()
-        .map(|spectral| sensor_illuminance.over(&spectral.ler, "W/m²", "efficacy"));
-    let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
-    let mut notes: Vec<String> = partial.iter().map(Partial::note).collect();
-    notes.extend(levels.notes.clone());
-    notes.extend(accepted.iter().map(gate::note));
-    notes.extend(left_out);
-    notes.extend(circle::note(grid.assumed));
-    notes.extend(notes::zone_note(&grid));
-    notes.extend(not_smoothed.map(|error| error.to_string()));
-    notes.extend(notes::burning_notes(all, &rows, &drift, on(Correction::Drift)));
-    notes.extend(notes::run_notes(run, &options.without, &levels, used, rows.len()));
-    Ok(Reduction {
-        other_distances: apparent::other_distances(all, distance_mm, subtract),
-        spectral,
-        subtract,
-        drift,
-        common,
-        distance_mm,
-        electrical: Electrical::of(&rows, station, &flux),
-        flux,
-        i_max,
-        i_max_deg,
-        sensor_illuminance,
-        sensor_irradiance,
-        closing: Closing::of(&samples),
-        partial,
-        accepted,
-        made_of: samples::made_of(&rows),
-        readings: (used, all.len()),
-        notes,
-        without: options.without.clone(),
-        removed_effects: bench.map_or_else(Vec::new, BenchInverse::effects),
-        bench_effects: Vec::new(),
-        grid,
-        levels,
-    })
-}
-
-/// Every lit reading through the model's inverse at once, by row number. What the run itself measured of offset and
-/// stray light is taken off first where the model has no effect for it.
-fn inverted(
-    bench: &dyn BenchInverse,
-    all: &[Reading],
-    levels: &Levels,
-    subtract: Subtract,
-) -> Result<Vec<Option<Corrected>>, ReduceError> {
-    let lit: Vec<(&Reading, f64)> = all
-        .iter()
-        .filter(|row| row.kind == ReadingKind::Lit)
-        .filter_map(|row| {
-            row.illuminance_lx
-                .map(|lux| (row, lux - levels.subtracted_lx(row.gamma_deg, subtract)))
-        })
-        .collect();
-    let rows: Vec<&Reading> = lit.iter().map(|(row, _)| *row).collect();
-    let lux: Vec<f64> = lit.iter().map(|(_, lux)| *lux).collect();
-    let corrected = bench.correct(&rows, &lux).map_err(|message| ReduceError::Format {
-        file: "--with model",
-        message,
-    })?;
-    let mut by_row = vec![None; all.len()];
-    for (row, corrected) in rows.iter().zip(corrected) {
-        if let Some(place) = by_row.get_mut(row.index as usize) {
-            *place = Some(corrected);
-        }
-    }
-    Ok(by_row)
-}
-
-/// What a budget without `bench.u_distance_mm` lacks.
-const NO_DISTANCE: &str = "the station states no bench.u_distance_mm: uncertainty of the distance";
-
-/// Refuses what does not agree, unless it is accepted.
-fn refuse(findings: &[Finding], options: &Options) -> Result<(), ReduceError> {
-    if findings.is_empty() || options.accept_drift.is_some() {
-        return Ok(());
-    }
-    Err(ReduceError::Unsteady {
-        findings: findings.to_vec(),
-    })
-}
-
-/// What a budget lacks where a model takes out effects of unknown uncertainty.
-fn unknown_effects(effects: &[String]) -> Option<String> {
-    (!effects.is_empty()).then(|| {
-        format!(
-            "no uncertainty is known of what the model takes out: {}",
-            effects.join(", ")
-        )
-    })
-}
-
-fn common(
-    run: &Run,
-    levels: &Levels,
-    subtract: Subtract,
-    drift: &Drift,
-    grid: &Grid,
-    distance_mm: f64,
-    unmeasured: &Unmeasured,
-) -> Common {
-    let station = &run.header.station;
-    let per_lx = (distance_mm * 1e-3).powi(2);
-    let (mut noise, mut digit) = (0.0_f64, 0.0_f64);
-    for &gamma in grid.distribution.gamma_deg() {
-        let (noise_lx, digit_lx) = levels.u_lx(gamma, subtract);
-        noise = noise.max(noise_lx);
-        digit = digit.max(digit_lx);
-    }
-    Common {
-        dark_noise_cd: noise * per_lx,
-        dark_digit_cd: digit * per_lx,
-        offset_cd: unmeasured.offset_lx * per_lx,
-        ambient_cd: unmeasured.ambient_lx * per_lx,
-        stray_cd: unmeasured.stray_lx * per_lx,
-        distance_rel: station.bench().u_distance_mm.map_or(0.0, |u| 2.0 * u / distance_mm),
-        calibration_rel: station.luxmeter().u_rel,
-        drift_rel: drift.u_rel(),
-    }
+    let table = floor.table();
+    let bench = Bench {
+        model: floor::far_field(&plain).with_effects(vec![floor.effect]),
+        measured_by_the_run: true,
+    };
+    let mut reduction = pipeline::reduce(run, options, Some(&bench))?;
+    reduction.bench_effects = vec![table];
+    Ok(reduction)
 }

@@ -74,6 +74,22 @@ impl Quantity {
         rounded(self.value, K * self.u_of_parts, finest)
     }
 
+    /// As reports state it: the value and its expanded uncertainty (k = 2), to the digits of the latter; where
+    /// something is missing in the uncertainty, the value and what is missing.
+    pub fn stated(&self) -> String {
+        let said = self.rounded();
+        // A chromaticity has no unit.
+        let unit = if self.unit.is_empty() {
+            String::new()
+        } else {
+            format!(" {}", self.unit)
+        };
+        match self.u {
+            Some(_) => format!("{} ± {}{unit} (k = 2)", said.value, said.expanded),
+            None => format!("{}{unit}, {}", said.value, no_uncertainty(&self.missing)),
+        }
+    }
+
     /// Relative standard uncertainty, where nothing is missing.
     pub fn u_rel(&self) -> Option<f64> {
         self.u.map(|u| u / self.value.abs())
@@ -95,6 +111,11 @@ impl Quantity {
             .chain([(name, value * other.u_of_parts_rel())]);
         Self::new(value, unit, parts).lacking(self.missing.iter().chain(&other.missing).cloned())
     }
+}
+
+/// Why a number has no ±.
+pub fn no_uncertainty(missing: &[String]) -> String {
+    format!("no uncertainty: {}", missing.join("; "))
 }
 
 #[cfg(test)]

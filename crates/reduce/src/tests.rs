@@ -231,42 +231,11 @@ fn poles_have_one_value_and_displaced_readings_go_home() {
     }
 }
 
-/// A model without any effect. It answers as models do: at a pole with a half-plane of its own.
-struct Nothing;
-
-impl crate::BenchInverse for Nothing {
-    fn correct(&self, readings: &[&Reading], illuminance_lx: &[f64]) -> Result<Vec<crate::Corrected>, String> {
-        let corrected = |(reading, lux): (&&Reading, &f64)| crate::Corrected {
-            intensity_cd: 100.0 * lux,
-            cd_per_lx: 100.0,
-            c_deg: if reading.gamma_deg == 0.0 { 0.0 } else { reading.c_deg },
-            gamma_deg: reading.gamma_deg,
-        };
-        Ok(readings.iter().zip(illuminance_lx).map(corrected).collect())
-    }
-
-    fn takes_over(&self) -> crate::Subtract {
-        crate::Subtract {
-            dark: false,
-            ambient: false,
-            stray: false,
-        }
-    }
-
-    fn effects(&self) -> Vec<String> {
-        Vec::new()
-    }
-
-    fn without_uncertainty(&self) -> Vec<String> {
-        Vec::new()
-    }
-}
-
 #[test]
 fn a_model_of_nothing_changes_nothing_though_the_half_planes_differ_at_the_pole() {
     let run = run(day(rounded, -0.002));
     let plain = reduce(&run, &Options::default(), None).unwrap();
-    let with = reduce(&run, &Options::default(), Some(&Nothing)).unwrap();
+    let with = reduce(&run, &Options::default(), Some(crate::floor::far_field(&plain))).unwrap();
     assert!(plain.grid.pole_spread_cd[0] > 0.1, "{:?}", plain.grid.pole_spread_cd);
     for (a, b) in with
         .grid

@@ -3,6 +3,7 @@
 //! [`inverse`] integrates, without noise and with a bound on its own error; [`direct`] counts rays, in three samplings
 //! of one law; [`noise`] says what the counting does to a result.
 
+pub mod against;
 mod angles;
 mod batch;
 pub mod blur;
@@ -19,6 +20,7 @@ mod polar;
 mod polynomial;
 mod product;
 pub mod random;
+pub mod rays;
 mod rules;
 pub mod sensor;
 pub mod setup;

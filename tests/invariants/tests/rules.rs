@@ -227,7 +227,7 @@ fn front_ends_reach_the_rest_through_app_alone() {
     }
 }
 
-/// The arrows: units ← photometry, spectrum ← formats, model ← sim, reduce, diagnose ← app.
+/// The arrows: units ← photometry, spectrum ← formats ← model ← sim, reduce ← diagnose ← report ← app.
 #[test]
 fn arrows_point_one_way() {
     let workspace = Workspace::new();
@@ -250,6 +250,18 @@ fn arrows_point_one_way() {
             &["isolux-model", "isolux-sim", "isolux-reduce", "isolux-diagnose"],
         ),
         ("isolux-model", &["isolux-sim", "isolux-reduce", "isolux-diagnose"]),
+        ("isolux-reduce", &["isolux-sim", "isolux-diagnose", "isolux-report"]),
+        ("isolux-diagnose", &["isolux-report"]),
+        (
+            "isolux-report",
+            &[
+                "isolux-app",
+                "isolux-scan",
+                "isolux-device",
+                "isolux-transport",
+                "tokio",
+            ],
+        ),
         ("isolux-sim", &["isolux-reduce", "isolux-diagnose", "isolux-report"]),
         ("isolux-device", &["isolux-model", "isolux-scan"]),
         (

@@ -4,9 +4,9 @@
 use camino::Utf8Path;
 use isolux_record::Run;
 use isolux_reduce::{Correction, Options, Reduction};
+use isolux_report::day::{DayResults, Diagnosed};
 use serde_json::Value;
 
-use super::{DayResults, Diagnosed};
 use crate::files;
 use crate::{Failure, reduce};
 
@@ -36,7 +36,7 @@ pub(super) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failu
     let options = Options { without, accept_drift };
     let with = reduce::kept_model(&results)?;
     for model in std::iter::once(None).chain(with.map(Some)) {
-        if let Ok(reduction) = reduce::reduction(run, &options, model)
+        if let Ok(reduction) = isolux_reduce::reduce(run, &options, model)
             && alike(&made(&reduction, run)?, &budget)
         {
             return Ok(reduction);

@@ -5,6 +5,7 @@ use isolux_formats::{Content, Finding, ReadOptions, Severity};
 use isolux_spectrum::meter::{self, NoMismatch};
 use isolux_spectrum::{Spectrum, illuminant};
 
+use super::read::read;
 use crate::Failure;
 
 /// A meter's responsivity and the light of its calibration.
@@ -52,7 +53,7 @@ impl Meter {
 
 fn spectrum(path: &Utf8Path, findings: &mut Vec<Finding>) -> Result<Spectrum, Failure> {
     let refuse = |why: &str| Failure::bad_input(format!("{path}: {why}")).help("isolux inspect names every finding");
-    let mut all = super::read(path, ReadOptions::default()).map_err(|finding| refuse(&finding.message))?;
+    let mut all = read(path, ReadOptions::default()).map_err(|finding| refuse(&finding.message))?;
     if all.len() != 1 {
         return Err(refuse("one spectrum is needed"));
     }

@@ -8,7 +8,7 @@ use isolux_formats::tm25::{Damage, Header, Reader, Spectral, Survey, Tm25Error};
 use isolux_formats::{Finding, Format, Kind};
 use serde_json::{Map, Value, json};
 
-use super::Inspection;
+use super::inspection::Inspection;
 use super::source::Source;
 
 /// Whether this is a ray file: by content, and by name where the content is damaged.

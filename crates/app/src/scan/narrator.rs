@@ -11,10 +11,9 @@ use isolux_scan::warmup::Criterion;
 use isolux_scan::{Observer, ScanEvent};
 use jiff::Timestamp;
 
-use super::duration;
 use super::estimate::Estimate;
 use crate::live::{Left, Live, LiveReading, LiveSpectrum, Outline, State, WarmUp};
-use crate::progress::{Event, Progress, ends, left_words};
+use crate::progress::{Event, Progress, duration, ends, left_words};
 
 /// What a screen shows of a spectrum.
 const SHOWN_PIXELS: usize = 400;

@@ -2,8 +2,8 @@
 
 use isolux_photometry::IntensityDistribution;
 
-use super::PolarOptions;
-use super::polar::{DOUBTFUL, runs};
+use super::polar::{DOUBTFUL, PolarOptions, runs};
+use super::shown;
 use crate::axes::{Frame, Scale};
 use crate::svg::{Anchor, Stroke, Svg, colour};
 
@@ -11,8 +11,8 @@ use crate::svg::{Anchor, Stroke, Svg, colour};
 /// alike.
 pub fn cartesian(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
     let (factor, unit) = options.scale();
-    let last = super::shown_gamma(distribution);
-    let rotational = super::alike(distribution);
+    let last = shown::shown_gamma(distribution);
+    let rotational = shown::alike(distribution);
     let mut svg = Svg::new(720.0, 440.0, &format!("Intensity over γ {}", options.title));
     svg.text((390.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
     // What cannot be told from no light asks for no axis below zero.

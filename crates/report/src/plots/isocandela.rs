@@ -2,15 +2,17 @@
 
 use isolux_photometry::IntensityDistribution;
 
-use super::PolarOptions;
 use super::contour::Grid;
+use super::polar::PolarOptions;
+use super::scale_bar::scale_bar;
+use super::shown;
 use crate::axes::{Frame, Scale, number};
 use crate::svg::{Anchor, Stroke, Svg, colour};
 
 /// Intensity over C (0–360°) and γ in colour, with lines at 10, 20, 30, 50, 70 and 90 % of the largest.
 pub fn isocandela(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
     let (factor, unit) = options.scale();
-    let last = super::shown_gamma(distribution);
+    let last = shown::shown_gamma(distribution);
     let peak = distribution.peak();
     let high = peak.intensity.value() * factor;
     let mut svg = Svg::new(760.0, 470.0, &format!("Isocandela diagram {}", options.title));
@@ -43,7 +45,7 @@ pub fn isocandela(distribution: &IntensityDistribution, options: &PolarOptions) 
             );
         }
     }
-    super::scale_bar(&mut svg, (684.0, 64.0, 16.0, 300.0), high, unit);
+    scale_bar(&mut svg, (684.0, 64.0, 16.0, 300.0), high, unit);
     let at = format!(
         "I max {} {unit} at C {}°, γ {}°",
         number((high * 100.0).round() / 100.0),

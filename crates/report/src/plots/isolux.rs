@@ -3,6 +3,8 @@
 use isolux_photometry::IntensityDistribution;
 
 use super::contour::{Grid, decade_levels};
+use super::isocandela::lines;
+use super::scale_bar::scale_bar;
 use crate::axes::{Frame, Scale, number};
 use crate::svg::{Anchor, Stroke, Svg, colour};
 
@@ -71,12 +73,12 @@ pub fn isolux(distribution: &IntensityDistribution, options: &IsoluxOptions) -> 
     frame.draw(&mut svg, "x in m (towards C0)", "y in m (towards C90)");
     let mut labels = Vec::new();
     for level in decade_levels(high, 8) {
-        super::isocandela::lines(&mut svg, &grid, level, &frame, &number(level), &mut labels);
+        lines(&mut svg, &grid, level, &frame, &number(level), &mut labels);
     }
     let (cx, cy) = frame.at(0.0, 0.0);
     svg.line((cx - 6.0, cy), (cx + 6.0, cy), Stroke::solid(colour::INK, 1.2));
     svg.line((cx, cy - 6.0), (cx, cy + 6.0), Stroke::solid(colour::INK, 1.2));
-    super::scale_bar(&mut svg, (544.0, 64.0, 16.0, 400.0), high, "lx");
+    scale_bar(&mut svg, (544.0, 64.0, 16.0, 400.0), high, "lx");
     let note = format!("plane at {} m, square to γ = 0", number(h));
     svg.text((78.0, 550.0), 12.0, Anchor::Start, colour::INK, &note);
     svg.finish()

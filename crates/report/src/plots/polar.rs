@@ -2,6 +2,7 @@
 
 use isolux_photometry::IntensityDistribution;
 
+use super::shown;
 use crate::axes::{number, tick_step};
 use crate::svg::{Anchor, Stroke, Svg, colour};
 
@@ -59,7 +60,7 @@ pub fn polar(distribution: &IntensityDistribution, options: &PolarOptions) -> St
     let rings = (peak / step).ceil().max(1.0);
     let outer = rings * step;
 
-    let upper_light = super::upper_light(distribution);
+    let upper_light = shown::upper_light(distribution);
     let widest = if upper_light { 180.0 } else { 105.0_f64 };
     let radius = 220.0;
     let (width, top) = (600.0, 56.0);

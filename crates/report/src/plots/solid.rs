@@ -2,8 +2,9 @@
 
 use isolux_photometry::IntensityDistribution;
 
-use super::PolarOptions;
 use super::contour::shade;
+use super::polar::PolarOptions;
+use super::shown;
 use crate::axes::number;
 use crate::svg::{Anchor, Stroke, Svg, colour};
 
@@ -12,10 +13,10 @@ use crate::svg::{Anchor, Stroke, Svg, colour};
 pub fn solid(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
     let (factor, unit) = options.scale();
     let high = distribution.peak().intensity.value();
-    let last = super::shown_gamma(distribution);
+    let last = shown::shown_gamma(distribution);
     let mut svg = Svg::new(600.0, 600.0, &format!("Photometric solid {}", options.title));
     svg.text((300.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
-    let (centre, radius) = if super::upper_light(distribution) {
+    let (centre, radius) = if shown::upper_light(distribution) {
         ((300.0, 310.0), 225.0)
     } else {
         ((300.0, 205.0), 280.0)

@@ -1,0 +1,80 @@
+//! The floor whose diffuse reflection explains what the lux meter reads behind its baffle.
+
+use isolux_model::{Effect, Emitter, Luminaire, Model, Spectral};
+use isolux_record::observation::ReadingCoordinates;
+use isolux_record::{ReadingKind, Run};
+
+use crate::Reduction;
+use crate::bench::table;
+
+/// The reduced distribution as a point source.
+pub fn far_field(reduction: &Reduction) -> Model {
+    let distribution = reduction.grid.distribution.clone();
+    Model::of(Luminaire::new(distribution, Emitter::Point {}, Spectral::None))
+}
+
+/// The floor whose diffuse reflection explains the baffled readings.
+pub struct Floor {
+    pub effect: Effect,
+    u_albedo: f64,
+}
+
+impl Floor {
+    /// The albedo fitted to baffled − lamp_off over γ, at the height that the station gives; nothing where there is no
+    /// such reading, where the fit is no floor (albedo below zero) or where a reading is further from it than three
+    /// times its uncertainty: that stray light comes another way.
+    pub fn of(run: &Run, reduction: &Reduction) -> Option<Self> {
+        const TRIAL_ALBEDO: f64 = 0.1;
+        const WITHIN_U: f64 = 3.0;
+        let height_mm = run.header.station.bench().floor_mm?;
+        let levels = &reduction.levels;
+        let off = levels.lamp_off.or(levels.capped)?;
+        if levels.baffled.is_empty() || !reduction.subtract.stray {
+            return None;
+        }
+        let at: Vec<ReadingCoordinates> = levels
+            .baffled
+            .iter()
+            .map(|(gamma_deg, _)| ReadingCoordinates {
+                kind: ReadingKind::Baffled,
+                time_s: None,
+                c_deg: 0.0,
+                gamma_deg: *gamma_deg,
+                distance_mm: reduction.distance_mm,
+                travel: 0,
+                range: None,
+                ambient_c: None,
+            })
+            .collect();
+        let of_albedo = |albedo| Effect::from_keys("floor_reflection", [("albedo", albedo), ("height_mm", height_mm)]);
+        let per_trial = far_field(reduction)
+            .with_effects(vec![of_albedo(TRIAL_ALBEDO).ok()?])
+            .predict_readings(&at);
+        let stray: Vec<(f64, f64)> = levels
+            .baffled
+            .iter()
+            .map(|(_, level)| (level.mean_lx - off.mean_lx, level.u_lx().hypot(off.u_lx())))
+            .collect();
+        let squares: f64 = per_trial.iter().map(|lux| lux * lux).sum();
+        let product: f64 = per_trial.iter().zip(&stray).map(|(lux, (stray, _))| lux * stray).sum();
+        let share = product / squares;
+        let explained = per_trial
+            .iter()
+            .zip(&stray)
+            .all(|(lux, (stray, u))| (stray - share * lux).abs() <= WITHIN_U * u);
+        if !(share > 0.0 && explained) {
+            return None;
+        }
+        // The rounding is the same at every γ, so it does not average out over them.
+        let u_lx = stray.iter().fold(0.0_f64, |largest, (_, u)| largest.max(*u));
+        Some(Self {
+            effect: of_albedo(TRIAL_ALBEDO * share).ok()?,
+            u_albedo: TRIAL_ALBEDO * per_trial.iter().sum::<f64>() * u_lx / squares,
+        })
+    }
+
+    /// Its table of a model file, without the heading.
+    pub fn table(&self) -> String {
+        format!("{}\n[effect.u]\nalbedo = {:.6}\n", table(&self.effect), self.u_albedo)
+    }
+}

@@ -1,0 +1,268 @@
+//! The steps of a reduction, one after the other.
+
+use isolux_record::Run;
+use isolux_record::spectra::DarkSubtraction;
+use isolux_record::{Quality, Reading, ReadingKind};
+
+use crate::apparent;
+use crate::bench::Bench;
+use crate::blocks;
+use crate::budget::Common;
+use crate::circle;
+use crate::closing::Closing;
+use crate::correction::Correction;
+use crate::drift::{Drift, Stability};
+use crate::electrical::Electrical;
+use crate::error::ReduceError;
+use crate::finding::{self, Accepted, Finding};
+use crate::gate;
+use crate::grid::Grid;
+use crate::headline::Headline;
+use crate::levels::{Levels, Subtract};
+use crate::notes;
+use crate::partial::Partial;
+use crate::reference::Reference;
+use crate::samples::{self, Corrected};
+use crate::smooth;
+use crate::spectral;
+use crate::unmeasured::{Done, Unmeasured};
+use crate::{Options, Reduction};
+
+/// Reduces a run, with the effects of `bench` taken out of its lit readings.
+///
+/// # Errors
+/// [`ReduceError`]; nothing half-made is returned. The effect without inverse of `bench` comes back as text in
+/// [`ReduceError::Format`].
+pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Reduction, ReduceError> {
+    let on = |correction| !options.without.contains(&correction);
+    let all = &run.readings.rows;
+    let blocks::Chosen {
+        rows,
+        distance_mm,
+        partial,
+        notes: left_out,
+    } = blocks::Chosen::of(run)?;
+    let station = &run.header.station;
+    let own = if on(Correction::InverseSquare) {
+        None
+    } else {
+        Some(station.bench().distance_mm)
+    };
+    let levels = Levels::of(all, distance_mm);
+    let taken = bench.map(Bench::takes_over);
+    let corrected = Subtract {
+        dark: on(Correction::Dark),
+        ambient: on(Correction::Ambient),
+        stray: on(Correction::Stray),
+    };
+    let subtract = Subtract {
+        dark: corrected.dark && !taken.is_some_and(|taken| taken.dark),
+        ambient: corrected.ambient && !taken.is_some_and(|taken| taken.ambient),
+        stray: corrected.stray && !taken.is_some_and(|taken| taken.stray),
+    };
+    let by_model = match bench {
+        Some(bench) => Some(inverted(bench, all, &levels, subtract)?),
+        None => None,
+    };
+    let light = |row: &Reading, lux: f64| -> Corrected {
+        if let Some(corrected) = by_model.as_ref().and_then(|corrected| corrected[row.index as usize]) {
+            return corrected;
+        }
+        let metres = own.unwrap_or(row.distance_mm) * 1e-3;
+        let cd_per_lx = metres * metres;
+        let intensity_cd = (lux - levels.subtracted_lx(row.gamma_deg, subtract)) * cd_per_lx;
+        Corrected {
+            intensity_cd,
+            cd_per_lx,
+            c_deg: row.c_deg,
+            gamma_deg: row.gamma_deg,
+        }
+    };
+    let limits = run.header.plan.limits();
+    let reference = Reference::of(all, &rows, distance_mm, Stability::of(station), &light);
+    let mut findings = gate::of_reference(&reference, limits, all);
+    refuse(&findings, options)?;
+    let drift = if on(Correction::Drift) {
+        reference.drift(distance_mm)?
+    } else {
+        reference.uncorrected()
+    };
+    let mut samples = samples::samples(&rows, |row, lux| {
+        let corrected = light(row, lux);
+        let factor = row.time_s.map_or(1.0, |time| drift.factor(row.index, time));
+        Corrected {
+            intensity_cd: corrected.intensity_cd / factor,
+            ..corrected
+        }
+    })?;
+    findings.extend(gate::of_closing(&samples, limits, &rows));
+    refuse(&findings, options)?;
+    let accepted = (!findings.is_empty()).then(|| Accepted {
+        reason: options.accept_drift.clone().unwrap_or_default(),
+        findings,
+    });
+    if let Some(partial) = &partial {
+        partial.fill(&mut samples);
+    }
+    let mut grid = Grid::new(&samples)?;
+    // What is interpolated is no reading that could be smoothed.
+    let smoothing = on(Correction::Smoothing) && partial.is_none();
+    let not_smoothed = smoothing.then(|| smooth::apply(&mut grid).err()).flatten();
+    let unmeasured = Unmeasured::of(
+        station,
+        &Done {
+            levels: &levels,
+            corrected,
+            subtract,
+            distribution: &grid.distribution,
+            distance_mm,
+        },
+    );
+    // What a model takes out was learnt from such readings too: their noise and digit stay in the budget.
+    let common = common(run, &levels, corrected, &drift, &grid, distance_mm, &unmeasured);
+    let own_distance = own.is_none_or(|own_mm| own_mm == distance_mm);
+    let missing: Vec<String> = unmeasured
+        .missing
+        .iter()
+        .cloned()
+        .chain(partial.as_ref().map(Partial::words))
+        .chain(accepted.is_some().then(|| finding::ACCEPTED.to_owned()))
+        .chain(station.bench().u_distance_mm.is_none().then(|| NO_DISTANCE.to_owned()))
+        .chain((!own_distance).then(|| "not corrected for the distance of the readings".to_owned()))
+        .chain(reference.missing(on(Correction::Drift)))
+        .chain(bench.and_then(|bench| unknown_effects(&bench.without_uncertainty())))
+        .collect();
+    let Headline {
+        flux,
+        i_max,
+        i_max_deg,
+        sensor_illuminance,
+    } = Headline::of(&grid, &common, station, distance_mm, &missing)?;
+    let dark = if on(Correction::SpectralDark) {
+        DarkSubtraction::Spectrum
+    } else {
+        DarkSubtraction::Off
+    };
+    let spectral = spectral::on_axis(run, dark)?;
+    let sensor_irradiance = spectral
+        .as_ref()
+        .map(|spectral| sensor_illuminance.over(&spectral.ler, "W/m²", "efficacy"));
+    let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
+    let mut notes: Vec<String> = partial.iter().map(Partial::note).collect();
+    notes.extend(levels.notes.clone());
+    notes.extend(accepted.iter().map(finding::note));
+    notes.extend(left_out);
+    notes.extend(circle::note(grid.assumed));
+    notes.extend(notes::zone_note(&grid));
+    notes.extend(not_smoothed.map(|error| error.to_string()));
+    notes.extend(notes::burning_notes(all, &rows, &drift, on(Correction::Drift)));
+    notes.extend(notes::run_notes(run, &options.without, &levels, used, rows.len()));
+    Ok(Reduction {
+        other_distances: apparent::other_distances(all, distance_mm, subtract),
+        spectral,
+        subtract,
+        drift,
+        common,
+        distance_mm,
+        electrical: Electrical::of(&rows, station, &flux),
+        flux,
+        i_max,
+        i_max_deg,
+        sensor_illuminance,
+        sensor_irradiance,
+        closing: Closing::of(&samples),
+        partial,
+        accepted,
+        made_of: samples::made_of(&rows),
+        readings: (used, all.len()),
+        notes,
+        without: options.without.clone(),
+        removed_effects: bench.map_or_else(Vec::new, Bench::effects),
+        bench_effects: Vec::new(),
+        grid,
+        levels,
+    })
+}
+
+/// Every lit reading through the model's inverse at once, by row number. What the run itself measured of offset and
+/// stray light is taken off first where the model has no effect for it.
+fn inverted(
+    bench: &Bench,
+    all: &[Reading],
+    levels: &Levels,
+    subtract: Subtract,
+) -> Result<Vec<Option<Corrected>>, ReduceError> {
+    let lit: Vec<(&Reading, f64)> = all
+        .iter()
+        .filter(|row| row.kind == ReadingKind::Lit)
+        .filter_map(|row| {
+            row.illuminance_lx
+                .map(|lux| (row, lux - levels.subtracted_lx(row.gamma_deg, subtract)))
+        })
+        .collect();
+    let rows: Vec<&Reading> = lit.iter().map(|(row, _)| *row).collect();
+    let lux: Vec<f64> = lit.iter().map(|(_, lux)| *lux).collect();
+    let corrected = bench.correct(&rows, &lux).map_err(|error| ReduceError::Format {
+        file: "--with model",
+        message: error.to_string(),
+    })?;
+    let mut by_row = vec![None; all.len()];
+    for (row, corrected) in rows.iter().zip(corrected) {
+        if let Some(place) = by_row.get_mut(row.index as usize) {
+            *place = Some(corrected);
+        }
+    }
+    Ok(by_row)
+}
+
+/// What a budget without `bench.u_distance_mm` lacks.
+const NO_DISTANCE: &str = "the station states no bench.u_distance_mm: uncertainty of the distance";
+
+/// Refuses what does not agree, unless it is accepted.
+fn refuse(findings: &[Finding], options: &Options) -> Result<(), ReduceError> {
+    if findings.is_empty() || options.accept_drift.is_some() {
+        return Ok(());
+    }
+    Err(ReduceError::Unsteady {
+        findings: findings.to_vec(),
+    })
+}
+
+/// What a budget lacks where a model takes out effects of unknown uncertainty.
+fn unknown_effects(effects: &[String]) -> Option<String> {
+    (!effects.is_empty()).then(|| {
+        format!(
+            "no uncertainty is known of what the model takes out: {}",
+            effects.join(", ")
+        )
+    })
+}
+
+fn common(
+    run: &Run,
+    levels: &Levels,
+    subtract: Subtract,
+    drift: &Drift,
+    grid: &Grid,
+    distance_mm: f64,
+    unmeasured: &Unmeasured,
+) -> Common {
+    let station = &run.header.station;
+    let per_lx = (distance_mm * 1e-3).powi(2);
+    let (mut noise, mut digit) = (0.0_f64, 0.0_f64);
+    for &gamma in grid.distribution.gamma_deg() {
+        let (noise_lx, digit_lx) = levels.u_lx(gamma, subtract);
+        noise = noise.max(noise_lx);
+        digit = digit.max(digit_lx);
+    }
+    Common {
+        dark_noise_cd: noise * per_lx,
+        dark_digit_cd: digit * per_lx,
+        offset_cd: unmeasured.offset_lx * per_lx,
+        ambient_cd: unmeasured.ambient_lx * per_lx,
+        stray_cd: unmeasured.stray_lx * per_lx,
+        distance_rel: station.bench().u_distance_mm.map_or(0.0, |u| 2.0 * u / distance_mm),
+        calibration_rel: station.luxmeter().u_rel,
+        drift_rel: drift.u_rel(),
+    }
+}

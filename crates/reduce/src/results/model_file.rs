@@ -1,0 +1,120 @@
+//! The model file of a run.
+
+use isolux_record::Run;
+
+use super::file::{diameter_mm, file_name, hashes};
+use crate::budget::noise_of_directions;
+use crate::finding;
+use crate::headline::NEAR_FIELD_AT_SENSOR;
+use crate::{Drift, Reduction};
+
+/// The model of the run: its distribution and spectrum with a disc of 1 mm as emitter, and the offset, ambient and
+/// stray light that were taken out of the readings as effects of the bench, so that its predictions are readings again.
+pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8>)]) -> String {
+    let mut text = format!(
+        "format = \"isolux-model/1\"\n\n[luminaire]\ndistribution = \"{}\"\n",
+        file_name(reduction, "luminaire.ldt")
+    );
+    if reduction.spectral.is_some() {
+        text.push_str(&format!("spectrum = \"{}\"\n", file_name(reduction, "luminaire.spdx")));
+    }
+    text.push_str("emitter = { shape = \"disc\", diameter_mm = 1.0 }\n\n");
+    text.push_str("[luminaire.trust]\nshape = \"smooth\"\nc_harmonics = [2]\n\n");
+    text.push_str(&uncertainty_toml(reduction, diameter_mm(run)));
+    let (direction_rel, direction_cd) = noise_of_directions(&reduction.grid);
+    text.push_str(&format!(
+        "direction_rel = {direction_rel:.8}\ndirection_cd = {direction_cd:.6}\n"
+    ));
+    text.push_str("\n[luminaire.provenance]\n");
+    for (file, hash) in hashes(run_files) {
+        if file == "readings.csv" {
+            text.push_str(&format!("readings_sha256 = \"{hash}\"\n"));
+        }
+    }
+    // First and last of each run of numbers.
+    let runs = reduction.made_of.chunk_by(|a, b| a + 1 == *b);
+    let runs: Vec<String> = runs
+        .map(|run| format!("[{}, {}]", run[0], run[run.len() - 1]))
+        .collect();
+    text.push_str(&format!("distribution_rows = [{}]\n", runs.join(", ")));
+    if !reduction.removed_effects.is_empty() {
+        text.push_str(&format!("removed = {:?}\n", reduction.removed_effects));
+    }
+    if let Some(accepted) = &reduction.accepted {
+        text.push_str(&format!("accepted = {}\n", toml::Value::from(finding::note(accepted))));
+    }
+    text.push_str("\n[noise]\nu_scale = \"stated\"\n");
+    for effect in bench_effects(reduction) {
+        text.push_str(&format!("\n[[effect]]\n{effect}"));
+    }
+    text
+}
+
+/// `[luminaire.u]`: relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy,
+/// each where nothing is missing in it; what is missing; the size of the luminous area, which the emitter of 1 mm
+/// leaves out.
+fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
+    let mut text = String::from("[luminaire.u]\n");
+    // The near field at some sensor's distance is the simulation's, which knows the distance.
+    let near_axis = reduction.sensor_illuminance.without_part(NEAR_FIELD_AT_SENSOR);
+    let ler = reduction.spectral.as_ref().map(|spectral| &spectral.ler);
+    let mut missing: Vec<&String> = Vec::new();
+    for (key, quantity) in [
+        ("intensity_rel", Some(&near_axis)),
+        ("flux_rel", Some(&reduction.flux)),
+        ("ler_rel", ler),
+    ] {
+        let Some(quantity) = quantity else { continue };
+        // Where the axis was not measured there is no light to be uncertain of.
+        if let Some(rel) = quantity.u_rel().filter(|rel| rel.is_finite()) {
+            text.push_str(&format!("{key} = {rel:.6}\n"));
+        }
+        for phrase in &quantity.missing {
+            if !missing.contains(&phrase) {
+                missing.push(phrase);
+            }
+        }
+    }
+    if !missing.is_empty() {
+        let list: Vec<toml::Value> = missing.into_iter().map(|phrase| phrase.as_str().into()).collect();
+        text.push_str(&format!("missing = {}\n", toml::Value::Array(list)));
+    }
+    if let Some(diameter_mm) = diameter_mm {
+        text.push_str(&format!("luminous_diameter_mm = {diameter_mm:?}\n"));
+    }
+    text
+}
+
+/// Offset and ambient light as the run measured them, and the drift of the lamp. A level within its uncertainty of
+/// nothing is still what was subtracted.
+fn bench_effects(reduction: &Reduction) -> Vec<String> {
+    let [offset, ambient, _] = reduction.levels.parts_lx(0.0);
+    let mut effects = Vec::new();
+    if let Some(offset) = offset.filter(|_| reduction.subtract.dark) {
+        effects.push(format!("name = \"dark_offset\"\noffset_lx = {offset:.6}\n"));
+    }
+    if let Some(ambient) = ambient.filter(|_| reduction.subtract.ambient) {
+        effects.push(format!("name = \"ambient_stray\"\nilluminance_lx = {ambient:.6}\n"));
+    }
+    effects.extend(reduction.bench_effects.iter().cloned());
+    effects.extend(lamp_drift(&reduction.drift));
+    effects
+}
+
+/// The drift that was taken out of the readings, which the lamp still has. The intensities are those of its reference
+/// time.
+fn lamp_drift(drift: &Drift) -> Option<String> {
+    let Drift::Linear {
+        rate_per_h,
+        u_rate_per_h,
+        centre_s,
+        ..
+    } = drift
+    else {
+        return None;
+    };
+    Some(format!(
+        "name = \"lamp_drift\"\nrate_per_h = {rate_per_h:.8}\nreference_s = {centre_s:.3}\n\n[effect.u]\n\
+         rate_per_h = {u_rate_per_h:.8}\n\n[effect.provenance]\nby = \"reduce\"\nfrom = \"visits to the reference point\"\n"
+    ))
+}

@@ -1,0 +1,183 @@
+//! What was corrected, and where the uncertainty comes from.
+
+use crate::document::Section;
+use isolux_reduce::{Correction, Quantity};
+use isolux_units::digits::{K, significant};
+
+use super::results::DayResults;
+use isolux_reduce::no_uncertainty;
+
+pub fn section(day_results: &DayResults) -> Section {
+    let mut section = Section::new("Corrections and uncertainty");
+    section.table(&["correction", "", "how much"], corrections(day_results));
+    section.paragraph(
+        "Each budget gives standard uncertainties (k = 1) in the unit of the number; parts add in squares, and the share is of that sum. \
+         A number of which a part was neither measured nor stated has no uncertainty.",
+    );
+    let reduction = &day_results.reduction;
+    let mut numbers = vec![
+        ("Luminous flux", &reduction.flux),
+        ("Largest luminous intensity", &reduction.i_max),
+    ];
+    if let Some(line) = &reduction.electrical {
+        numbers.extend([
+            ("Active power", &line.power),
+            ("Luminous efficacy", &line.luminous_efficacy),
+        ]);
+    }
+    if let Some(spectral) = &reduction.spectral {
+        numbers.extend(
+            spectral
+                .colour
+                .cct
+                .as_ref()
+                .map(|cct| ("Correlated colour temperature", cct)),
+        );
+        numbers.push(("Luminous efficacy of radiation", &spectral.ler));
+    }
+    for (name, quantity) in numbers {
+        budget(&mut section, name, quantity);
+    }
+    section
+}
+
+fn budget(section: &mut Section, name: &str, quantity: &Quantity) {
+    section.subheading(format!("{name}: {}", value_words(quantity)));
+    let total = quantity.u_of_parts * quantity.u_of_parts;
+    let mut parts: Vec<(&str, f64)> = quantity.parts.iter().map(|(name, u)| (*name, *u)).collect();
+    parts.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let row = |name: String, u: f64| {
+        let share = if total > 0.0 { 100.0 * u * u / total } else { 0.0 };
+        vec![
+            name,
+            significant(u, 2),
+            format!("{:.3} %", 100.0 * u / quantity.value.abs()),
+            format!("{share:.1} %"),
+        ]
+    };
+    let mut rows: Vec<Vec<String>> = parts
+        .into_iter()
+        .map(|(name, u)| row(source(name).to_owned(), u))
+        .collect();
+    match quantity.u {
+        Some(u) => {
+            rows.push(row("combined standard uncertainty u, k = 1".to_owned(), u));
+            rows.push(vec![
+                "expanded uncertainty U, k = 2".to_owned(),
+                significant(K * u, 2),
+                format!("{:.3} %", 100.0 * K * u / quantity.value.abs()),
+                String::new(),
+            ]);
+        }
+        None => rows.push(row(
+            "of the known parts alone, no uncertainty of the number".to_owned(),
+            quantity.u_of_parts,
+        )),
+    }
+    section.numbers(
+        vec![
+            "source".to_owned(),
+            format!("u in {}", quantity.unit),
+            "relative".to_owned(),
+            "share".to_owned(),
+        ],
+        rows,
+    );
+    if !quantity.missing.is_empty() {
+        section.paragraph(format!("Missing: {}.", quantity.missing.join("; ")));
+    }
+}
+
+fn value_words(quantity: &Quantity) -> String {
+    match quantity.u {
+        Some(_) => quantity.stated(),
+        None => format!(
+            "{} {}, {}",
+            quantity.rounded().value,
+            quantity.unit,
+            no_uncertainty(&quantity.missing)
+        ),
+    }
+}
+
+/// The part of a budget in the words of its reader.
+fn source(part: &str) -> &str {
+    match part {
+        "calibration" => "calibration of the meter",
+        "calibration_shape" => "spectral shape of the calibration",
+        "dark_digit" => "rounding of the readings without light",
+        "dark_noise" => "scatter of the readings without light",
+        "digit" => "rounding of the display",
+        "noise" => "scatter of the readings",
+        "distance" => "photometric distance",
+        "drift" => "drift of lamp and meter",
+        "interpolation" => "interpolation between the directions",
+        "smoothing" => "smoothing within rounding and scatter",
+        "offset" => "offset that was not measured",
+        "ambient" => "ambient light that was not measured",
+        "stray" => "stray light that was not measured",
+        "near_field" | "near_field_at_sensor" => "limited photometric distance",
+        "wavelength" => "wavelength scale",
+        "efficacy" => "luminous efficacy of radiation",
+        "flux" => "luminous flux",
+        "power" => "active power",
+        other => other,
+    }
+}
+
+fn corrections(day_results: &DayResults) -> Vec<Vec<String>> {
+    let reduction = &day_results.reduction;
+    let levels = reduction.levels.parts_lx(0.0);
+    let level = |place: usize| match levels[place] {
+        Some(lx) => format!("{} lx on the axis", significant(lx, 2)),
+        None => "not measured by this run".to_owned(),
+    };
+    let spectrum = if reduction.spectral.is_some() {
+        "the dark spectrum of the same integration time".to_owned()
+    } else {
+        "no spectrum".to_owned()
+    };
+    let smoothing = match &reduction.grid.smoothed {
+        Some((_, facts)) => format!(
+            "rms {} cd, at most {} cd",
+            significant(facts.rms_cd, 2),
+            significant(facts.max_cd, 2)
+        ),
+        None => "not needed".to_owned(),
+    };
+    let words = |correction: Correction| -> (&str, String) {
+        match correction {
+            Correction::Dark => ("offset of the meter", level(0)),
+            Correction::Ambient => ("ambient light", level(1)),
+            Correction::Stray => ("stray light of the lamp", level(2)),
+            Correction::InverseSquare => (
+                "distance of each reading, I = E·d²",
+                format!("{} m", reduction.distance_mm * 1e-3),
+            ),
+            Correction::Drift => ("drift of lamp and meter", "see Stability".to_owned()),
+            Correction::SpectralDark => ("dark signal of the spectroradiometer", spectrum.clone()),
+            Correction::Smoothing => ("smoothing within rounding and scatter", smoothing.clone()),
+        }
+    };
+    let mut rows: Vec<Vec<String>> = Correction::ALL
+        .into_iter()
+        .map(|correction| {
+            let (name, how_much) = words(correction);
+            let off = reduction.without.contains(&correction);
+            vec![name.to_owned(), if off { "off" } else { "on" }.to_owned(), how_much]
+        })
+        .collect();
+    rows.push(vec![
+        "spectral mismatch of the lux meter".to_owned(),
+        "off".to_owned(),
+        "not corrected: the station states no spectral responsivity".to_owned(),
+    ]);
+    if !reduction.removed_effects.is_empty() {
+        rows.push(vec![
+            "effects of the bench, by a model".to_owned(),
+            "on".to_owned(),
+            reduction.removed_effects.join(", ").replace('_', " "),
+        ]);
+    }
+    rows
+}

@@ -1,0 +1,133 @@
+//! The first page: what was measured, and the numbers that a reader looks for.
+
+use crate::document::{Block, Section};
+use crate::html::Tile;
+use crate::plots::{PolarOptions, polar};
+use isolux_reduce::Quantity;
+
+use super::results::DayResults;
+use super::words::{direction, identity, plane_at};
+use crate::sensor;
+use isolux_reduce::no_uncertainty;
+
+/// How every number of the report is stated (JCGM 100; EN ISO/IEC 17025, 7.8.3.1).
+const STATEMENT: &str = "± is the expanded uncertainty U = k·u of the value with k = 2, about 95 % coverage for a normal distribution, \
+    evaluated by JCGM 100; the parts are under “Corrections and uncertainty”. A number without ± has no evaluated uncertainty, for the reason given \
+    beside it.";
+
+pub fn section(day_results: &DayResults) -> Section {
+    let mut section = Section::default();
+    if let Some(comparison) = &day_results.comparison {
+        let (sentence, good) = comparison.verdict();
+        section.add(Block::Verdict(sentence, good));
+    }
+    if let Some(accepted) = &day_results.reduction.accepted {
+        section.add(Block::Verdict(isolux_reduce::note(accepted), false));
+    }
+    section.add(Block::Tiles(tiles(day_results)));
+    section.paragraph(STATEMENT);
+    let reduction = &day_results.reduction;
+    let options = PolarOptions {
+        title: String::new(),
+        per_lamp_flux_lm: Some(reduction.flux.value),
+        doubtful_cd: Some(super::light::doubtful_cd(day_results)),
+    };
+    section.figures([(
+        polar(&reduction.grid.distribution, &options),
+        "Luminous intensity: C0–C180 solid red, C90–C270 dashed blue, in cd/klm.",
+    )]);
+    section.subheading("Item and report");
+    identity(day_results, &mut section);
+    section
+}
+
+/// A headline number: the value with its uncertainty, or why there is none.
+fn tile(name: &str, quantity: &Quantity) -> Tile {
+    let said = quantity.rounded();
+    let (value, note) = match quantity.u {
+        Some(_) => (
+            format!("{} ± {} {}", said.value, said.expanded, quantity.unit),
+            "k = 2".to_owned(),
+        ),
+        None => (
+            format!("{} {}", said.value, quantity.unit),
+            no_uncertainty(&quantity.missing),
+        ),
+    };
+    Tile {
+        name: name.to_owned(),
+        value,
+        note,
+    }
+}
+
+fn tiles(day_results: &DayResults) -> Vec<Tile> {
+    let reduction = &day_results.reduction;
+    let distribution = &reduction.grid.distribution;
+    let plain = |name: &str, value: String, note: &str| Tile {
+        name: name.to_owned(),
+        value,
+        note: note.to_owned(),
+    };
+    let mut tiles = vec![tile("luminous flux", &reduction.flux)];
+    let (c_deg, gamma_deg) = reduction.i_max_deg;
+    let mut largest = tile("largest luminous intensity", &reduction.i_max);
+    largest.note = format!("{}; {}", direction(c_deg, gamma_deg), largest.note);
+    tiles.push(largest);
+    if let Some(line) = &reduction.electrical {
+        tiles.push(tile("active power", &line.power));
+        tiles.push(tile("luminous efficacy", &line.luminous_efficacy));
+    } else {
+        for name in ["active power", "luminous efficacy"] {
+            tiles.push(plain(name, "not measured".to_owned(), "no power meter"));
+        }
+    }
+    for (name, field) in [("beam angle (50 %)", false), ("field angle (10 %)", true)] {
+        let of = |c_deg: f64| {
+            let plane = plane_at(distribution, c_deg)?;
+            let found = if field {
+                distribution.field_angle(plane)
+            } else {
+                distribution.beam_angle(plane)
+            };
+            Some(format!("{:.1}°", found?.full_angle_deg()))
+        };
+        let said = |c_deg: f64| of(c_deg).unwrap_or_else(|| "none".to_owned());
+        tiles.push(plain(
+            name,
+            format!("{} / {}", said(0.0), said(90.0)),
+            "C0–C180 / C90–C270; U not evaluated",
+        ));
+    }
+    if let Some(spectral) = &reduction.spectral {
+        match &spectral.colour.cct {
+            Some(cct) => tiles.push(tile("correlated colour temperature", cct)),
+            None => tiles.push(plain(
+                "correlated colour temperature",
+                "none".to_owned(),
+                "too far from the Planckian locus",
+            )),
+        }
+        let of = &spectral.colour;
+        tiles.extend(of.duv.as_ref().map(|duv| tile("Duv", duv)));
+        tiles.extend(of.ra.as_ref().map(|ra| tile("Ra", ra)));
+    }
+    if let Some(colour) = &day_results.colour {
+        tiles.extend(
+            colour
+                .rf
+                .zip(colour.rg)
+                .map(|(rf, rg)| plain("Rf / Rg", format!("{rf:.0} / {rg:.0}"), "TM-30; U not evaluated")),
+        );
+    } else {
+        tiles.push(plain("colour", "not measured".to_owned(), "no spectrum"));
+    }
+    let mean = sensor::mean(&day_results.simulation.facts);
+    let (value, note) = mean.split_once(", ").unwrap_or((&mean, ""));
+    tiles.push(plain(
+        "mean on the sensor, simulated",
+        value.replace(" (k = 2)", ""),
+        if note.is_empty() { "k = 2" } else { note },
+    ));
+    tiles
+}

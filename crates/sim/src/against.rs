@@ -1,0 +1,57 @@
+//! Whether two simulations differ more than their noise: an earlier `result.json` against a new one.
+
+use crate::noise;
+use crate::simulation::{Against, Facts};
+
+/// What an earlier simulation's `result.json` says.
+#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+pub struct Earlier {
+    /// Unit of its map.
+    pub unit: String,
+    /// Its mean.
+    pub mean: f64,
+    /// What the computation adds to the mean.
+    pub u_mean_numeric: f64,
+    /// How rays were drawn, where they were.
+    pub sampling: Option<String>,
+    /// Their seed.
+    pub seed: Option<u64>,
+}
+
+/// Two maps of different quantities.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{folder}: its map is in {earlier}, this one in {now}: they cannot be compared")]
+pub struct OtherUnit {
+    folder: String,
+    earlier: String,
+    now: String,
+}
+
+/// The verdict on the means, each with its own numerical uncertainty (quadrature or counted rays; what the model knows
+/// of its measurement is common to both and left out).
+///
+/// # Errors
+/// Where one is in lx and the other in W/m².
+pub fn compare(facts: &Facts, earlier: &Earlier, folder: &str) -> Result<Against, OtherUnit> {
+    if earlier.unit != facts.unit {
+        return Err(OtherUnit {
+            folder: folder.to_owned(),
+            earlier: earlier.unit.clone(),
+            now: facts.unit.to_string(),
+        });
+    }
+    let difference = noise::difference(
+        (facts.mean, facts.u_mean_numeric),
+        (earlier.mean, earlier.u_mean_numeric),
+    );
+    Ok(Against {
+        folder: folder.to_owned(),
+        mean: earlier.mean,
+        difference: facts.mean - earlier.mean,
+        u_difference: facts.u_mean_numeric.hypot(earlier.u_mean_numeric),
+        sigma: difference.sigma,
+        p_value: difference.p_value,
+        differs: difference.p_value < noise::SIGNIFICANT,
+        same_rays: facts.seed.is_some() && facts.seed == earlier.seed && facts.sampling == earlier.sampling.as_deref(),
+    })
+}
