@@ -90,6 +90,11 @@ pub struct Setup {
 }
 
 impl Setup {
+    /// What one lux is in the unit of the map: W/m² where the lamp's efficacy is known.
+    pub fn per_unit(&self) -> f64 {
+        self.ler_lm_per_w.unwrap_or(1.0).recip()
+    }
+
     /// Prepares `scene`.
     ///
     /// # Errors

@@ -1,9 +1,46 @@
 //! What a simulation states about its map: `result.json`.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::inverse::{self, Accuracy, Bound};
 use crate::noise::Interval;
+use crate::setup::Setup;
+
+/// What a map holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum MapUnit {
+    /// Irradiance.
+    #[serde(rename = "W/m2")]
+    WattPerSquareMetre,
+    /// Illuminance: the model has neither a spectrum nor an efficacy.
+    #[serde(rename = "lx")]
+    Lux,
+}
+
+impl MapUnit {
+    pub(super) const fn of(setup: &Setup) -> Self {
+        match setup.ler_lm_per_w {
+            Some(_) => Self::WattPerSquareMetre,
+            None => Self::Lux,
+        }
+    }
+
+    /// As people write it.
+    pub const fn symbol(self) -> &'static str {
+        match self {
+            Self::WattPerSquareMetre => "W/m²",
+            Self::Lux => "lx",
+        }
+    }
+
+    /// The quantity.
+    pub const fn quantity(self) -> &'static str {
+        match self {
+            Self::WattPerSquareMetre => "irradiance",
+            Self::Lux => "illuminance",
+        }
+    }
+}
 
 /// `result.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -16,8 +53,8 @@ pub struct Facts {
     pub rays: Option<u64>,
     /// Seed.
     pub seed: Option<u64>,
-    /// `W/m2` or `lx`.
-    pub unit: &'static str,
+    /// Unit of the map and of all that is stated of its pixels.
+    pub unit: MapUnit,
     /// Mean over the sensor.
     pub mean: f64,
     /// Inverse: bound on the error of the quadrature; direct: standard error by ray counting.

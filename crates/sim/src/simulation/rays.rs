@@ -19,7 +19,8 @@ pub(super) struct Rays {
 
 impl Rays {
     /// `noise_free`: the map without noise.
-    pub fn of(counts: &Counts, setup: &Setup, mut noise_free: Vec<f64>, per_unit: f64) -> Self {
+    pub fn of(counts: &Counts, setup: &Setup, mut noise_free: Vec<f64>) -> Self {
+        let per_unit = setup.per_unit();
         let pixels = setup.sensor.pixels();
         let value = counts.lux_per_ray() * setup.lamp * per_unit;
         let background = setup.background_lx * per_unit;
