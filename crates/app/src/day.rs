@@ -10,7 +10,7 @@ mod stored;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::document::{Independence, Verdict};
 use isolux_diagnose::on_axis::{self, Comparison};
-use isolux_model::{Model, Scene};
+use isolux_model::Model;
 use isolux_record::run::StopHow;
 use isolux_record::{Job, Run, RunError};
 use isolux_reduce::Reduction;
@@ -206,7 +206,7 @@ fn finish(
     progress.event(Event::Ended(&format!("flux {}", reduced.reduction.flux.stated())));
 
     let Reduced { run, reduction, .. } = reduced;
-    let mut day_results = light(folder, run, reduction, job.map(Job::scene), progress)?;
+    let mut day_results = light(&results, run, reduction, job.map(Job::scene), progress)?;
     simulate::write(
         &results,
         &day_results.simulation,
@@ -270,9 +270,9 @@ fn diagnosis_of(
     }
 }
 
-/// Simulates the sensor and compares the axis.
+/// Simulates the sensor with the model in the folder of results, and compares the axis.
 fn light(
-    folder: &Utf8Path,
+    results: &Utf8Path,
     run: Run,
     reduction: Reduction,
     sensor: Option<&Utf8Path>,
@@ -282,9 +282,11 @@ fn light(
         step: "simulate",
         total: None,
     });
+    let model = results.join(isolux_reduce::file_name(&reduction, "luminaire.model.toml"));
     let scene = match sensor {
-        Some(file) => scene_of_the_day(file, folder)?,
-        None => scene::load(folder, &Changes::default())?,
+        // Whatever model the scene names.
+        Some(file) => scene::lit_by(file, &Model::load(&model).map_err(Failure::bad_input)?)?,
+        None => scene::load(&model, &Changes::default())?,
     };
     let mut simulation = simulate::solve(&scene, Method::Inverse)?;
     progress.event(Event::Ended(&format!(
@@ -293,7 +295,7 @@ fn light(
         simulation.facts.pixels[1],
         simulation.facts.elapsed_s,
         simulation.facts.mean,
-        simulation.facts.unit
+        simulation.facts.unit.symbol()
     )));
     // No wall clock in results: the time of the solver is for the terminal. NaN is written as null.
     simulation.facts.elapsed_s = f64::NAN;
@@ -301,11 +303,11 @@ fn light(
         .spectral
         .as_ref()
         .map(|spectral| isolux_spectrum::quantities(&spectral.spectrum));
-    let comparison = compared(folder, &run, &reduction)?;
+    let comparison = compared(&model, &run, &reduction)?;
     Ok(DayResults {
         run,
         reduction,
-        folder: folder.join("results"),
+        folder: results.to_owned(),
         scene,
         simulation,
         colour,
@@ -316,7 +318,7 @@ fn light(
 }
 
 /// What the spectroradiometer read on the axis against what the model of the day says there.
-fn compared(folder: &Utf8Path, run: &Run, reduction: &Reduction) -> Result<Option<Comparison>, Failure> {
+fn compared(model: &Utf8Path, run: &Run, reduction: &Reduction) -> Result<Option<Comparison>, Failure> {
     // One pixel, small against everything, where the instrument's reference plane meets the axis.
     let simulated_w_m2 = |distance_mm: f64, ring_mm: Option<f64>| -> Result<f64, Failure> {
         let ring = |radius_mm: f64| {
@@ -329,7 +331,7 @@ fn compared(folder: &Utf8Path, run: &Run, reduction: &Reduction) -> Result<Optio
             set: ring_mm.map(ring).into_iter().collect(),
             ..Changes::default()
         };
-        Ok(simulate::solve(&scene::load(folder, &changes)?, Method::Inverse)?
+        Ok(simulate::solve(&scene::load(model, &changes)?, Method::Inverse)?
             .facts
             .mean)
     };
@@ -337,14 +339,9 @@ fn compared(folder: &Utf8Path, run: &Run, reduction: &Reduction) -> Result<Optio
     on_axis::on_axis(reduction, luminous_diameter_mm, simulated_w_m2)
 }
 
-/// The job's sensor, lit with the luminaire that the day measured, whatever model the scene names.
-fn scene_of_the_day(file: &Utf8Path, folder: &Utf8Path) -> Result<Scene, Failure> {
-    let model = Model::load(&folder.join("results/luminaire.model.toml")).map_err(Failure::bad_input)?;
-    scene::lit_by(file, &model)
-}
-
 /// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML
-/// page or as PDF. `job` is that of a day that does not hold its own.
+/// page or as PDF. `job` is that of a day that does not hold its own. The report of a scan that is not finished has
+/// `partial` in its name, which is returned.
 ///
 /// # Errors
 /// Bad input (exit 2) when there is no run, no result, or the file exists; when the results are not of this record;
@@ -356,8 +353,7 @@ pub fn report(
     pdf: bool,
     overwrite: Overwrite,
     progress: &dyn Progress,
-) -> Result<(), Failure> {
-    files::refuse_existing(out, overwrite)?;
+) -> Result<Utf8PathBuf, Failure> {
     let mut run = record::read_at_rest(folder)?;
     let asked::OfReport {
         scene,
@@ -365,14 +361,16 @@ pub fn report(
         subject,
     } = asked::of_report(folder, job)?;
     run.header.state(&subject);
-    record::check_results(&folder.join("results"))?;
     let reduction = stored::reduction(folder, &run)?;
-    let mut day_results = light(folder, run, reduction, scene.as_deref(), progress)?;
+    let out = named(out, &reduction);
+    files::refuse_existing(&out, overwrite)?;
+    let results = reduce::results_folder(folder, &reduction);
+    let mut day_results = light(&results, run, reduction, scene.as_deref(), progress)?;
     stored::beside(folder, own_model, &mut day_results)?;
     let document = document(&day_results)?;
     if !pdf {
-        files::write(out, document.html().as_bytes(), overwrite)?;
-        return Ok(());
+        files::write(&out, document.html().as_bytes(), overwrite)?;
+        return Ok(out);
     }
     let paper = document.pdf().map_err(Failure::instrument)?;
     if !paper.unknown.is_empty() {
@@ -380,7 +378,17 @@ pub fn report(
         let note = format!("the PDF shows ? for characters that its font lacks: {letters}; the HTML report has them");
         progress.event(Event::Note(&note));
     }
-    files::write(out, &paper.bytes, overwrite)
+    files::write(&out, &paper.bytes, overwrite)?;
+    Ok(out)
+}
+
+/// The name of a report, with `partial` in it where the scan is not finished.
+fn named(out: &Utf8Path, reduction: &Reduction) -> Utf8PathBuf {
+    let name = out.file_name().unwrap_or("report.html");
+    if reduction.partial.is_none() || name.contains("partial") {
+        return out.to_owned();
+    }
+    out.with_file_name(isolux_reduce::file_name(reduction, name))
 }
 
 /// `day`, or the first of `day-2`, `day-3`, … that does not exist.

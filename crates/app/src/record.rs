@@ -98,7 +98,12 @@ pub(crate) fn check_results(results: &Utf8Path) -> Result<(), Failure> {
     struct Provenance {
         results_sha256: BTreeMap<String, String>,
     }
-    let file = results.join("provenance.json");
+    let partial = results.join("provenance.partial.json");
+    let file = if partial.exists() {
+        partial
+    } else {
+        results.join("provenance.json")
+    };
     if !file.exists() && !results.join("budget.json").exists() {
         return Ok(());
     }

@@ -8,7 +8,7 @@ use isolux_sim::against::{self, Earlier};
 use isolux_sim::direct::DirectError;
 use isolux_sim::rays;
 use isolux_sim::setup::SetupError;
-use isolux_sim::simulation::{self, Simulation, SimulationError};
+use isolux_sim::simulation::{self, MapUnit, Simulation, SimulationError};
 
 use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
@@ -16,7 +16,7 @@ use crate::scene::{self, Changes};
 use crate::{Failure, array_files, memory};
 
 pub use isolux_model::Accuracy;
-pub use isolux_report::sensor::{mean, numeric, unit};
+pub use isolux_report::sensor::{mean, numeric};
 pub use isolux_sim::direct::Sampling;
 pub use isolux_sim::simulation::{Facts, Method};
 
@@ -103,10 +103,9 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
         )?;
     }
     if request.csv {
-        let column = if facts.unit == "lx" {
-            "illuminance_lx"
-        } else {
-            "irradiance_w_m2"
+        let column = match facts.unit {
+            MapUnit::Lux => "illuminance_lx",
+            MapUnit::WattPerSquareMetre => "irradiance_w_m2",
         };
         let bytes = array_files::csv(map, nx, ny, facts.size_mm, column);
         files::write(&folder.join("irradiance.csv"), &bytes, request.overwrite)?;

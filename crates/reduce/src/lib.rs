@@ -60,7 +60,7 @@ pub use levels::{Level, Levels, Subtract};
 pub use partial::Partial;
 pub use quantity::{Quantity, no_uncertainty};
 pub use rehearsal::rehearse;
-pub use results::{ResultFile, files, photometric};
+pub use results::{ResultFile, file_name, files, photometric};
 pub use samples::Sample;
 pub use smooth::SmoothError;
 pub use spectral::SpectralResult;

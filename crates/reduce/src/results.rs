@@ -13,7 +13,8 @@ pub use photometric::photometric;
 
 use crate::error::ReduceError;
 use crate::{Reduction, SENSOR_MM};
-use file::{file_name, hashes, sha256};
+pub use file::file_name;
+use file::{hashes, sha256};
 use model_file::model_toml;
 use photometric::{header, ies, ldt, spectral_files, xml};
 

@@ -62,7 +62,7 @@ pub fn add(page: &mut Page, scene: &Scene, simulation: &Simulation, id: &str) ->
 /// As [`add`].
 pub fn page(scene: &Scene, simulation: &Simulation) -> Result<String, ViewError> {
     let facts = &simulation.facts;
-    let unit = unit(facts);
+    let unit = facts.unit.symbol();
     let mut page = Page::new("Light on the sensor");
     let tile = |name: &str, value: String, note: String| Tile {
         name: name.to_owned(),
@@ -94,17 +94,12 @@ pub fn page(scene: &Scene, simulation: &Simulation) -> Result<String, ViewError>
 
 /// The mean over the sensor with its expanded uncertainty, or with what is missing in it.
 pub fn mean(facts: &Facts) -> String {
-    let unit = unit(facts);
+    let unit = facts.unit.symbol();
     if let Some(u) = facts.u_mean {
         return stated(facts.mean, u, unit);
     }
     let missing = facts.u_mean_missing.join("; ");
     format!("{} {unit}, no uncertainty: {missing}", significant(facts.mean, 5))
-}
-
-/// The unit of the map as people write it.
-pub fn unit(facts: &Facts) -> &'static str {
-    if facts.unit == "lx" { "lx" } else { "W/m²" }
 }
 
 /// What the computation itself adds to the mean, under its own name: never the uncertainty of the value.
@@ -133,18 +128,13 @@ pub fn marked(simulation: &Simulation, u_rel: Option<f64>) -> Map<'_> {
 pub fn picture(simulation: &Simulation) -> Map<'_> {
     let facts = &simulation.facts;
     let [nx, ny] = facts.pixels;
-    let (quantity, unit) = if facts.unit == "lx" {
-        ("illuminance", "lx")
-    } else {
-        ("irradiance", "W/m²")
-    };
     Map {
         values: &simulation.map,
         nx,
         ny,
         size_mm: facts.size_mm,
-        quantity,
-        unit,
+        quantity: facts.unit.quantity(),
+        unit: facts.unit.symbol(),
         u: None,
     }
 }

@@ -1,13 +1,13 @@
 //! Whether two simulations differ more than their noise: an earlier `result.json` against a new one.
 
 use crate::noise;
-use crate::simulation::{Against, Facts};
+use crate::simulation::{Against, Facts, MapUnit};
 
 /// What an earlier simulation's `result.json` says.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 pub struct Earlier {
     /// Unit of its map.
-    pub unit: String,
+    pub unit: MapUnit,
     /// Its mean.
     pub mean: f64,
     /// What the computation adds to the mean.
@@ -23,8 +23,8 @@ pub struct Earlier {
 #[error("{folder}: its map is in {earlier}, this one in {now}: they cannot be compared")]
 pub struct OtherUnit {
     folder: String,
-    earlier: String,
-    now: String,
+    earlier: &'static str,
+    now: &'static str,
 }
 
 /// The verdict on the means, each with its own numerical uncertainty (quadrature or counted rays; what the model knows
@@ -36,8 +36,8 @@ pub fn compare(facts: &Facts, earlier: &Earlier, folder: &str) -> Result<Against
     if earlier.unit != facts.unit {
         return Err(OtherUnit {
             folder: folder.to_owned(),
-            earlier: earlier.unit.clone(),
-            now: facts.unit.to_string(),
+            earlier: earlier.unit.symbol(),
+            now: facts.unit.symbol(),
         });
     }
     let difference = noise::difference(

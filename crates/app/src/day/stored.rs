@@ -8,7 +8,7 @@ use isolux_report::day::{DayResults, Diagnosed};
 use serde_json::Value;
 
 use crate::files;
-use crate::{Failure, reduce};
+use crate::{Failure, record, reduce};
 
 /// Numbers that were computed twice from the same bytes may differ by the last digits of another machine's functions.
 const ALIKE_REL: f64 = 1e-9;
@@ -18,12 +18,16 @@ const ALIKE_REL: f64 = 1e-9;
 /// # Errors
 /// Bad input (exit 2) where there is no budget, or this record does not give it.
 pub(super) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failure> {
-    let results = folder.join("results");
-    let file = results.join("budget.json");
-    if !file.is_file() {
+    let places = [("results", "budget.json"), ("results-partial", "budget.partial.json")];
+    let Some((results, file)) = places
+        .map(|(results, file)| (folder.join(results), folder.join(results).join(file)))
+        .into_iter()
+        .find(|(_, file)| file.is_file())
+    else {
         return Err(Failure::bad_input(format!("{folder}: no results/budget.json"))
             .help(format!("reduce the run first: isolux reduce {folder}")));
-    }
+    };
+    record::check_results(&results)?;
     let budget = json(&file)?;
     let without = budget["without"]
         .as_array()
@@ -52,7 +56,7 @@ pub(super) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failu
 /// budget.json of a reduction.
 fn made(reduction: &Reduction, run: &Run) -> Result<Value, Failure> {
     let files = isolux_reduce::files(reduction, run, &[], reduce::PROGRAM).map_err(Failure::bad_input)?;
-    let budget = files.iter().find(|file| file.name == "budget.json");
+    let budget = files.iter().find(|file| file.name.starts_with("budget"));
     serde_json::from_slice(budget.map_or(&[][..], |file| &file.bytes)).map_err(Failure::instrument)
 }
 
@@ -62,7 +66,7 @@ fn made(reduction: &Reduction, run: &Run) -> Result<Value, Failure> {
 /// # Errors
 /// Bad input (exit 2) for a file that cannot be read.
 pub(super) fn beside(folder: &Utf8Path, own_model: bool, day_results: &mut DayResults) -> Result<(), Failure> {
-    let results = folder.join("results");
+    let results = &day_results.folder.clone();
     let file = results.join("result.json");
     if file.is_file() {
         let now = serde_json::to_value(&day_results.simulation.facts).map_err(Failure::instrument)?;
@@ -91,7 +95,7 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, day_results: &mut DayRe
                     .help(format!("make them again: isolux run --resume {folder}")),
             );
         }
-        if own_model || diagnosed_here(&results)? {
+        if own_model || diagnosed_here(results)? {
             let answer = json(&file)?;
             day_results.diagnosis = answer["plain"]
                 .as_str()

@@ -2,6 +2,7 @@
 
 use camino::Utf8Path;
 use isolux_report::sweep::{Line, sweep};
+use isolux_sim::simulation::MapUnit;
 use serde::{Deserialize, Serialize};
 
 use crate::Failure;
@@ -110,9 +111,6 @@ fn chart(table: &Results, position: usize) -> Option<String> {
             }),
         }
     }
-    let unit = match table.results.first()?.result["unit"].as_str()? {
-        "lx" => "lx",
-        _ => "W/m²",
-    };
-    Some(sweep(&table.keys[position], unit, &lines))
+    let unit = MapUnit::deserialize(&table.results.first()?.result["unit"]).ok()?;
+    Some(sweep(&table.keys[position], unit.symbol(), &lines))
 }

@@ -13,7 +13,7 @@ use crate::screen;
 pub struct Report {
     /// The run directory.
     run: Utf8PathBuf,
-    /// The file to write.
+    /// The file to write; the report of a scan that is not finished has `partial` in its name.
     #[arg(long)]
     out: Utf8PathBuf,
     /// PDF on A4, with its fonts, in place of HTML.
@@ -32,7 +32,7 @@ pub fn run(arguments: &Report) -> Result<(), Failure> {
     let overwrite = Overwrite::asked(arguments.force);
     let job = arguments.job.as_deref();
     let progress = screen::Bars::default();
-    day::report(&arguments.run, job, &arguments.out, arguments.pdf, overwrite, &progress)?;
-    screen::say(&arguments.out)?;
+    let out = day::report(&arguments.run, job, &arguments.out, arguments.pdf, overwrite, &progress)?;
+    screen::say(out)?;
     Ok(())
 }

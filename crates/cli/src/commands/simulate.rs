@@ -173,7 +173,7 @@ fn method(arguments: &Simulate) -> Result<Method, Failure> {
 }
 
 fn print(facts: &Facts, arguments: &Simulate) -> Result<(), Failure> {
-    let unit = simulate::unit(facts);
+    let unit = facts.unit.symbol();
     screen::say(format_args!("mean        {}", simulate::mean(facts)))?;
     screen::say(format_args!("computation {}", simulate::numeric(facts, unit)))?;
     if let (Some(accuracy), Some(bound)) = (facts.accuracy, facts.pixel_error_bound) {

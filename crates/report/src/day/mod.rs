@@ -51,10 +51,16 @@ pub fn document(day_results: &DayResults) -> Result<Document, ViewError> {
         .laboratory
         .as_deref()
         .map_or_else(String::new, |text| format!("{text} · "));
+    // Title and foot stand on every page.
+    let partial = if day_results.reduction.partial.is_some() {
+        "PARTIAL · "
+    } else {
+        ""
+    };
     Ok(Document {
-        title: format!("Photometric report: {name}"),
-        subtitle: format!("Report {number} · measured {day} · {}", header.program),
-        foot: format!("{laboratory}report {number} · {name} · measured {day}"),
+        title: format!("{partial}Photometric report: {name}"),
+        subtitle: format!("{partial}Report {number} · measured {day} · {}", header.program),
+        foot: format!("{partial}{laboratory}report {number} · {name} · measured {day}"),
         sections,
     })
 }

@@ -14,7 +14,7 @@ use isolux_diagnose::on_axis::{Stated, gap_words};
 
 pub fn section(day_results: &DayResults) -> Result<Section, ViewError> {
     let facts = &day_results.simulation.facts;
-    let unit = sensor::unit(facts);
+    let unit = facts.unit.symbol();
     let mut section = Section::new("Simulation: irradiance on the sensor");
     let marked = sensor::marked(&day_results.simulation, day_results.u_direction_rel());
     section.paragraph(format!("Mean {}.", sensor::mean(facts)));

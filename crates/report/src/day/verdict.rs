@@ -17,6 +17,9 @@ const STATEMENT: &str = "± is the expanded uncertainty U = k·u of the value wi
 
 pub fn section(day_results: &DayResults) -> Section {
     let mut section = Section::default();
+    if let Some(partial) = &day_results.reduction.partial {
+        section.add(Block::Verdict(partial.note(), false));
+    }
     if let Some(comparison) = &day_results.comparison {
         let (sentence, good) = comparison.verdict();
         section.add(Block::Verdict(sentence, good));
