@@ -1,5 +1,5 @@
 //! Colour of the spectrum on the axis, with uncertainty: every number is computed again from the spectrum with one thing
-//! after the other moved by its standard uncertainty (JCGM 100, 5.1.3, note 2).
+//! after the other moved, by its standard uncertainty or by a small step (JCGM 100, 5.1.3, note 2).
 
 use isolux_spectrum::Spectrum;
 use serde::Serialize;
@@ -30,6 +30,10 @@ pub struct Colour {
 
 /// How many numbers.
 const COUNT: usize = 8;
+/// Values of the spectrum (1 nm) that share a slope.
+const EVERY: usize = 5;
+/// By what a value is moved, relative to the largest.
+const STEP_REL: f64 = 1e-4;
 
 impl Colour {
     /// Of a spectrum whose values have the standard uncertainties `u_w_m2_nm` from their scatter.
@@ -38,18 +42,10 @@ impl Colour {
         let change = |changed: Option<Spectrum>| changes(&centre, changed.as_ref());
         let shape = change(shape_changed(spectrum, known.shape_rel));
         let wavelength = change(wavelengths_changed(spectrum, known.wavelength_nm));
-        let mut noise2 = [0.0; COUNT];
-        for (place, u) in u_w_m2_nm.iter().enumerate().filter(|(_, u)| **u > 0.0) {
-            let mut value = spectrum.value().to_vec();
-            value[place] += u;
-            let moved = change(Spectrum::new(spectrum.wavelength_nm().to_vec(), value).ok());
-            for (sum, change) in noise2.iter_mut().zip(moved) {
-                *sum += change * change;
-            }
-        }
+        let noise = noise(spectrum, u_w_m2_nm, &centre);
         let quantity = |number: usize, unit| {
             let parts = [
-                ("noise", noise2[number].sqrt()),
+                ("noise", noise[number]),
                 ("calibration_shape", shape[number]),
                 ("wavelength", wavelength[number]),
             ];
@@ -67,6 +63,30 @@ impl Colour {
             r9: quantity(7, ""),
         }
     }
+}
+
+/// What the scatter of the values leaves in each number. Its slope is taken every [`EVERY`] values and held between them:
+/// colour matching functions and test colours are tens of nanometres wide.
+fn noise(spectrum: &Spectrum, u_w_m2_nm: &[f64], centre: &[Option<f64>; COUNT]) -> [f64; COUNT] {
+    let largest = spectrum
+        .value()
+        .iter()
+        .fold(0.0_f64, |most, value| most.max(value.abs()));
+    let step = STEP_REL * largest;
+    let mut squares = [0.0; COUNT];
+    for (run, u) in u_w_m2_nm.chunks(EVERY).enumerate() {
+        let u2: f64 = u.iter().map(|u| u * u).sum();
+        if u2 == 0.0 {
+            continue;
+        }
+        let mut value = spectrum.value().to_vec();
+        value[run * EVERY + u.len() / 2] += step;
+        let moved = Spectrum::new(spectrum.wavelength_nm().to_vec(), value).ok();
+        for (sum, change) in squares.iter_mut().zip(changes(centre, moved.as_ref())) {
+            *sum += (change / step).powi(2) * u2;
+        }
+    }
+    squares.map(f64::sqrt)
 }
 
 fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
