@@ -6,25 +6,15 @@ mod searched;
 use std::collections::BTreeMap;
 
 use isolux_model::{BelongsTo, Effect, EffectSpec, Model, Refined, Role, ShapeTrust, Stage};
-use isolux_record::observation::{MapSet, MapUnit, ReadingCoordinates, SpectraSet};
+use isolux_record::observation::MapUnit;
 use nalgebra::DVector;
 
+use crate::calibration::{LN_SHAPE_TERMS, SHAPE_SIGMA};
 use crate::forward::{Forward, Hypothesis, Searchable};
 use crate::reference::Errors;
 
-pub use rows::{direction_errors, row_ranges};
+pub use rows::{Part, direction_errors, row_ranges};
 use rows::{distinct_gammas, reach};
-
-/// Where the rows of one observation file come from.
-#[derive(Debug, Clone)]
-pub enum Part {
-    /// Goniometer readings.
-    Readings(Vec<ReadingCoordinates>),
-    /// Bins of sensor maps.
-    Maps(MapSet),
-    /// Samples of spectra, and which rows of the file they are.
-    Spectra(SpectraSet, Vec<usize>),
-}
 
 /// A model with everything that may be refitted or added.
 #[derive(Debug)]
@@ -64,11 +54,6 @@ struct Recipe {
     /// Its place in the model's list and its values there, where the model has it already: a hypothesis adds to them.
     known: Option<(usize, Vec<f64>)>,
 }
-
-/// What is assumed of the first of these terms after the level; of the k-th a k-th of it.
-const SHAPE_SIGMA: f64 = 0.3;
-/// Even Chebyshev terms of ln I that an analyst refits, where the readings have as many |γ|.
-const LN_SHAPE_TERMS: usize = 9;
 
 impl AssumedModel {
     /// Joins a model with coordinates. `gamma_max_deg` is the largest |γ| that any of the readings to be fitted has.
@@ -320,14 +305,7 @@ impl Forward for AssumedModel {
         let model = self.model(nuisance, hypotheses)?;
         let mut values = Vec::new();
         for part in &self.parts {
-            match part {
-                Part::Readings(readings) => values.extend(model.predict_readings(readings)),
-                Part::Maps(maps) => values.extend(model.predict_maps(maps)),
-                Part::Spectra(spectra, rows) => {
-                    let all = model.predict_spectra(spectra).ok()?;
-                    values.extend(rows.iter().map(|&row| all[row]));
-                }
-            }
+            values.extend(part.predict(&model)?);
         }
         values
             .iter()

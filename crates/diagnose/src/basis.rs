@@ -123,6 +123,29 @@ pub fn inverse_of_normal(normal: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> 
     DMatrix::from_fn(n, n, |i, j| whole[(i, j)] * size[i] * size[j])
 }
 
+/// The damped step of normal equations (Levenberg–Marquardt), in units of each parameter's own length.
+pub fn solve_damped(normal: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> DVector<f64> {
+    let n = normal.nrows();
+    if n == 0 {
+        return DVector::zeros(0);
+    }
+    // A parameter that changes nothing stays where it is.
+    let size = DVector::from_fn(n, |i, _| {
+        let length = normal[(i, i)].max(0.0).sqrt();
+        if length.is_normal() { length } else { f64::INFINITY }
+    });
+    let mut scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] / size[i] / size[j]);
+    for i in 0..n {
+        scaled[(i, i)] = 1.0 + damping + 1e-10;
+    }
+    let target = gradient.component_div(&size);
+    let solved = match scaled.clone().cholesky() {
+        Some(cholesky) => cholesky.solve(&target),
+        None => inverse_of_normal(&scaled, 1e-9) * target,
+    };
+    solved.component_div(&size)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

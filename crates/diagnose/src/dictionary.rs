@@ -6,18 +6,12 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::basis::{Basis, product};
+use crate::calibration::{BLIND, MANY_SHAPES, OUTSIDE_CATALOGUE, SAME_PATTERN};
 use crate::forward::{Forward, Hypothesis};
 use crate::pattern::Pattern;
 use crate::rivals::Rival;
-use crate::scan::{BLIND, Candidate, Who};
+use crate::scan::{Candidate, Who};
 use crate::table::{Coordinate, Row};
-
-/// Prior probability, given that there is something, that the catalogue has no name for it.
-pub const OUTSIDE_CATALOGUE: f64 = 0.15;
-/// A rival whose pattern is this close (R²) to a named effect's adds nothing: the name stands for it.
-const SAME_PATTERN: f64 = 0.98;
-/// An effect with more shapes than this is a search through frequencies, not a smooth pattern.
-const MANY_SHAPES: usize = 60;
 
 /// Generic patterns that are compared with the names together, and how many of these blocks at a time.
 const COMPARED: usize = 16;

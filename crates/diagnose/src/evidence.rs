@@ -1,7 +1,6 @@
 //! Bayes factors in closed form, averaged over the amplitude's scale.
 
-/// Prior amplitudes over which a Bayes factor is averaged, in total significance (σ).
-const AMPLITUDE_SIGMA: [f64; 5] = [3.0, 6.0, 12.0, 30.0, 90.0];
+use crate::calibration::AMPLITUDE_SIGMA;
 
 /// Natural logarithm of the Bayes factor of "these `directions` carry a signal" against "they carry noise".
 ///

@@ -1,69 +1,10 @@
 //! Weighted Gauss–Newton: nuisance and effects together, with the full non-linear model.
 
-use std::sync::Arc;
-
 use nalgebra::{DMatrix, DVector};
 
-use crate::basis::inverse_of_normal;
+use crate::basis::{inverse_of_normal, solve_damped};
 use crate::forward::{Forward, Hypothesis, Searchable};
-use crate::reference::{Errors, Reference};
-use crate::rounding::Rounding;
-use crate::whitening::Sequence;
-
-/// From a difference of predictions to unit residuals.
-#[derive(Debug, Clone)]
-pub struct Whitener<'a> {
-    /// The order of the rows in time.
-    pub sequence: &'a Sequence,
-    /// √weight / u of each row.
-    pub row_scale: DVector<f64>,
-    /// Rows that were rounded alike.
-    pub rounding: &'a Rounding,
-    /// Serial correlation.
-    pub rho: f64,
-    /// What rows share because the model's distribution was measured, prepared for all of the above.
-    pub reference: Arc<Reference>,
-}
-
-impl<'a> Whitener<'a> {
-    /// For rows of this order, scale and rounding, with serial correlation `rho` and common `errors`.
-    pub fn new(
-        sequence: &'a Sequence,
-        rounding: &'a Rounding,
-        row_scale: DVector<f64>,
-        rho: f64,
-        errors: &Errors,
-    ) -> Self {
-        let reference = Reference::new(errors, row_scale.len(), &row_scale, |matrix| {
-            rounding.whiten(&row_scale, matrix);
-            sequence.whiten(rho, matrix);
-        });
-        Self {
-            sequence,
-            row_scale,
-            rounding,
-            rho,
-            reference: Arc::new(reference),
-        }
-    }
-
-    /// Whitens columns in place.
-    pub fn apply(&self, matrix: &mut DMatrix<f64>) {
-        for mut column in matrix.column_iter_mut() {
-            column.component_mul_assign(&self.row_scale);
-        }
-        self.rounding.whiten(&self.row_scale, matrix);
-        self.sequence.whiten(self.rho, matrix);
-        self.reference.whiten(matrix);
-    }
-
-    /// A whitened copy of one vector.
-    pub fn vector(&self, vector: &DVector<f64>) -> DVector<f64> {
-        let mut matrix = DMatrix::from_column_slice(vector.len(), 1, vector.as_slice());
-        self.apply(&mut matrix);
-        matrix.column(0).into_owned()
-    }
-}
+use crate::whitener::Whitener;
 
 /// A fitted model.
 #[derive(Debug, Clone)]
@@ -417,28 +358,6 @@ fn derivative<F: Forward + ?Sized>(
         jacobian.set_column(k, &column);
     }
     Some(())
-}
-
-fn solve_damped(normal: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> DVector<f64> {
-    let n = normal.nrows();
-    if n == 0 {
-        return DVector::zeros(0);
-    }
-    // A parameter that changes nothing stays where it is.
-    let size = DVector::from_fn(n, |i, _| {
-        let length = normal[(i, i)].max(0.0).sqrt();
-        if length.is_normal() { length } else { f64::INFINITY }
-    });
-    let mut scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] / size[i] / size[j]);
-    for i in 0..n {
-        scaled[(i, i)] = 1.0 + damping + 1e-10;
-    }
-    let target = gradient.component_div(&size);
-    let solved = match scaled.clone().cholesky() {
-        Some(cholesky) => cholesky.solve(&target),
-        None => inverse_of_normal(&scaled, 1e-9) * target,
-    };
-    solved.component_div(&size)
 }
 
 fn moved<F: Forward + ?Sized>(forward: &F, state: &State, slots: &[Slot], step: &DVector<f64>) -> State {

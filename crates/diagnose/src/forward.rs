@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use crate::calibration::LN_SMALL;
 use crate::reference::Errors;
 
 /// One effect with values: its linear amplitudes and its shape.
@@ -85,9 +86,6 @@ pub struct Searchable {
     /// Shape parameters that the data cannot change smoothly (a range's number): kept at their grid value.
     pub fixed: Vec<bool>,
 }
-
-/// ln of what belief loses from the smallest plausible size of a squared amplitude down to none.
-const LN_SMALL: f64 = 3.5;
 
 impl Searchable {
     /// ln of what a first amplitude smaller than plausible costs.

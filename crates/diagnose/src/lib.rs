@@ -3,6 +3,7 @@
 
 pub mod assumed;
 pub mod basis;
+pub mod calibration;
 pub mod diagnosis;
 pub mod dictionary;
 pub mod document;
@@ -24,4 +25,5 @@ pub mod scan;
 pub mod search;
 pub mod shrinkage;
 pub mod table;
+pub mod whitener;
 pub mod whitening;

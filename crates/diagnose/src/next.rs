@@ -1,39 +1,24 @@
 //! What to measure next: the block of readings or maps in which two rivals of one set differ most (T-optimality).
 
+mod block;
 mod maps;
 mod noise;
 mod readings;
 mod separation;
 
 use crate::assumed::{AssumedModel, Part};
+use crate::calibration::{DECISIVE_SIGMA, MOST_REPEATS, MOST_SUGGESTIONS, SET, WORTH_NAMING_SIGMA};
 use crate::document::NextEntry;
 use crate::forward::Hypothesis;
 use crate::search::{Label, Outcome};
 use crate::table::{Row, Source};
 
+pub use block::Next;
+
+use block::Block;
 use maps::map_blocks;
 use readings::reading_blocks;
 use separation::{refitted_separation, separation};
-
-/// Suggestions, best first, and the plan files that carry them out.
-#[derive(Debug, Clone, Default)]
-pub struct Next {
-    /// Entries of `next_measurement`.
-    pub entries: Vec<NextEntry>,
-    /// File name and content of each plan.
-    pub plans: Vec<(String, String)>,
-    /// Said when there are rivals and nothing would tell them apart.
-    pub note: Option<String>,
-}
-
-/// A block that could be measured.
-struct Block {
-    what: &'static str,
-    part: Part,
-    sigma: Vec<f64>,
-    minutes: f64,
-    plan: String,
-}
 
 /// Where what is left is no noise, the measurement that would show its cause; and for the first effect whose set holds
 /// more than one name those that would tell its two most probable apart.
@@ -72,7 +57,7 @@ pub fn suggest(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> Next 
             })
             .collect();
         entries.sort_by(|a, b| b.0.expected_sigma.total_cmp(&a.0.expected_sigma));
-        entries.truncate(MOST_ENTRIES);
+        entries.truncate(MOST_SUGGESTIONS);
         // A shape may go far from where its tangent leads: what counts is how far apart the two stay when refitted in
         // full. Refits of maps take too long for that.
         for (entry, block) in entries.iter_mut().filter(|_| of_readings) {
@@ -113,26 +98,13 @@ pub fn suggest(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> Next 
     next
 }
 
-/// Suggestions that are made.
-const MOST_ENTRIES: usize = 3;
-
-/// Rivals that would stay nearer than the noise of their own difference are not told apart: such a block is no
-/// suggestion.
-const WORTH_NAMING_SIGMA: f64 = 1.0;
-
-/// Two names this far apart are told apart by most noises.
-const DECISIVE_SIGMA: f64 = 5.0;
-
-/// More readings of one direction than this show what common errors allow no better.
-const MOST_REPEATS: usize = 24;
-
 /// The first member with a named rival in its set, and the refitted values of both.
 fn rivals_of(outcome: &Outcome) -> Option<(usize, [Hypothesis; 2])> {
     for (number, rivalry) in outcome.rivalries.iter().enumerate() {
         let mut sum = 0.0;
         let mut set: Vec<Hypothesis> = Vec::new();
         for ranked in &rivalry.ranked {
-            if sum >= 0.95 {
+            if sum >= SET {
                 break;
             }
             sum += ranked.posterior;
@@ -160,10 +132,4 @@ fn blocks(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row], repeats: usiz
         }
     }
     blocks
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.retain(|value| value.is_finite());
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }

@@ -10,10 +10,9 @@ use std::collections::BinaryHeap;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::calibration::NEGLIGIBLE_DIRECTION;
 use crate::whitening::without;
 
-/// A direction that changes everything by less than this many σ in all does not matter.
-const NEGLIGIBLE: f64 = 0.05;
 /// Entries below this share of a vector's largest are left out of it.
 const SMALL: f64 = 1e-3;
 
@@ -34,7 +33,7 @@ impl Reference {
         const BLOCK: usize = 64;
         let weighs = |error: &&Vec<(usize, f64)>| {
             let square: f64 = error.iter().map(|&(i, value)| (value * row_scale[i]).powi(2)).sum();
-            square > NEGLIGIBLE * NEGLIGIBLE
+            square > NEGLIGIBLE_DIRECTION * NEGLIGIBLE_DIRECTION
         };
         let errors: Vec<&Vec<(usize, f64)>> = errors.iter().filter(weighs).collect();
         let mut prepared = Self::default();

@@ -8,19 +8,9 @@ use std::collections::HashMap;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::calibration::{ALIKE, NEGLIGIBLE_ROUNDING, OWN, QUIET};
 use crate::table::Row;
 use crate::whitening::without;
-
-/// Share of a digit within which two levels are rounded alike: beyond a quarter the rounding errors of a smooth scan
-/// lose each other.
-const ALIKE: f64 = 0.25;
-/// A rounding below this share of the stated uncertainty does not matter.
-const NEGLIGIBLE: f64 = 0.1;
-/// Scatter below this share of a digit, other than rounding, leaves a level on one digit but near the ends of that
-/// digit, where readings that show different digits are off by opposite amounts and not alike at all.
-const QUIET: f64 = 0.15;
-/// Least share of a row's variance that is its own.
-const OWN: f64 = 0.1;
 
 /// Whether a row scatters by so much less than its digit that the display does not show it: what such rows differ by is
 /// their rounding, which their neighbours in time at the same light have too, however independent the meter's noise is.
@@ -47,7 +37,7 @@ impl Rounding {
         let mut digits: HashMap<_, Vec<(usize, f64)>> = HashMap::new();
         for (i, (row, level)) in rows.iter().zip(level).enumerate() {
             let common = row.digit / 12_f64.sqrt();
-            if common > NEGLIGIBLE * row.u {
+            if common > NEGLIGIBLE_ROUNDING * row.u {
                 let place = level / row.digit;
                 let whose = (row.file, row.range.to_bits(), row.digit.to_bits());
                 let cell = ((place + 0.5) / ALIKE).floor() as i64;

@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::basis::Basis;
+use crate::calibration::{BLIND, LN_WRONG_SIGN};
 use crate::evidence::ln_bayes_factor;
 
 /// Who makes a pattern.
@@ -41,11 +42,6 @@ pub struct Candidate {
     /// Largest plausible size of its one amplitude (or of a direction's), in units of its columns.
     pub plausible: Option<f64>,
 }
-
-/// ln of the factor that a wrong sign costs: light that is taken away is no ghost, whatever its shape.
-const LN_WRONG_SIGN: f64 = -60.0;
-/// Less than this share of a pattern left by the nuisance: the data cannot see it.
-pub const BLIND: f64 = 2e-3;
 
 /// Whitened columns of the dictionary by their numbers, readings × columns: computed where they are asked for.
 pub type Whitened<'a> = &'a (dyn Fn(&[usize]) -> DMatrix<f64> + Sync);

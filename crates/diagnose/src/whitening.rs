@@ -4,8 +4,7 @@ mod correlation;
 
 use nalgebra::{DMatrix, DVector};
 
-/// The largest correlation.
-pub const MOST_CORRELATED: f64 = 0.95;
+pub use crate::calibration::MOST_CORRELATED;
 
 /// The order in which readings were taken, and how far apart, in typical steps.
 ///

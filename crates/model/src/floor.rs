@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 use glam::DVec3;
 
 use crate::attitude::Attitude;
-use crate::emitter::gauss_legendre;
 use crate::luminaire::{FloorKey, FloorLight, Luminaire};
+use crate::quadrature::gauss_legendre;
 
 /// Nodes of one panel.
 static PANEL: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(12));

@@ -4,12 +4,34 @@ use std::ops::Range;
 
 use isolux_model::{DirectionError, Model};
 use isolux_record::ReadingKind;
+use isolux_record::observation::{MapSet, ReadingCoordinates, SpectraSet};
 
-use super::Part;
+use crate::calibration::APART_DEG;
 
-/// Angles closer than this count as one: what a term does between two of them no reading sees but through the emitter's
-/// extent.
-const APART_DEG: f64 = 0.5;
+/// Where the rows of one observation file come from.
+#[derive(Debug, Clone)]
+pub enum Part {
+    /// Goniometer readings.
+    Readings(Vec<ReadingCoordinates>),
+    /// Bins of sensor maps.
+    Maps(MapSet),
+    /// Samples of spectra, and which rows of the file they are.
+    Spectra(SpectraSet, Vec<usize>),
+}
+
+impl Part {
+    /// What a model expects of every row; none where it has no spectrum to expect one of.
+    pub fn predict(&self, model: &Model) -> Option<Vec<f64>> {
+        match self {
+            Self::Readings(readings) => Some(model.predict_readings(readings)),
+            Self::Maps(maps) => Some(model.predict_maps(maps)),
+            Self::Spectra(spectra, rows) => {
+                let all = model.predict_spectra(spectra).ok()?;
+                Some(rows.iter().map(|&row| all[row]).collect())
+            }
+        }
+    }
+}
 
 /// The largest |γ| of the readings, at least 1°.
 pub(super) fn reach(parts: &[Part]) -> f64 {
@@ -72,8 +94,6 @@ pub fn row_ranges(parts: &[Part]) -> Vec<Range<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use isolux_record::observation::ReadingCoordinates;
-
     use super::*;
 
     #[test]

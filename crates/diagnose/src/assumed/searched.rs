@@ -4,16 +4,11 @@ use isolux_model::{Effect, EffectSpec, ParameterSpec, Role, Sampling, Stage, cat
 
 use super::rows::row_ranges;
 use super::{AssumedModel, Part, Recipe};
+use crate::calibration::{MOST_FREQUENCIES, SMALL_STEP};
 use crate::forward::{Searchable, Spread};
-
-/// Frequencies of modulated light that are searched at most, from the lowest.
-const MOST_FREQUENCIES: f64 = 2000.0;
 
 /// Frequencies times readings: 10⁵ readings are searched at 300 frequencies, so that their patterns fit in memory.
 const MOST_VALUES: f64 = 3e7;
-
-/// Share of a squared amplitude's step at which it counts as small.
-const SMALL_STEP: f64 = 0.01;
 
 /// What the model has of an effect already: its place in the list and its values there, and whether they are more than
 /// nothing.

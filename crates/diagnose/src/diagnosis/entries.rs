@@ -6,6 +6,7 @@ use isolux_model::Role;
 use nalgebra::{DMatrix, DVector};
 
 use crate::assumed::AssumedModel;
+use crate::calibration::{PLACE_SIGMA, SET, SIGNIFICANCE};
 use crate::document::{
     BlindSpot, EffectEntry, EvidenceEntry, NoiseFindingEntry, NoiseTestEntry, ParameterEntry, PeakEntry, PlaceEntry,
     RankedEntry,
@@ -31,7 +32,7 @@ pub(super) fn effect_entries(assumed: &AssumedModel, outcome: &Outcome) -> Vec<E
         place += free;
         let mut equivalents = Vec::new();
         // The set is among those that could make it: what belongs to "nothing" asks for no further names.
-        let limit = 0.95 * rivalry.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
+        let limit = SET * rivalry.ranked.iter().map(|ranked| ranked.posterior).sum::<f64>();
         let mut sum = 0.0;
         let mut posterior = 0.0;
         let mut sigma = 0.0;
@@ -205,7 +206,7 @@ pub(super) fn places(outcome: &Outcome) -> Vec<PlaceEntry> {
     let mut entries: Vec<PlaceEntry> = outcome
         .places
         .iter()
-        .filter(|place| place.sigma >= 3.0)
+        .filter(|place| place.sigma >= PLACE_SIGMA)
         .map(|place| PlaceEntry {
             coordinate: place.coordinate.name(),
             significance_sigma: place.sigma,
@@ -213,11 +214,11 @@ pub(super) fn places(outcome: &Outcome) -> Vec<PlaceEntry> {
             note: place.note.clone(),
         })
         .collect();
-    if outcome.p_global > 0.01 && outcome.after.hypotheses.is_empty() && outcome.unexplained.is_none() {
+    if outcome.p_global > SIGNIFICANCE && outcome.after.hypotheses.is_empty() && outcome.unexplained.is_none() {
         entries.clear();
     }
     // The scan sees little of what is no noise where it is the disagreement.
-    let only_noise = outcome.p_global > 0.01;
+    let only_noise = outcome.p_global > SIGNIFICANCE;
     let at = if only_noise { 0 } else { entries.len() };
     entries.splice(at..at, of_noise);
     entries

@@ -1,11 +1,11 @@
 //! The gap before and after, on the readings that were fitted and on those kept back.
 
-use isolux_model::Model;
 use nalgebra::DVector;
 
-use crate::assumed::{AssumedModel, Part, direction_errors};
+use crate::assumed::{AssumedModel, direction_errors};
+use crate::calibration::{PREDICTABLE_SIGMA, VISIBLE_SIGMA};
 use crate::document::{GapEntry, HeldOutEntry};
-use crate::fit::{Fit, Whitener, derivatives, fit, nuisance_tangents};
+use crate::fit::{Fit, derivatives, fit, nuisance_tangents};
 use crate::forward::Hypothesis;
 use crate::held_out;
 use crate::observe::Observed;
@@ -14,6 +14,7 @@ use crate::rounding::Rounding;
 use crate::search::Outcome;
 use crate::shrinkage::{self, Held};
 use crate::table::Row;
+use crate::whitener::Whitener;
 
 pub(super) fn gap(
     assumed: &AssumedModel,
@@ -76,9 +77,6 @@ fn floor(rows: impl Iterator<Item = (f64, f64)>) -> f64 {
     if count > 0.0 { f64::sqrt(sum / count) } else { 1.0 }
 }
 
-/// The held-out gap is only worth saying where the added effects should show there: their change, in σ, as a whole.
-const VISIBLE_SIGMA: f64 = 3.0;
-
 fn held_out_entry(
     before: f64,
     after: f64,
@@ -122,7 +120,7 @@ fn given_back(assumed: &AssumedModel, outcome: &Outcome, kept_back: &[Observed])
                 .map(|&(row, value)| (value / sigma(row)).powi(2))
                 .sum::<f64>();
         }
-        let (Some(first), Some(second)) = (predicted(&baseline, &held.part), predicted(&after, &held.part)) else {
+        let (Some(first), Some(second)) = (held.part.predict(&baseline), held.part.predict(&after)) else {
             return (None, "the held-out readings could not be predicted".to_owned());
         };
         for ((row, a), b) in held.rows.iter().zip(first).zip(second) {
@@ -145,17 +143,6 @@ fn given_back(assumed: &AssumedModel, outcome: &Outcome, kept_back: &[Observed])
     )
 }
 
-fn predicted(model: &Model, part: &Part) -> Option<Vec<f64>> {
-    match part {
-        Part::Readings(readings) => Some(model.predict_readings(readings)),
-        Part::Maps(maps) => Some(model.predict_maps(maps)),
-        Part::Spectra(spectra, rows) => {
-            let all = model.predict_spectra(spectra).ok()?;
-            Some(rows.iter().map(|&row| all[row]).collect())
-        }
-    }
-}
-
 /// A second fit of the same effects without whole planes, maps and dark blocks, which it then predicts. Of the rules
 /// the first whose rows the remaining ones can predict.
 fn by_rule(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> (Option<HeldOutEntry>, String) {
@@ -171,9 +158,6 @@ fn by_rule(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> (Option<H
     }
     (None, why)
 }
-
-/// A fit that cannot predict what it has not seen better than this (rms, in σ) says nothing of the effect.
-const PREDICTABLE_SIGMA: f64 = 0.5;
 
 /// As [`by_rule`], for one choice of rows; an error says why they are no test.
 fn without(

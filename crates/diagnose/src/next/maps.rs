@@ -2,7 +2,7 @@
 
 use isolux_record::observation::{MapPose, MapSet};
 
-use super::{Block, median};
+use super::block::{Block, median};
 use crate::assumed::Part;
 use crate::search::Outcome;
 use crate::table::{Light, Row, Source};

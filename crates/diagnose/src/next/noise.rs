@@ -1,6 +1,7 @@
 //! What to measure where what is left is no noise: the axes at rest, the same place again, the same block again.
 
-use super::{Next, WORTH_NAMING_SIGMA, median};
+use super::block::{Next, READING_S, median, nominal};
+use crate::calibration::WORTH_NAMING_SIGMA;
 use crate::document::NextEntry;
 use crate::noise::{Finding, Kind, NoiseTest};
 use crate::table::{Light, Row, Source};
@@ -10,8 +11,7 @@ const LIT: usize = 240;
 const DARK: usize = 60;
 /// Readings of each pose that is visited again.
 const AGAIN: usize = 5;
-/// Seconds that a reading takes, and minutes to begin.
-const READING_S: f64 = 4.0;
+/// Minutes to begin.
 const BEGIN_MIN: f64 = 2.0;
 
 /// Adds the measurement that would show the cause of the strongest finding on readings.
@@ -128,11 +128,4 @@ fn block(name: &str, kind: &str, planes: &[f64], angles: &str, distance: f64, re
         "\n[[block]]\nname = \"{name}\"\nkind = \"{kind}\"\nc_deg = [{}]\n{angles}\ndistance_mm = {distance:?}\nrepeats = {repeats}\n",
         planes.join(", ")
     )
-}
-
-/// What an axis was sent to, of what it read back.
-fn nominal(angle_deg: f64) -> f64 {
-    let angle = (angle_deg * 20.0).round() / 20.0;
-    // No minus before a zero.
-    angle + 0.0
 }

@@ -3,7 +3,7 @@
 use isolux_record::ReadingKind;
 use isolux_record::observation::ReadingCoordinates;
 
-use super::{Block, median};
+use super::block::{Block, READING_S, median, nominal};
 use crate::assumed::Part;
 use crate::search::Outcome;
 use crate::table::{Light, Row, Source};
@@ -88,7 +88,7 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
             "format = \"isolux-plan/1\"\nname = \"{what}\"\n\n[[block]]\nname = \"{what}\"\nkind = \"lit\"\nc_deg = [{list}]\n\
              gamma_range = [{low:?}, {high:?}, {step:?}]\ndistance_mm = {distance_mm:?}\norder = \"{order}\"\nrepeats = {repeats}\n"
         );
-        let minutes = coordinates.len() as f64 * 4.0 / 60.0 + 1.0;
+        let minutes = coordinates.len() as f64 * READING_S / 60.0 + 1.0;
         blocks.push(Block {
             what,
             part: Part::Readings(coordinates),
@@ -128,7 +128,7 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
     blocks.push(Block {
         what: "dark",
         sigma: vec![u_floor; dark.len()],
-        minutes: dark.len() as f64 * 4.0 / 60.0 + 2.0,
+        minutes: dark.len() as f64 * READING_S / 60.0 + 2.0,
         part: Part::Readings(dark),
         plan: format!(
             "format = \"isolux-plan/1\"\nname = \"dark\"\n\n[[block]]\nname = \"lamp_off\"\nkind = \"lamp_off\"\nc_deg = [{first_plane:?}]\n\
@@ -156,12 +156,6 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
     });
 }
 
-/// What an axis was sent to, of what it read back: a plan in which the angles of the encoder stood would have no even
-/// step, or would begin behind a limit by a count.
-fn nominal(angle_deg: f64) -> f64 {
-    (angle_deg * 20.0).round() / 20.0
-}
-
 /// Smallest and largest angle of an even grid like that of the readings, and its step of half a degree or more.
 fn grid(angles_deg: impl Iterator<Item = f64>) -> Option<(f64, f64, f64)> {
     let mut angles: Vec<f64> = angles_deg.map(nominal).collect();
@@ -184,10 +178,8 @@ const MOST_READINGS: usize = 1500;
 /// Half-planes of a scan that is made again.
 const MOST_PLANES: usize = 12;
 
-/// Readings from switch-on, and seconds from one to the next.
+/// Readings from switch-on.
 const REFERENCES: usize = 400;
-
-const READING_S: f64 = 4.0;
 
 #[cfg(test)]
 mod tests {

@@ -2,14 +2,15 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Block;
-use crate::assumed::{AssumedModel, Part};
+use super::block::Block;
+use crate::assumed::AssumedModel;
 use crate::basis::Basis;
-use crate::fit::{Whitener, fit, nuisance_tangents};
+use crate::fit::{fit, nuisance_tangents};
 use crate::forward::{Forward, Hypothesis};
 use crate::rounding::Rounding;
 use crate::search::Outcome;
 use crate::table::Row;
+use crate::whitener::Whitener;
 use crate::whitening::Sequence;
 
 /// How far apart, in σ, the two predictions lie over old and new rows together, after the second is refitted to the
@@ -31,11 +32,7 @@ pub(super) fn separation(
     let predict = |nuisance: &[f64], members: &[Hypothesis]| -> Option<DVector<f64>> {
         let old = assumed.predict(nuisance, members)?;
         let model = assumed.model(nuisance, members)?;
-        let new = match &block.part {
-            Part::Readings(readings) => model.predict_readings(readings),
-            Part::Maps(maps) => model.predict_maps(maps),
-            Part::Spectra(..) => return None,
-        };
+        let new = block.part.predict(&model)?;
         let values = old
             .iter()
             .copied()

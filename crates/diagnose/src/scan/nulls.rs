@@ -9,8 +9,9 @@ use rand_distr::{ChiSquared, Distribution as _, StandardNormal};
 use rayon::prelude::*;
 
 use super::{AT_A_TIME, Scan, Seen, Whitened};
+use crate::calibration::MOST_CORRELATED;
 use crate::evidence::{EvidenceTable, ln_sum_exp};
-use crate::whitening::{self, MOST_CORRELATED, Sequence};
+use crate::whitening::{self, Sequence};
 
 /// Values of directions that simulated noise is compared with at a time: noise is drawn again for the next ones, so
 /// these are not few.

@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::fit::{Fit, Whitener, fit};
+use crate::calibration::{CORRELATED_U, MOST_CORRELATED};
+use crate::fit::{Fit, fit};
 use crate::forward::{Forward, Hypothesis};
 use crate::reference::Reference;
 use crate::rounding::Rounding;
 use crate::shrinkage::Held;
-use crate::whitening::{Correlation, MOST_CORRELATED, Noise, heavy_tail_weights};
+use crate::whitener::Whitener;
+use crate::whitening::{Correlation, Noise, heavy_tail_weights};
 
 use super::problem::Problem;
 
@@ -82,7 +84,11 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         drop(basis);
         let weights = heavy_tail_weights(&(&residual / rms));
         // White noise has a correlation of this size by chance.
-        let (rho, u_rho) = if rho > 1.5 * u_rho { (rho, u_rho) } else { (0.0, 0.0) };
+        let (rho, u_rho) = if rho > CORRELATED_U * u_rho {
+            (rho, u_rho)
+        } else {
+            (0.0, 0.0)
+        };
         let whitener = Whitener::new(sequence, &rounding, row_scale(u, &weights), rho, errors);
         let basis = problem.smooth_directions(&whitener, &parameters);
         let mut residual = whitener.vector(&raw);

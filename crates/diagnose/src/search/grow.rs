@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::basis::product;
+use crate::calibration::{FITTED, FURTHER, FURTHER_GAIN, MOST_MEMBERS, NAMELESS_LEAD, PAIR_GAIN};
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
@@ -13,9 +14,6 @@ use crate::scan::{Found, Scan, Who};
 
 use super::estimate::Estimate;
 use super::outcome::Names;
-
-/// A further name must be this much less probable by chance: one thing missing is common, two are rare.
-const FURTHER: f64 = 0.2;
 
 impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
     /// The first members: the best single effect, or the best pair where two explain what one cannot.
@@ -25,10 +23,11 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             return (self, Names::none(baseline));
         }
         // Full fits of the few best: a tangent can mislead where an effect is strong.
+        let (most, apart) = FITTED;
         let candidates: Vec<usize> = singles
             .iter()
-            .take_while(|(_, e)| *e > singles[0].1 - 12.0)
-            .take(4)
+            .take_while(|(_, e)| *e > singles[0].1 - apart)
+            .take(most)
             .map(|(e, _)| *e)
             .collect();
         let tried: Vec<Fit> = candidates
@@ -40,7 +39,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         };
         let variance = self.noise.scale.powi(2);
         let single_explained = (baseline.chi2 - fitted.chi2) / variance;
-        let least_gain = 2.0 * (self.problem.forward.effects().len() as f64).ln() + 8.0;
+        let least_gain = 2.0 * (self.problem.forward.effects().len() as f64).ln() + PAIR_GAIN;
         if let Some((pair, pair_fit)) = self.best_pair(scan, first, baseline, least_gain) {
             let pair_explained = (baseline.chi2 - pair_fit.chi2) / variance;
             let gain = pair_explained - single_explained;
@@ -52,7 +51,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
                 .fold(0.0, f64::max);
             let needed = least_gain
                 .max(self.problem.settings.second_share.powi(2) * stronger)
-                .max((self.problem.settings.model_form).powi(2) * stronger + 9.0);
+                .max((self.problem.settings.model_form).powi(2) * stronger + FURTHER_GAIN);
             if gain > needed && weaker > needed {
                 let estimate = self.again(&pair_fit);
                 if let Some(refitted) = estimate.fit(&pair) {
@@ -78,7 +77,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             mut members,
             fit: mut fitted,
         } = names;
-        while members.len() < 4 {
+        while members.len() < MOST_MEMBERS {
             let scan = self.scan(&fitted, &members, None);
             let found = scan.look();
             if !self.disagrees_at(&found, self.problem.settings.significance * FURTHER) {
@@ -94,7 +93,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
                     .map(|one| one.ln_evidence)
                     .collect::<Vec<_>>(),
             );
-            if unnamed > evidence + 1.0 {
+            if unnamed > evidence + NAMELESS_LEAD {
                 break;
             }
             let Some((start, _)) = self.guess(&fitted, &found, effect) else {
@@ -107,7 +106,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
                 .map(|i| self.explained_by(&members, &fitted, i))
                 .fold(0.0, f64::max);
             let gained = (fitted.chi2 - next.chi2) / self.noise.scale.powi(2);
-            if gained < self.problem.settings.second_share.powi(2) * strongest || gained < 9.0 {
+            if gained < self.problem.settings.second_share.powi(2) * strongest || gained < FURTHER_GAIN {
                 break;
             }
             members.clone_from(&next.hypotheses);

@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use crate::calibration::{MODEL_FORM, NULLS, SECOND_SHARE, SIGNIFICANCE};
 use crate::fit::Fit;
 use crate::forward::Hypothesis;
 use crate::noise::NoiseTest;
@@ -32,10 +33,10 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             seed: 1,
-            nulls: 2000,
-            significance: 0.01,
-            model_form: 0.03,
-            second_share: 0.2,
+            nulls: NULLS,
+            significance: SIGNIFICANCE,
+            model_form: MODEL_FORM,
+            second_share: SECOND_SHARE,
             fit_scale: true,
         }
     }

@@ -3,19 +3,18 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::Basis;
+use crate::calibration::{LEAST_SCALE, SMOOTH_COLUMNS};
 use crate::dictionary::Dictionary;
-use crate::fit::{Fit, Whitener, fit, nuisance_tangents};
+use crate::fit::{Fit, fit, nuisance_tangents};
 use crate::forward::Forward;
 use crate::reference::Errors;
 use crate::rivals::{Rival, rivals};
 use crate::rounding::Rounding;
 use crate::table::Row;
+use crate::whitener::Whitener;
 use crate::whitening::Sequence;
 
 use super::outcome::Settings;
-
-/// A stated uncertainty is not ten times too large: readings that agree better were copied, rounded or averaged.
-const LEAST_SCALE: f64 = 0.1;
 
 pub(super) struct Problem<'a, F: Forward + ?Sized> {
     pub(super) forward: &'a F,
@@ -90,7 +89,8 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
     /// the effort stays bounded.
     pub(super) fn smooth_directions(&self, whitener: &Whitener<'_>, parameters: &DMatrix<f64>) -> Basis {
         let n = self.measured.len();
-        let limit = if n > 2000 { 120 } else { n / 3 };
+        let (most, share) = SMOOTH_COLUMNS;
+        let limit = if n > 2000 { most } else { n / share };
         let mut known = parameters.clone();
         whitener.apply(&mut known);
         let mut basis = Basis::spanning(&known, 1e-8);

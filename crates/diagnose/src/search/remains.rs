@@ -1,9 +1,10 @@
 //! Whether what a fit leaves is noise, and which names a place without one explains better.
 
 use crate::basis::Basis;
-use crate::fit::{Fit, Whitener, derivatives};
+use crate::fit::{Fit, derivatives};
 use crate::forward::{Forward, Hypothesis};
 use crate::noise::{self, Left, NoiseTest};
+use crate::whitener::Whitener;
 
 use super::candidates::all_but;
 use super::estimate::Estimate;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::outcome::{Label, Ranked, Rivalry};
 use crate::basis::Basis;
-use crate::dictionary::OUTSIDE_CATALOGUE;
+use crate::calibration::{ALIAS, ALIAS_MARGIN, AS_MUCH, OUTSIDE_CATALOGUE, REFITTED, TWIN};
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
@@ -13,10 +13,6 @@ use crate::scan::{Who, p_value, sign_evidence};
 
 use super::candidates::all_but;
 use super::estimate::Estimate;
-
-/// ln of the factor that a generic pattern loses where a name explains as much: of 0 … 4 near the best logarithmic
-/// score on hidden effects, those outside the catalogue weighted as 15 % of all.
-const ALIAS: f64 = 2.0;
 
 /// One row of a comparison before it is a probability.
 struct Entry {
@@ -26,13 +22,6 @@ struct Entry {
     explained: f64,
     hypothesis: Option<Hypothesis>,
 }
-
-/// Names whose fits differ by less than this, in σ², explain the same: the kinks of a table and the roundness of a
-/// formula are worth as much.
-const AS_MUCH: f64 = 6.0;
-/// ln of the most by which one of two names that explain the same is the more probable, so that both are in the set: ln
-/// 15.
-const TWIN: f64 = 2.708;
 
 impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
     /// A possible name that explains as much as the first one stays within reach of it, whatever was assumed before: no
@@ -71,11 +60,12 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         let named = self.name_evidence(&found);
         let top = named.first().map_or(f64::NEG_INFINITY, |(_, evidence)| *evidence);
         let variance = self.noise.scale.powi(2);
+        let (most, apart, share) = REFITTED;
         let close: Vec<usize> = named
             .iter()
             .enumerate()
             .filter(|(rank, (effect, evidence))| {
-                *effect == members[i].effect || (*rank < 6 && *evidence > top - 14.0 - 0.02 * top.max(0.0))
+                *effect == members[i].effect || (*rank < most && *evidence > top - apart - share * top.max(0.0))
             })
             .map(|(_, (effect, _))| *effect)
             .collect();
@@ -230,6 +220,6 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
 
     /// What a pattern without a name must explain more than a name, in σ², before it counts as another pattern.
     pub(super) fn alias_margin(&self, explained: f64) -> f64 {
-        6.0 + 4.0 * self.problem.settings.model_form.powi(2) * explained.max(0.0)
+        ALIAS_MARGIN + 4.0 * self.problem.settings.model_form.powi(2) * explained.max(0.0)
     }
 }

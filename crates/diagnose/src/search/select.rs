@@ -1,5 +1,6 @@
 //! Third stage: the named effects, and what stays without a name.
 
+use crate::calibration::BESIDE_SHARE;
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
 use crate::noise::NoiseTest;
@@ -17,10 +18,6 @@ pub(super) struct Selected<'p, 'a, F: Forward + ?Sized> {
     pub(super) unexplained: Option<(usize, f64)>,
     pub(super) noise_test: Option<NoiseTest>,
 }
-
-/// A name beside a pattern without one must explain this many times what the pattern explains: a generic pattern is but
-/// a likeness of the unknown, and what it misses looks like anything.
-const BESIDE_SHARE: f64 = 2.0;
 
 /// What a look at one member's rivals changed.
 pub(super) enum Change {

@@ -4,8 +4,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::basis::product;
+use crate::calibration::MOST_CORRELATED;
 
-use super::{Correlation, MOST_CORRELATED, Sequence};
+use super::{Correlation, Sequence};
 
 /// Rows that are decoupled together, and how many of these blocks at a time, so that many readings and many columns do
 /// not meet twice in memory.
