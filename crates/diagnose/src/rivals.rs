@@ -67,40 +67,13 @@ struct Builder<'a> {
     found: Vec<Rival>,
 }
 
-impl Builder<'_> {
-    /// The pattern `law(row)`, NaN read as 0, acting on rows of `source`.
-    fn column(&self, source: Source, acts: Acts, law: impl Fn(usize, &Row) -> f64 + Send + Sync + 'static) -> Pattern {
-        Pattern::new(source, acts, &self.level, law)
-    }
-
-    /// As [`column`](Self::column), for a law of the expected signal.
-    fn of_level(&self, source: Source, acts: Acts, law: impl Fn(f64, &Row) -> f64 + Send + Sync + 'static) -> Pattern {
-        let level = Arc::clone(&self.level);
-        self.column(source, acts, move |i, row| law(level[i], row))
-    }
-
-    fn add(
-        &mut self,
-        coordinate: Coordinate,
-        family: &'static str,
-        range: [f64; 2],
-        note: impl Into<String>,
-        columns: Vec<Pattern>,
-    ) {
-        let nothing = |column: &Pattern| column.values(self.rows).all(|value| value == 0.0);
-        if columns.iter().all(nothing) {
-            return;
-        }
-        // An end that is nought but for rounding is nought.
-        let span = (range[1] - range[0]).abs();
-        let tidy = |end: f64| if end.abs() < 1e-9 * span { 0.0 } else { end };
-        self.found.push(Rival {
+impl<'a> Builder<'a> {
+    fn along(&mut self, source: Source, coordinate: Coordinate) -> Along<'_, 'a> {
+        Along {
+            build: self,
+            source,
             coordinate,
-            family,
-            range: range.map(tidy),
-            note: note.into(),
-            columns,
-        });
+        }
     }
 
     /// Distinct finite values of a coordinate over rows of `source` that carry signal, rising.
@@ -116,6 +89,93 @@ impl Builder<'_> {
         values.sort_by(f64::total_cmp);
         values.dedup();
         values
+    }
+}
+
+/// Collects the patterns of rows of one source that live along one coordinate.
+struct Along<'b, 'a> {
+    build: &'b mut Builder<'a>,
+    source: Source,
+    coordinate: Coordinate,
+}
+
+impl Along<'_, '_> {
+    /// The pattern `law(number, row)`, NaN read as 0.
+    fn column(&self, acts: Acts, law: impl Fn(usize, &Row) -> f64 + Send + Sync + 'static) -> Pattern {
+        Pattern::new(self.source, acts, &self.build.level, law)
+    }
+
+    /// A rival of one direction.
+    fn one(
+        &mut self,
+        acts: Acts,
+        family: &'static str,
+        range: [f64; 2],
+        note: impl Into<String>,
+        law: impl Fn(&Row) -> f64 + Send + Sync + 'static,
+    ) {
+        let column = self.column(acts, move |_, row| law(row));
+        self.add(family, range, note, vec![column]);
+    }
+
+    /// As [`one`](Self::one), relative to the expected signal.
+    fn relative(
+        &mut self,
+        family: &'static str,
+        range: [f64; 2],
+        note: impl Into<String>,
+        law: impl Fn(&Row) -> f64 + Send + Sync + 'static,
+    ) {
+        self.one(Acts::Relative, family, range, note, law);
+    }
+
+    /// As [`relative`](Self::relative), for a law of the expected signal.
+    fn of_level(
+        &mut self,
+        family: &'static str,
+        range: [f64; 2],
+        note: impl Into<String>,
+        law: impl Fn(f64, &Row) -> f64 + Send + Sync + 'static,
+    ) {
+        let level = Arc::clone(&self.build.level);
+        let column = self.column(Acts::Relative, move |i, row| law(level[i], row));
+        self.add(family, range, note, vec![column]);
+    }
+
+    /// Cosine and sine of an angle, both times a size.
+    fn waves(
+        &mut self,
+        acts: Acts,
+        family: &'static str,
+        range: [f64; 2],
+        note: impl Into<String>,
+        law: impl Fn(&Row) -> (f64, f64) + Copy + Send + Sync + 'static,
+    ) {
+        let wave = |wave: fn(f64) -> f64| {
+            self.column(acts, move |_, row| {
+                let (angle, size) = law(row);
+                wave(angle) * size
+            })
+        };
+        let columns = vec![wave(f64::cos), wave(f64::sin)];
+        self.add(family, range, note, columns);
+    }
+
+    fn add(&mut self, family: &'static str, range: [f64; 2], note: impl Into<String>, columns: Vec<Pattern>) {
+        let nothing = |column: &Pattern| column.values(self.build.rows).all(|value| value == 0.0);
+        if columns.iter().all(nothing) {
+            return;
+        }
+        // An end that is zero but for rounding is zero.
+        let span = (range[1] - range[0]).abs();
+        let tidy = |end: f64| if end.abs() < 1e-9 * span { 0.0 } else { end };
+        self.build.found.push(Rival {
+            coordinate: self.coordinate,
+            family,
+            range: range.map(tidy),
+            note: note.into(),
+            columns,
+        });
     }
 }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::basis::Basis;
 use crate::calibration::{BLIND, LN_WRONG_SIGN};
-use crate::evidence::ln_bayes_factor;
+use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 
 /// Who makes a pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -275,6 +275,19 @@ pub fn sign_evidence(amplitude: f64) -> f64 {
     } else {
         LN_WRONG_SIGN
     }
+}
+
+/// The statistic of a whole scan: ln Σ prior·Bayes factor.
+pub fn statistic(found: &[Found]) -> f64 {
+    ln_sum_exp(&found.iter().map(|one| one.ln_evidence).collect::<Vec<_>>())
+}
+
+/// The pattern without a name that is the most probable.
+pub fn strongest_unnamed(found: &[Found]) -> Option<&Found> {
+    found
+        .iter()
+        .filter(|one| matches!(one.who, Who::Unnamed { .. }))
+        .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))
 }
 
 /// p = (k + 1)/(n + 1) of an observed statistic among simulated ones (rising).

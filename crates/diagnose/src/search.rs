@@ -1,7 +1,6 @@
-//! From residuals to a set of effects, stage by stage: [`baseline`], [`scanned`], [`select`], [`compete`]. Each is a
+//! From residuals to a set of effects, stage by stage: [`estimate`] (the baseline), [`scanned`], [`select`], [`compete`]. Each is a
 //! function of what the one before found; the report of a diagnosis ([`crate::diagnosis`]) is the last.
 
-mod baseline;
 mod candidates;
 mod compete;
 mod estimate;
@@ -25,7 +24,7 @@ pub use outcome::{Label, Outcome, Place, Ranked, Rivalry, Settings, Unexplained}
 pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Settings) -> Option<Outcome> {
     let sequence = in_time(rows);
     let problem = problem::Problem::new(forward, rows, &sequence, settings)?;
-    let baseline = baseline::baseline(&problem)?;
+    let baseline = estimate::baseline(&problem)?;
     let scanned = scanned::scan(&baseline);
     let selected = select::select(baseline, &scanned)?;
     compete::compete(scanned, selected)

@@ -24,7 +24,7 @@ pub(crate) struct ModelDocument {
     pub effect: Vec<toml::Table>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LuminaireDocument {
     pub distribution: String,

@@ -199,19 +199,12 @@ impl Emitter {
                 } else {
                     (radius_mm.len(), "circles")
                 };
+                let unequal = |weights: usize| Err(EmitterError::Weights { weights, places, what });
                 if count.len() != radius_mm.len() {
-                    return Err(EmitterError::Weights {
-                        weights: count.len(),
-                        places,
-                        what,
-                    });
+                    return unequal(count.len());
                 }
                 if !weight.is_empty() && weight.len() != places {
-                    return Err(EmitterError::Weights {
-                        weights: weight.len(),
-                        places,
-                        what,
-                    });
+                    return unequal(weight.len());
                 }
                 let leds = count
                     .iter()
@@ -251,10 +244,9 @@ impl Emitter {
 
     /// Inward tilt of the parts' axes.
     pub fn aim_deg(&self) -> f64 {
-        if let Self::Leds { aim_deg, .. } = self {
-            *aim_deg
-        } else {
-            0.0
+        match self {
+            Self::Leds { aim_deg, .. } => *aim_deg,
+            _ => 0.0,
         }
     }
 

@@ -48,22 +48,11 @@ pub struct InSimulation {
 impl Model {
     /// A model of a luminaire that no file describes, without effects.
     pub fn of(luminaire: Luminaire) -> Self {
-        let document = LuminaireDocument {
-            distribution: String::new(),
-            spectrum: None,
-            ler_lm_per_w: None,
-            flux_lm: None,
-            emitter: None,
-            trust: None,
-            u: None,
-            refined: None,
-            provenance: None,
-        };
         Self {
             luminaire: Arc::new(luminaire),
             refined: Refined::default(),
             effects: Vec::new(),
-            document: Arc::new(document),
+            document: Arc::default(),
             trust: Trust::default(),
             u_scale: UncertaintyScale::default(),
             folder: Utf8PathBuf::new(),

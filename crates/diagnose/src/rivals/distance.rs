@@ -9,68 +9,38 @@ pub(super) fn distance(build: &mut Builder<'_>, source: Source) {
     if distances.len() < 2 {
         return;
     }
+    let mut along = build.along(source, Coordinate::DistanceMm);
+    let lit = |row: &Row| f64::from(row.light == Light::Lit);
+    let sin = |row: &Row| row.gamma_deg.to_radians().sin();
     for &here in &distances {
-        let at = move |row: &Row| f64::from(row.distance_mm == here);
-        let column = build.column(source, Acts::Relative, move |_, row| at(row));
-        build.add(
-            Coordinate::DistanceMm,
+        let (at, range) = (move |row: &Row| f64::from(row.distance_mm == here), [here, here]);
+        along.relative("jump", range, "a relative change at one distance", at);
+        along.one(
+            Acts::Light,
             "jump",
-            [here, here],
-            "a relative change at one distance",
-            vec![column],
-        );
-        let column = build.column(source, Acts::Light, move |_, row| {
-            at(row) * f64::from(row.light == Light::Lit)
-        });
-        build.add(
-            Coordinate::DistanceMm,
-            "jump",
-            [here, here],
+            range,
             "an added signal at one distance",
-            vec![column],
+            move |row| at(row) * lit(row),
         );
         if source == Source::Reading {
-            let column = build.column(source, Acts::Relative, move |_, row| {
-                at(row) * row.gamma_deg.to_radians().sin()
+            along.relative("odd", range, "an odd change over γ at one distance", move |row| {
+                at(row) * sin(row)
             });
-            build.add(
-                Coordinate::DistanceMm,
-                "odd",
-                [here, here],
-                "an odd change over γ at one distance",
-                vec![column],
-            );
-            let column = build.column(source, Acts::Relative, move |_, row| {
-                at(row) * row.gamma_deg.to_radians().sin().powi(2)
+            along.relative("even", range, "an even change over γ at one distance", move |row| {
+                at(row) * sin(row).powi(2)
             });
-            build.add(
-                Coordinate::DistanceMm,
-                "even",
-                [here, here],
-                "an even change over γ at one distance",
-                vec![column],
-            );
         }
     }
     let reach = [distances[0], distances[distances.len() - 1]];
-    let logarithm = move |row: &Row| (row.distance_mm / reach[0]).ln();
-    let column = build.column(source, Acts::Relative, move |_, row| logarithm(row));
-    build.add(
-        Coordinate::DistanceMm,
-        "smooth",
-        reach,
-        "another power of the distance",
-        vec![column],
-    );
-    let column = build.column(source, Acts::Light, move |_, row| {
-        f64::from(row.light == Light::Lit) * (reach[0] / row.distance_mm)
+    along.relative("smooth", reach, "another power of the distance", move |row| {
+        (row.distance_mm / reach[0]).ln()
     });
-    build.add(
-        Coordinate::DistanceMm,
+    along.one(
+        Acts::Light,
         "smooth",
         reach,
         "an added signal that falls with distance",
-        vec![column],
+        move |row| lit(row) * (reach[0] / row.distance_mm),
     );
 }
 
@@ -80,40 +50,20 @@ pub(super) fn travel(build: &mut Builder<'_>) {
         return;
     }
     let reach = [ways[0], ways[ways.len() - 1]];
-    let column = build.column(Source::Reading, Acts::Relative, move |_, row| row.travel);
-    build.add(
-        Coordinate::Travel,
-        "jump",
-        reach,
-        "a relative change with the direction of travel",
-        vec![column],
-    );
-    let column = build.column(Source::Reading, Acts::Light, move |_, row| row.travel);
-    build.add(
-        Coordinate::Travel,
+    let mut along = build.along(Source::Reading, Coordinate::Travel);
+    let way = |row: &Row| row.travel;
+    along.relative("jump", reach, "a relative change with the direction of travel", way);
+    along.one(
+        Acts::Light,
         "jump",
         reach,
         "an added signal with the direction of travel",
-        vec![column],
+        way,
     );
-    let column = build.column(Source::Reading, Acts::Relative, move |_, row| {
+    along.relative("even", reach, "a change with travel that grows with γ", |row| {
         row.travel * row.gamma_deg.to_radians().sin().powi(2)
     });
-    build.add(
-        Coordinate::Travel,
-        "even",
-        reach,
-        "a change with travel that grows with γ",
-        vec![column],
-    );
-    let column = build.column(Source::Reading, Acts::Relative, move |_, row| {
+    along.relative("jump", [0.0, 0.0], "a relative change of readings at rest", |row| {
         f64::from(row.travel == 0.0)
     });
-    build.add(
-        Coordinate::Travel,
-        "jump",
-        [0.0, 0.0],
-        "a relative change of readings at rest",
-        vec![column],
-    );
 }

@@ -1,7 +1,7 @@
 //! Rivals without a name on sensor maps: patterns fixed to the sensor, to the angle of incidence, to single maps.
 
-use super::Builder;
-use crate::pattern::{Acts, Pattern};
+use super::{Builder, word};
+use crate::pattern::Acts;
 use crate::table::{Coordinate, Light, Row, Source};
 
 /// Adds the patterns of sensor maps.
@@ -33,37 +33,30 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
     let (low, high) = (places[0], places[places.len() - 1]);
     let pitch = (high - low) / (places.len() - 1) as f64;
     let stride = (places.len() / 24).max(1);
+    let at = move |row: &Row| position(coordinate, row);
+    let mut along = build.along(Source::Bin, coordinate);
     for acts in [Acts::Relative, Acts::Everywhere] {
-        let what = if acts == Acts::Relative {
-            "a relative change"
-        } else {
-            "an added signal"
-        };
+        let what = word(acts);
         for &edge in places.iter().skip(1).step_by(stride) {
             let from = edge - 0.5 * pitch;
-            let column = build.column(Source::Bin, acts, move |_, row| {
-                f64::from(position(coordinate, row) > from)
-            });
-            build.add(
-                coordinate,
+            along.one(
+                acts,
                 "jump",
                 [from, high],
                 format!("{what} on one side of the sensor"),
-                vec![column],
+                move |row| f64::from(at(row) > from),
             );
         }
         for width in [1_usize, 2, 4] {
             let width = width * stride;
             for start in (0..places.len().saturating_sub(width)).step_by(width.div_ceil(2)) {
                 let (from, to) = (places[start] - 0.5 * pitch, places[start + width - 1] + 0.5 * pitch);
-                let inside = move |row: &Row| (from..to).contains(&position(coordinate, row));
-                let column = build.column(Source::Bin, acts, move |_, row| f64::from(inside(row)));
-                build.add(
-                    coordinate,
+                along.one(
+                    acts,
                     "window",
                     [from, to],
                     format!("{what} in one band of the sensor"),
-                    vec![column],
+                    move |row| f64::from((from..to).contains(&at(row))),
                 );
             }
         }
@@ -74,51 +67,32 @@ fn along(build: &mut Builder<'_>, coordinate: Coordinate, places: &[f64]) {
                 continue; // a relative banding along y has a name: flicker of a rolling shutter
             }
             let turn = std::f64::consts::TAU * cycles / size;
-            let columns = vec![
-                build.column(Source::Bin, acts, move |_, row| {
-                    (turn * (position(coordinate, row) - low)).cos()
-                }),
-                build.column(Source::Bin, acts, move |_, row| {
-                    (turn * (position(coordinate, row) - low)).sin()
-                }),
-            ];
-            build.add(
-                coordinate,
-                "periodic",
-                [low, high],
-                format!("{what} that repeats over the sensor"),
-                columns,
-            );
+            let note = format!("{what} that repeats over the sensor");
+            along.waves(acts, "periodic", [low, high], note, move |row| {
+                (turn * (at(row) - low), 1.0)
+            });
         }
-        let column = build.column(Source::Bin, acts, move |_, row| {
-            let place = ((position(coordinate, row) - low) / pitch).round() as i64;
-            if place % 2 == 0 { 1.0 } else { -1.0 }
-        });
-        build.add(
-            coordinate,
+        along.one(
+            acts,
             "alternating",
             [low, high],
             format!("{what} of every other line"),
-            vec![column],
+            move |row| {
+                let place = ((at(row) - low) / pitch).round() as i64;
+                if place % 2 == 0 { 1.0 } else { -1.0 }
+            },
         );
         for side in [-1.0, 1.0] {
             let edge = if side > 0.0 { high } else { low };
             for reach in [0.1, 0.3] {
-                let column = build.column(Source::Bin, acts, move |_, row| {
-                    (-((position(coordinate, row) - edge).abs()) / (reach * size)).exp()
-                });
                 let range = if side > 0.0 {
                     [edge - reach * size, edge]
                 } else {
                     [edge, edge + reach * size]
                 };
-                build.add(
-                    coordinate,
-                    "edge",
-                    range,
-                    format!("{what} towards one edge"),
-                    vec![column],
-                );
+                along.one(acts, "edge", range, format!("{what} towards one edge"), move |row| {
+                    (-((at(row) - edge).abs()) / (reach * size)).exp()
+                });
             }
         }
     }
@@ -131,151 +105,76 @@ fn plane(build: &mut Builder<'_>, xs: &[f64], ys: &[f64]) {
         .max(ys[ys.len() - 1].abs())
         .max(f64::MIN_POSITIVE);
     let scaled = move |row: &Row| (row.x_mm / reach, row.y_mm / reach);
+    let (low, high) = (-reach, reach);
     for acts in [Acts::Relative, Acts::Everywhere] {
-        let what = if acts == Acts::Relative {
-            "a relative change"
-        } else {
-            "an added signal"
-        };
-        let powers = |list: &[(i32, i32)]| -> Vec<Pattern> {
-            list.iter()
-                .map(|&(i, j)| {
-                    build.column(Source::Bin, acts, move |_, row| {
-                        let (x, y) = scaled(row);
-                        x.powi(i) * y.powi(j)
-                    })
+        let what = word(acts);
+        let mut along = build.along(Source::Bin, Coordinate::XMm);
+        let mut powers = |list: &[(i32, i32)], how: &str| {
+            let column = |&(i, j): &(i32, i32)| {
+                along.column(acts, move |_, row| {
+                    let (x, y) = scaled(row);
+                    x.powi(i) * y.powi(j)
                 })
-                .collect()
+            };
+            let columns = list.iter().map(column).collect();
+            along.add("plane", [low, high], format!("{what} {how}"), columns);
         };
-        let second = powers(&[(2, 0), (1, 1), (0, 2)]);
-        let third = powers(&[(3, 0), (2, 1), (1, 2), (0, 3)]);
-        let saddle = powers(&[(1, 1)]);
-        let first = powers(&[(1, 0), (0, 1)]);
-        let (low, high) = (-reach, reach);
-        build.add(
-            Coordinate::XMm,
-            "plane",
-            [low, high],
-            format!("{what} curved over the sensor"),
-            second,
-        );
-        build.add(
-            Coordinate::XMm,
-            "plane",
-            [low, high],
-            format!("{what} twisted over the sensor"),
-            third,
-        );
-        build.add(
-            Coordinate::XMm,
-            "plane",
-            [low, high],
-            format!("{what} across the diagonals"),
-            saddle,
-        );
+        powers(&[(2, 0), (1, 1), (0, 2)], "curved over the sensor");
+        powers(&[(3, 0), (2, 1), (1, 2), (0, 3)], "twisted over the sensor");
+        powers(&[(1, 1)], "across the diagonals");
         if acts == Acts::Everywhere {
-            build.add(
-                Coordinate::XMm,
-                "plane",
-                [low, high],
-                format!("{what} sloping over the sensor"),
-                first,
-            );
+            powers(&[(1, 0), (0, 1)], "sloping over the sensor");
         }
-        let column = build.column(Source::Bin, acts, move |_, row| row.x_mm.signum() * row.y_mm.signum());
-        build.add(
-            Coordinate::XMm,
+        along.one(
+            acts,
             "quadrant",
             [low, high],
             format!("{what} of opposite quadrants"),
-            vec![column],
+            |row| row.x_mm.signum() * row.y_mm.signum(),
         );
         for (sx, sy) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
-            let column = build.column(Source::Bin, acts, move |_, row| {
+            let range = if sx > 0.0 { [0.0, high] } else { [low, 0.0] };
+            along.one(acts, "quadrant", range, format!("{what} of one quadrant"), move |row| {
                 f64::from(row.x_mm * sx > 0.0 && row.y_mm * sy > 0.0)
             });
-            let range = if sx > 0.0 { [0.0, high] } else { [low, 0.0] };
-            build.add(
-                Coordinate::XMm,
-                "quadrant",
-                range,
-                format!("{what} of one quadrant"),
-                vec![column],
-            );
-            let column = build.column(Source::Bin, acts, move |_, row| {
+            along.one(acts, "corner", range, format!("{what} in one corner"), move |row| {
                 let (x, y) = scaled(row);
                 (-((x - sx).hypot(y - sy)) / 0.5).exp()
             });
-            build.add(
-                Coordinate::XMm,
-                "corner",
-                range,
-                format!("{what} in one corner"),
-                vec![column],
-            );
         }
         if acts == Acts::Relative {
             // (an added spot has a name: ghost)
             for width in [0.12, 0.3] {
                 let count = if width < 0.2 { 7 } else { 5 };
-                for i in 0..count {
-                    for j in 0..count {
-                        let centre = |k: i32| -0.85 + 1.7 * f64::from(k) / f64::from(count - 1);
-                        let (cx, cy) = (centre(i), centre(j));
-                        let column = build.column(Source::Bin, acts, move |_, row| {
-                            let (x, y) = scaled(row);
-                            (-0.5 * ((x - cx).powi(2) + (y - cy).powi(2)) / (width * width)).exp()
-                        });
-                        let range = [(cx - 1.5 * width) * reach, (cx + 1.5 * width) * reach];
-                        build.add(
-                            Coordinate::XMm,
-                            "spot",
-                            range,
-                            format!("{what} in one spot"),
-                            vec![column],
-                        );
-                    }
+                for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))) {
+                    let centre = |k: i32| -0.85 + 1.7 * f64::from(k) / f64::from(count - 1);
+                    let (cx, cy) = (centre(i), centre(j));
+                    let range = [(cx - 1.5 * width) * reach, (cx + 1.5 * width) * reach];
+                    along.one(acts, "spot", range, format!("{what} in one spot"), move |row| {
+                        let (x, y) = scaled(row);
+                        (-0.5 * ((x - cx).powi(2) + (y - cy).powi(2)) / (width * width)).exp()
+                    });
                 }
             }
         }
+        let mut along = build.along(Source::Bin, Coordinate::RadiusMm);
         for ring in 0..6 {
             let centre = 0.2 * f64::from(ring) + 0.1;
-            let column = build.column(Source::Bin, acts, move |_, row| {
+            let range = [(centre - 0.15) * reach, (centre + 0.15) * reach];
+            along.one(acts, "ring", range, format!("{what} in one ring"), move |row| {
                 let (x, y) = scaled(row);
                 (-0.5 * ((x.hypot(y) - centre) / 0.12).powi(2)).exp()
             });
-            let range = [(centre - 0.15) * reach, (centre + 0.15) * reach];
-            build.add(
-                Coordinate::RadiusMm,
-                "ring",
-                range,
-                format!("{what} in one ring"),
-                vec![column],
-            );
         }
-        let column = build.column(Source::Bin, acts, move |_, row| {
+        let square = move |row: &Row| {
             let (x, y) = scaled(row);
-            (x * x + y * y).powi(2)
+            x * x + y * y
+        };
+        along.one(acts, "smooth", [0.0, reach], format!("{what} ∝ r⁴"), move |row| {
+            square(row).powi(2)
         });
-        build.add(
-            Coordinate::RadiusMm,
-            "smooth",
-            [0.0, reach],
-            format!("{what} ∝ r⁴"),
-            vec![column],
-        );
         if acts == Acts::Everywhere {
-            let column = build.column(Source::Bin, acts, move |_, row| {
-                let (x, y) = scaled(row);
-                x * x + y * y
-            });
-            build.add(
-                Coordinate::RadiusMm,
-                "smooth",
-                [0.0, reach],
-                format!("{what} ∝ r²"),
-                vec![column],
-            );
+            along.one(acts, "smooth", [0.0, reach], format!("{what} ∝ r²"), square);
         }
     }
 }
@@ -285,25 +184,23 @@ fn incidence(build: &mut Builder<'_>) {
     let (Some(&low), Some(&high)) = (angles.first(), angles.last()) else {
         return;
     };
+    let mut along = build.along(Source::Bin, Coordinate::IncidenceDeg);
     for edge in [5.0, 10.0, 20.0, 30.0, 45.0] {
         if edge <= low || edge >= high {
             continue;
         }
-        let column = build.column(Source::Bin, Acts::Relative, move |_, row| {
-            f64::from(row.incidence_deg > edge)
-        });
-        let note = "a relative change beyond one angle of incidence";
-        build.add(Coordinate::IncidenceDeg, "jump", [edge, high], note, vec![column]);
-        let column = build.column(Source::Bin, Acts::Relative, move |_, row| {
-            (-0.5 * ((row.incidence_deg - edge) / (0.3 * edge)).powi(2)).exp()
-        });
-        let note = "a relative change near one angle of incidence";
-        build.add(
-            Coordinate::IncidenceDeg,
+        along.relative(
+            "jump",
+            [edge, high],
+            "a relative change beyond one angle of incidence",
+            move |row| f64::from(row.incidence_deg > edge),
+        );
+        let near = [0.7 * edge, 1.3 * edge];
+        along.relative(
             "bump",
-            [0.7 * edge, 1.3 * edge],
-            note,
-            vec![column],
+            near,
+            "a relative change near one angle of incidence",
+            move |row| (-0.5 * ((row.incidence_deg - edge) / (0.3 * edge)).powi(2)).exp(),
         );
     }
 }
@@ -335,34 +232,23 @@ fn single_maps(build: &mut Builder<'_>) {
         } else {
             (Coordinate::Exposure, row.exposure)
         };
+        let mut along = build.along(Source::Bin, coordinate);
+        let inside = move |row: &Row| f64::from(key(row) == this);
         if row.light == Light::Lit {
-            let column = build.column(Source::Bin, Acts::Relative, move |_, row| f64::from(key(row) == this));
-            build.add(
-                coordinate,
-                "one_map",
-                [value, value],
-                "a relative change of one map",
-                vec![column],
-            );
+            along.relative("one_map", [value, value], "a relative change of one map", inside);
         }
-        let column = build.column(Source::Bin, Acts::Everywhere, move |_, row| f64::from(key(row) == this));
-        build.add(
-            coordinate,
+        along.one(
+            Acts::Everywhere,
             "one_map",
             [value, value],
             "an added signal in one map",
-            vec![column],
+            inside,
         );
     }
     // Dark signal that grows with the exposure, and veiling glare that follows the mean of each map.
-    let column = build.column(Source::Bin, Acts::Everywhere, move |_, row| row.exposure);
-    build.add(
-        Coordinate::Exposure,
-        "smooth",
-        [0.0, 1.0],
-        "an added signal ∝ exposure, capped or not",
-        vec![column],
-    );
+    let note = "an added signal ∝ exposure, capped or not";
+    let mut along = build.along(Source::Bin, Coordinate::Exposure);
+    along.one(Acts::Everywhere, "smooth", [0.0, 1.0], note, |row| row.exposure);
     let mean = |this: (usize, usize)| {
         let levels: Vec<f64> = build
             .rows
@@ -379,20 +265,12 @@ fn single_maps(build: &mut Builder<'_>) {
     let own = |row: &Row| of(row).map_or(0.0, |k| means[k]);
     let earlier = |row: &Row| of(row).and_then(|k| k.checked_sub(1)).map_or(0.0, |k| means[k]);
     let (own, earlier): (Vec<f64>, Vec<f64>) = build.rows.iter().map(|row| (own(row), earlier(row))).unzip();
-    let glare = build.column(Source::Bin, Acts::Everywhere, move |i, _| own[i]);
-    build.add(
-        Coordinate::Level,
-        "memory",
-        [0.0, 1.0],
-        "an added signal ∝ the mean of the map",
-        vec![glare],
-    );
-    let after = build.column(Source::Bin, Acts::Everywhere, move |i, _| earlier[i]);
-    build.add(
-        Coordinate::TimeS,
-        "memory",
-        [0.0, 1.0],
-        "an added signal left by the map before",
-        vec![after],
-    );
+    for (coordinate, note, means) in [
+        (Coordinate::Level, "an added signal ∝ the mean of the map", own),
+        (Coordinate::TimeS, "an added signal left by the map before", earlier),
+    ] {
+        let mut along = build.along(Source::Bin, coordinate);
+        let column = along.column(Acts::Everywhere, move |i, _| means[i]);
+        along.add("memory", [0.0, 1.0], note, vec![column]);
+    }
 }

@@ -21,67 +21,61 @@ pub(super) fn time(build: &mut Builder<'_>, order: &[usize]) {
     }
     let at = |quantile: f64| times[((times.len() - 1) as f64 * quantile) as usize];
     let place = move |row: &Row| (row.time_s - first) / (last - first);
+    let mut along = build.along(Source::Reading, Coordinate::TimeS);
     for acts in [Acts::Relative, Acts::Light, Acts::Everywhere] {
         // The constant is the level (relative) or has a name (stray light, offset).
         let from = 1;
         for terms in [2, 4] {
             let columns: Vec<_> = (from..from + terms)
                 .map(|k| std::f64::consts::PI * k as f64)
-                .map(|turn| build.column(Source::Reading, acts, move |_, row| (turn * place(row)).cos()))
+                .map(|turn| along.column(acts, move |_, row| (turn * place(row)).cos()))
                 .collect();
-            let note = format!("{} that varies smoothly", word(acts));
-            build.add(Coordinate::TimeS, "smooth", [first, last], note, columns);
+            along.add(
+                "smooth",
+                [first, last],
+                format!("{} that varies smoothly", word(acts)),
+                columns,
+            );
         }
         for step in 1..40 {
             let from = at(step as f64 / 40.0);
-            let column = build.column(Source::Reading, acts, move |_, row| f64::from(row.time_s > from));
-            build.add(
-                Coordinate::TimeS,
+            along.one(
+                acts,
                 "jump",
                 [from, last],
                 format!("{} from then on", word(acts)),
-                vec![column],
+                move |row| f64::from(row.time_s > from),
             );
         }
         for parts in [8_usize, 16, 32] {
             for half in 0..2 * parts - 1 {
                 let from = at(half as f64 / (2 * parts) as f64);
                 let to = at((half + 2) as f64 / (2 * parts) as f64);
-                let column = build.column(Source::Reading, acts, move |_, row| {
-                    f64::from(row.time_s >= from && row.time_s <= to)
-                });
-                build.add(
-                    Coordinate::TimeS,
+                along.one(
+                    acts,
                     "window",
                     [from, to],
                     format!("{} for a while", word(acts)),
-                    vec![column],
+                    move |row| f64::from(row.time_s >= from && row.time_s <= to),
                 );
                 if acts != Acts::Everywhere {
                     let (centre, width) = (0.5 * (from + to), 0.35 * (to - from).max(1e-9));
-                    let column = build.column(Source::Reading, acts, move |_, row| {
+                    let note = format!("{} that rises and falls", word(acts));
+                    along.one(acts, "bump", [from, to], note, move |row| {
                         (-0.5 * ((row.time_s - centre) / width).powi(2)).exp()
                     });
-                    let note = format!("{} that rises and falls", word(acts));
-                    build.add(Coordinate::TimeS, "bump", [from, to], note, vec![column]);
                 }
             }
         }
-        for cycles in 2..=20 {
+        // A relative oscillation has a name: modulated light.
+        for cycles in (2..=20).filter(|_| acts != Acts::Relative) {
             let turn = std::f64::consts::TAU * f64::from(cycles) / 2.0;
-            if acts == Acts::Relative {
-                continue; // a relative oscillation has a name: modulated light
-            }
-            let columns = vec![
-                build.column(Source::Reading, acts, move |_, row| (turn * place(row)).cos()),
-                build.column(Source::Reading, acts, move |_, row| (turn * place(row)).sin()),
-            ];
-            build.add(
-                Coordinate::TimeS,
+            along.waves(
+                acts,
                 "periodic",
                 [first, last],
                 "an added signal that oscillates",
-                columns,
+                move |row| (turn * place(row), 1.0),
             );
         }
     }
@@ -98,7 +92,8 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
     if in_time.len() < 8 {
         return;
     }
-    let time = |i: usize| build.rows[i].time_s;
+    let rows = build.rows;
+    let time = |i: usize| rows[i].time_s;
     let span = [time(in_time[0]), time(in_time[in_time.len() - 1])];
     let mut gaps: Vec<f64> = in_time
         .windows(2)
@@ -110,11 +105,12 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
         return;
     };
     let top = build.level.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-    let mut found = Vec::new();
+    let levels = Arc::clone(&build.level);
+    let mut along = build.along(Source::Reading, Coordinate::TimeS);
     for steps in [0.4, 1.0, 3.0, 10.0, 40.0] {
         // Exponential average of the signal before this reading.
-        let level = Arc::clone(&build.level);
-        let mut before = vec![0.0; build.rows.len()];
+        let level = Arc::clone(&levels);
+        let mut before = vec![0.0; rows.len()];
         let mut average = level[in_time[0]];
         for pair in in_time.windows(2) {
             let keep = (-(time(pair[1]) - time(pair[0])) / (steps * typical)).exp();
@@ -125,24 +121,30 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
         before[in_time[0]] = level[in_time[0]];
         let before: Arc<[f64]> = before.into();
         let again = Arc::clone(&before);
-        let lag = build.column(Source::Reading, Acts::Light, move |i, _| before[i] - level[i]);
-        found.push(("a reading that lags behind the light", lag));
-        let fatigue = build.column(Source::Reading, Acts::Relative, move |i, _| again[i] / top);
-        found.push(("a response that remembers the light before", fatigue));
+        let lag = along.column(Acts::Light, move |i, _| before[i] - level[i]);
+        along.add("memory", span, "a reading that lags behind the light", vec![lag]);
+        let fatigue = along.column(Acts::Relative, move |i, _| again[i] / top);
+        along.add(
+            "memory",
+            span,
+            "a response that remembers the light before",
+            vec![fatigue],
+        );
     }
     // Previous reading's level exactly: a meter read before it settled.
-    let mut previous = vec![0.0; build.rows.len()];
+    let mut previous = vec![0.0; rows.len()];
     for pair in in_time.windows(2) {
         let near = time(pair[1]) - time(pair[0]) < 2.5 * typical;
-        previous[pair[1]] = if near {
-            build.level[pair[0]] - build.level[pair[1]]
-        } else {
-            0.0
-        };
+        previous[pair[1]] = if near { levels[pair[0]] - levels[pair[1]] } else { 0.0 };
     }
-    let unsettled = build.column(Source::Reading, Acts::Everywhere, move |i, _| previous[i]);
-    found.push(("a reading that keeps a part of the one before", unsettled));
-    let mut since = vec![f64::INFINITY; build.rows.len()];
+    let unsettled = along.column(Acts::Everywhere, move |i, _| previous[i]);
+    along.add(
+        "memory",
+        span,
+        "a reading that keeps a part of the one before",
+        vec![unsettled],
+    );
+    let mut since = vec![f64::INFINITY; rows.len()];
     let mut start = time(in_time[0]);
     for pair in in_time.windows(2) {
         if time(pair[1]) - time(pair[0]) > 2.5 * typical {
@@ -154,13 +156,8 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
     let since: Arc<[f64]> = since.into();
     for steps in [2.0, 6.0, 20.0] {
         let since = Arc::clone(&since);
-        let column = build.column(Source::Reading, Acts::Relative, move |i, _| {
-            (-since[i] / (steps * typical)).exp()
-        });
-        found.push(("a transient after every pause", column));
-    }
-    for (note, column) in found {
-        build.add(Coordinate::TimeS, "memory", span, note, vec![column]);
+        let column = along.column(Acts::Relative, move |i, _| (-since[i] / (steps * typical)).exp());
+        along.add("memory", span, "a transient after every pause", vec![column]);
     }
 }
 
@@ -192,16 +189,11 @@ pub(super) fn visits(build: &mut Builder<'_>, order: &[usize]) {
         }
     }
     let since: Arc<[f64]> = since.into();
+    let mut along = build.along(Source::Reading, Coordinate::Index);
     for acts in [Acts::Relative, Acts::Light] {
         let since = Arc::clone(&since);
-        let column = build.column(Source::Reading, acts, move |i, _| since[i]);
+        let column = along.column(acts, move |i, _| since[i]);
         let note = format!("{} that grows within every visit of a half-plane", word(acts));
-        build.add(
-            Coordinate::Index,
-            "visit",
-            [0.0, (longest - 1) as f64],
-            note,
-            vec![column],
-        );
+        along.add("visit", [0.0, (longest - 1) as f64], note, vec![column]);
     }
 }

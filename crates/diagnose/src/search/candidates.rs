@@ -6,7 +6,7 @@ use crate::basis::{Basis, inverse_of_normal};
 use crate::evidence::ln_sum_exp;
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
-use crate::scan::{Candidate, Found, Scan, Who, p_value};
+use crate::scan::{Candidate, Found, Scan, Who, p_value, statistic};
 
 use super::estimate::Estimate;
 
@@ -60,9 +60,8 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
 
     /// Whether noise alone makes a scan like this less often than `significance`, or never did.
     pub(super) fn disagrees_at(&self, found: &[Found], significance: f64) -> bool {
-        let statistic = ln_sum_exp(&found.iter().map(|one| one.ln_evidence).collect::<Vec<_>>());
         let never = 1.0 / (self.nulls.len() + 1) as f64;
-        p_value(statistic, &self.nulls) <= significance.max(never)
+        p_value(statistic(found), &self.nulls) <= significance.max(never)
     }
 
     pub(super) fn name_evidence(&self, found: &[Found]) -> Vec<(usize, f64)> {

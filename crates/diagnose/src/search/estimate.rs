@@ -1,4 +1,4 @@
-//! The problem under one estimate of its noise: every fit and every candidate whitened with it.
+//! First stage: the problem under one estimate of its noise, every fit and every candidate whitened with it.
 
 use std::sync::Arc;
 
@@ -35,15 +35,22 @@ pub(super) struct Estimate<'p, 'a, F: Forward + ?Sized> {
     pub(super) nulls: Arc<[f64]>,
 }
 
-impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
-    /// The noise that the model without effects leaves, and its fit under that noise.
-    pub(super) fn baseline(problem: &'p Problem<'a, F>) -> Option<(Self, Fit)> {
-        let first = Self::of(problem, problem.plain.nuisance.clone(), Arc::default(), &problem.plain);
-        let fitted = first.fit(&[])?;
-        let start = fitted.nuisance.clone();
-        Some((Self { start, ..first }, fitted))
-    }
+/// The model without effects, and the noise that it leaves.
+pub(super) struct Baseline<'p, 'a, F: Forward + ?Sized> {
+    pub(super) estimate: Estimate<'p, 'a, F>,
+    pub(super) fit: Fit,
+}
 
+/// First stage: the noise that the plain fit leaves, and the fit under that noise.
+pub(super) fn baseline<'p, 'a, F: Forward + ?Sized>(problem: &'p Problem<'a, F>) -> Option<Baseline<'p, 'a, F>> {
+    let first = Estimate::of(problem, problem.plain.nuisance.clone(), Arc::default(), &problem.plain);
+    let fit = first.fit(&[])?;
+    let start = fit.nuisance.clone();
+    let estimate = Estimate { start, ..first };
+    Some(Baseline { estimate, fit })
+}
+
+impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
     /// The same with simulated scans of noise alone, rising.
     pub(super) fn with_nulls(self, nulls: Vec<f64>) -> Self {
         let nulls = nulls.into();

@@ -5,25 +5,21 @@ use super::outcome::Unexplained;
 use crate::basis::{Basis, inverse_of_normal};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
-use crate::scan::{Who, p_value};
+use crate::scan::{Who, p_value, strongest_unnamed};
 
 use super::estimate::Estimate;
 
 impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
     /// What is left after all named effects, if it is significant and not small beside them: the best rival.
     pub(super) fn left_over(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
-        let scan = self.scan(fitted, members, None);
-        let found = scan.look();
+        let found = self.scan(fitted, members, None).look();
         if !self.disagrees(&found) {
             return None;
         }
         let strongest = (0..members.len())
             .map(|i| self.explained_by(members, fitted, i))
             .fold(0.0, f64::max);
-        let best = found
-            .iter()
-            .filter(|one| matches!(one.who, Who::Unnamed { .. }))
-            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        let best = strongest_unnamed(&found)?;
         let kept: Vec<usize> = self.kept(members);
         // The disagreement itself may be a name that was not taken: a pattern counts by its own evidence.
         if p_value(best.ln_evidence, &self.nulls) > self.problem.settings.significance {
@@ -35,12 +31,8 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
 
     /// The best rival in the scan of a fit, significant or not.
     pub(super) fn strongest_rival(&self, fitted: &Fit, members: &[Hypothesis]) -> Option<(usize, f64)> {
-        let scan = self.scan(fitted, members, None);
-        let best = scan
-            .look()
-            .into_iter()
-            .filter(|one| matches!(one.who, Who::Unnamed { .. }))
-            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        let found = self.scan(fitted, members, None).look();
+        let best = strongest_unnamed(&found)?;
         Some((self.kept(members)[best.candidate], best.explained))
     }
 
@@ -54,12 +46,8 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         extra: Option<(usize, f64)>,
     ) -> Option<(usize, f64)> {
         let base = self.fit(&[])?;
-        let scan = self.scan(&base, &[], None);
-        let alone = scan
-            .look()
-            .into_iter()
-            .filter(|one| matches!(one.who, Who::Unnamed { .. }))
-            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        let found = self.scan(&base, &[], None).look();
+        let alone = strongest_unnamed(&found)?;
         let variance = self.noise.scale.powi(2);
         let mut explained = (base.chi2 - fitted.chi2) / variance;
         let mut evidence = 0.5 * explained;

@@ -9,7 +9,7 @@ use crate::calibration::{ALIAS, ALIAS_MARGIN, AS_MUCH, OUTSIDE_CATALOGUE, REFITT
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
-use crate::scan::{Who, p_value, sign_evidence};
+use crate::scan::{Who, p_value, sign_evidence, statistic};
 
 use super::candidates::all_but;
 use super::estimate::Estimate;
@@ -56,7 +56,6 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         let base = self.fit(&others)?;
         let scan = self.scan(&base, &others, extra.map(|(candidate, _)| candidate));
         let found = scan.look();
-        let statistic = ln_sum_exp(&found.iter().map(|one| one.ln_evidence).collect::<Vec<_>>());
         let named = self.name_evidence(&found);
         let top = named.first().map_or(f64::NEG_INFINITY, |(_, evidence)| *evidence);
         let variance = self.noise.scale.powi(2);
@@ -171,7 +170,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         Some(Rivalry {
             ranked,
             ln_bayes_factor: own,
-            p_value: p_value(statistic, &self.nulls),
+            p_value: p_value(statistic(&found), &self.nulls),
         })
     }
 

@@ -8,13 +8,11 @@ use rayon::prelude::*;
 
 use super::outcome::Place;
 use crate::basis::Basis;
-use crate::evidence::ln_sum_exp;
 use crate::fit::Fit;
 use crate::forward::Forward;
-use crate::scan::{Found, Scan, Who, p_value};
+use crate::scan::{Found, Scan, Who, p_value, statistic};
 
-use super::baseline::Baseline;
-use super::estimate::Estimate;
+use super::estimate::{Baseline, Estimate};
 
 /// What the scan of the baseline says.
 pub(super) struct Scanned {
@@ -36,9 +34,8 @@ pub(super) fn scan<F: Forward + ?Sized>(baseline: &Baseline<'_, '_, F>) -> Scann
     let whitened = |numbers: &[usize]| estimate.whitened(numbers);
     let sequence = estimate.problem.sequence;
     let nulls = scan.nulls(&whitened, settings.nulls, settings.seed, sequence, &estimate.noise);
-    let statistic = ln_sum_exp(&found.iter().map(|one| one.ln_evidence).collect::<Vec<_>>());
     Scanned {
-        p_global: p_value(statistic, &nulls),
+        p_global: p_value(statistic(&found), &nulls),
         places: estimate.places(&found),
         visibility: estimate.visibility(fit),
         scan,

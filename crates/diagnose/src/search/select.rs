@@ -5,8 +5,7 @@ use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
 use crate::noise::NoiseTest;
 
-use super::baseline::Baseline;
-use super::estimate::Estimate;
+use super::estimate::{Baseline, Estimate};
 use super::outcome::{Label, Names};
 use super::scanned::Scanned;
 
