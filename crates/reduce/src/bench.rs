@@ -1,8 +1,8 @@
 //! A model of the bench, turned around: takes the bench's effects out of lit readings.
 
 use isolux_model::{BelongsTo, Effect, Model, NoInverse};
-use isolux_record::Reading;
 use isolux_record::observation::ReadingCoordinates;
+use isolux_record::{Reading, ReadingKind};
 
 use crate::levels::Subtract;
 use crate::samples::Corrected;
@@ -25,16 +25,14 @@ impl Bench {
     /// Its effects as tables of a model file: the new model predicts the readings as they were read. The near field,
     /// which no far distribution holds, stays known too.
     pub fn tables(&self) -> Vec<String> {
-        let near_field = self
-            .model
-            .effects()
-            .iter()
-            .filter(|effect| effect.name() == "near_field");
+        let effects = self.model.effects().iter();
+        let near_field = effects.filter(|effect| effect.spec().replaces_emitter());
         self.of_the_bench().chain(near_field).map(table).collect()
     }
 
-    fn has(&self, name: &str) -> bool {
-        self.model.effects().iter().any(|effect| effect.name() == name)
+    fn has(&self, level: ReadingKind) -> bool {
+        let mut effects = self.model.effects().iter();
+        effects.any(|effect| effect.spec().takes_over() == Some(level))
     }
 
     /// For each lit reading and its illuminance: intensity, true direction, candela of one lux.
@@ -70,20 +68,18 @@ impl Bench {
     /// Which of the run's own corrections the model takes over, because it has an effect for them.
     pub fn takes_over(&self) -> Subtract {
         Subtract {
-            dark: self.has("dark_offset"),
-            ambient: self.has("ambient_stray"),
-            stray: self.has("floor_reflection"),
+            dark: self.has(ReadingKind::Capped),
+            ambient: self.has(ReadingKind::LampOff),
+            stray: self.has(ReadingKind::Baffled),
         }
     }
 
     /// The effects that it takes out whose uncertainty the budget of the run does not hold.
     pub fn without_uncertainty(&self) -> Vec<String> {
         // Levels that the run measured itself are in its budget, whoever takes them out.
-        let of_levels = ["dark_offset", "ambient_stray", "floor_reflection"];
-        let unknown = self.of_the_bench().map(Effect::name);
-        unknown
-            .filter(|name| !self.measured_by_the_run && !of_levels.contains(name))
-            .map(str::to_owned)
+        self.of_the_bench()
+            .filter(|effect| !self.measured_by_the_run && effect.spec().takes_over().is_none())
+            .map(|effect| effect.name().to_owned())
             .collect()
     }
 

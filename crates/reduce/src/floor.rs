@@ -46,7 +46,7 @@ impl Floor {
                 ambient_c: None,
             })
             .collect();
-        let of_albedo = |albedo| Effect::from_keys("floor_reflection", [("albedo", albedo), ("height_mm", height_mm)]);
+        let of_albedo = |albedo| Effect::of_floor(albedo, height_mm);
         let per_trial = far_field(reduction)
             .with_effects(vec![of_albedo(TRIAL_ALBEDO).ok()?])
             .predict_readings(&at);
@@ -75,6 +75,7 @@ impl Floor {
 
     /// Its table of a model file, without the heading.
     pub fn table(&self) -> String {
-        format!("{}\n[effect.u]\nalbedo = {:.6}\n", table(&self.effect), self.u_albedo)
+        let key = self.effect.spec().parameters[0].key;
+        format!("{}\n[effect.u]\n{key} = {:.6}\n", table(&self.effect), self.u_albedo)
     }
 }
