@@ -11,10 +11,10 @@ use crate::Failure;
 use crate::bench::{self, Source};
 use crate::catalogue::Catalogue;
 use crate::files::Overwrite;
-use crate::hand::{self, Lux};
+use crate::manual::{self, Lux};
 use crate::progress::Progress;
 use crate::roles;
-use crate::stage::{self, Stage};
+use crate::session::{self, Session};
 
 /// What was found at one place of the station.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -70,10 +70,10 @@ pub fn run(
         crate::files::refuse_existing(path, overwrite)?;
     }
     let in_memory = roles::is_virtual(&source.station);
-    stage::play(in_memory, async {
-        let stage = Stage::recording(&source.station, &source.file, record, progress)?;
-        stage.claim(&source.station, force).await?;
-        let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
+    session::run(in_memory, async {
+        let session = Session::recording(&source.station, &source.file, record, progress)?;
+        session.claim(&source.station, force).await?;
+        let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
         let mut report = Report {
             instruments: Vec::new(),
             dark: Vec::new(),
@@ -168,7 +168,7 @@ async fn light(source: &Source, catalogue: &Catalogue, report: &mut Report) {
                 (Some(device), Some(_)) => device.set(false).await.is_ok(),
                 _ => false,
             };
-            match hand::readings(meter.as_ref(), None, settings.calibration_factor, DARK_READINGS).await {
+            match manual::readings(meter.as_ref(), None, settings.calibration_factor, DARK_READINGS).await {
                 Ok(readings) => {
                     let state = if capped { "capped" } else { "as it stands" };
                     let shown: Vec<String> = readings
@@ -241,7 +241,7 @@ async fn power(source: &Source, catalogue: &Catalogue, report: &mut Report) {
                 Ok(reading) => {
                     found
                         .facts
-                        .push(format!("reads {}", hand::in_words(&electrical::recorded(&reading))));
+                        .push(format!("reads {}", manual::in_words(&electrical::recorded(&reading))));
                     found.ok = true;
                 }
                 Err(error) => found.error = Some(error.to_string()),

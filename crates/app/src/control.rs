@@ -75,7 +75,7 @@ mod tests {
                 ..Control::default()
             };
             let began = Instant::now();
-            let virtual_s = crate::stage::play(true, async {
+            let virtual_s = crate::session::run(true, async {
                 let began = tokio::time::Instant::now();
                 control.paced(tokio::time::sleep(Duration::from_secs(110))).await;
                 Ok(began.elapsed().as_secs_f64())

@@ -27,8 +27,8 @@ use crate::progress::{Event, Progress};
 use crate::reduce::Reduced;
 use crate::scan::{Operator, Place, Target};
 use crate::scene::{self, Changes};
+use crate::session::{self, Session};
 use crate::signals::OnSignals;
-use crate::stage::{self, Stage};
 use crate::{Failure, bench, diagnose, init, record, reduce, scan, simulate};
 
 /// What a day is made of.
@@ -172,10 +172,10 @@ fn virtual_scan(place: &Place<'_>, plan: DayPlan, control: &Control, progress: &
     let (station, calibration) = init::virtual_station(&Choice::default())?;
     let source = bench::Source::from_text(&station, calibration.as_deref())?;
     let plan = plan.plan()?;
-    stage::play_for(true, control, async {
-        let stage = Stage::open(true)?;
+    session::run_controlled(true, control, async {
+        let session = Session::open(true)?;
         let _signals = OnSignals::ending(&control.cancel)?;
-        let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
+        let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
         let mut devices = source.open(&catalogue).await?;
         let now = jiff::Timestamp::now();
         let place = place.clone();

@@ -8,7 +8,7 @@ use serde::Serialize;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::{Instant, timeout_at};
 
-use crate::{Failure, catalogue, stage};
+use crate::{Failure, catalogue, session};
 
 /// What was found at one port.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -46,7 +46,7 @@ const SILENCE: Duration = Duration::from_millis(150);
 /// # Errors
 /// Exit 3 when the system gives no runtime. What a port refuses stands in its entry.
 pub fn identify(ports: &[String]) -> Result<Vec<Asked>, Failure> {
-    stage::play(false, async {
+    session::run(false, async {
         let links: Arc<dyn Links> = Arc::new(SystemLinks::default());
         let mut asked = Vec::new();
         for port in ports {

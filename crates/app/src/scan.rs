@@ -16,8 +16,8 @@ use crate::live::State;
 use crate::owner::TakeOver;
 pub use crate::progress::duration;
 use crate::progress::{Event, Progress};
+use crate::session::{self, Session};
 use crate::signals::OnSignals;
-use crate::stage::{self, Stage};
 use crate::{Failure, log, plan, record, roles};
 pub(crate) use estimate::Estimate;
 use narrator::Narrator;
@@ -127,11 +127,11 @@ pub fn run_in(
 ) -> Result<ScanSummary, Failure> {
     let (source, plan, _) = checked(station, plan_file, operator.is_some())?;
     let in_memory = roles::is_virtual(&source.station);
-    stage::play_for(in_memory, control, async {
-        let stage = Stage::of(&source.station, &source.file, progress)?;
+    session::run_controlled(in_memory, control, async {
+        let session = Session::of(&source.station, &source.file, progress)?;
         let _signals = OnSignals::ending(&control.cancel)?;
-        let taken = stage.claim(&source.station, force).await?;
-        let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
+        let taken = session.claim(&source.station, force).await?;
+        let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
         let mut devices = source.open(&catalogue).await?;
         let now = Timestamp::now();
         let (place, taken) = (place.clone(), taken.as_ref());
@@ -147,7 +147,7 @@ pub fn run_in(
             progress,
         )
         .await
-        .map_err(|failure| stage.explain(failure))
+        .map_err(|failure| session.explain(failure))
     })
 }
 
@@ -283,7 +283,7 @@ pub async fn under(
         Err(error) => observer.state(State::Failed, &error.to_string()),
     }
     outcome.map_err(|error| {
-        let failure = stage::failure(&error);
+        let failure = session::failure(&error);
         let path = run.path();
         failure.help(format!(
             "{path} holds {} readings; go on with --resume {path}",
@@ -334,6 +334,6 @@ fn record_failure(error: isolux_record::RunError) -> Failure {
     let help = record::help(&error);
     Failure {
         help,
-        ..stage::failure(&isolux_scan::ScanError::Record(error))
+        ..session::failure(&isolux_scan::ScanError::Record(error))
     }
 }

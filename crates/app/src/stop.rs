@@ -18,10 +18,10 @@ use serde::Serialize;
 use tokio::time::{Instant, sleep};
 
 use crate::catalogue::Catalogue;
-use crate::hand::Position;
+use crate::manual::Position;
 use crate::progress::Silent;
+use crate::session::{self, Session};
 use crate::signals::OnSignals;
-use crate::stage::{self, Stage};
 use crate::{Failure, bench, roles};
 
 /// How long an owner that was asked to end may take before the axes are stopped without it.
@@ -45,17 +45,17 @@ pub struct Stopped {
 pub fn stop(file: &Utf8Path) -> Result<Stopped, Failure> {
     let station = Station::load(file).map_err(Failure::bad_input)?;
     let in_memory = roles::is_virtual(&station);
-    stage::play(in_memory, async {
+    session::run(in_memory, async {
         // A stop is not interrupted.
         let _signals = OnSignals::listen()?;
         let (_locks, owner, may_drive) = hand_over(&axis_links(&station)).await;
-        let stage = match Stage::on(SystemLinks::beside_their_owner(), &station, file, &Silent) {
-            Ok(stage) => stage,
+        let session = match Session::on(SystemLinks::beside_their_owner(), &station, file, &Silent) {
+            Ok(session) => session,
             Err(failure) if in_memory => return Err(failure),
             // A room that cannot be read keeps no real axis from being stopped.
-            Err(_) => Stage::of_links(SystemLinks::beside_their_owner()),
+            Err(_) => Session::of_links(SystemLinks::beside_their_owner()),
         };
-        let catalogue = Catalogue::new(stage.links.clone()).beside(file);
+        let catalogue = Catalogue::new(session.links.clone()).beside(file);
         let c = bench::open_axis(&catalogue, "axis.c", station.axis_c());
         let gamma = bench::open_axis(&catalogue, "axis.gamma", station.axis_gamma());
         // Each as soon as it can be reached: one that does not answer must not keep another running.

@@ -7,7 +7,7 @@ use isolux_app::bench::Source;
 use isolux_app::catalogue::Catalogue;
 use isolux_app::progress::Silent;
 use isolux_app::scan::{self, Place, Target};
-use isolux_app::stage::{self, Stage};
+use isolux_app::session::{self, Session};
 use isolux_app::{FailureKind, init};
 use isolux_record::run::StopHow;
 use isolux_record::{Plan, Quality, ReadingKind, Role, Run};
@@ -58,8 +58,8 @@ fn scan_in(
     let (station, calibration) = init::virtual_station(&Choice::default()).unwrap();
     let source = Source::from_text(&station, calibration.as_deref()).unwrap();
     let plan = Plan::parse(Utf8Path::new("plan.toml"), PLAN).unwrap();
-    stage::play(true, async {
-        let stage = Stage::in_room(isolux_darkroom::Darkroom::parse(darkroom).unwrap(), &Choice::default())?;
+    session::run(true, async {
+        let session = Session::in_room(isolux_darkroom::Darkroom::parse(darkroom).unwrap(), &Choice::default())?;
         let cancel = Cancel::new();
         if let Some(seconds) = cancel_s {
             let cancel = cancel.clone();
@@ -68,7 +68,7 @@ fn scan_in(
                 cancel.cancel("SIGTERM");
             });
         }
-        let catalogue = Catalogue::new(stage.links.clone());
+        let catalogue = Catalogue::new(session.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
         let place = Place::take(target, false)?;

@@ -7,7 +7,7 @@ use isolux_app::catalogue::Catalogue;
 use isolux_app::init;
 use isolux_app::progress::Silent;
 use isolux_app::scan::{self, Place, Target};
-use isolux_app::stage::{self, Stage};
+use isolux_app::session::{self, Session};
 use isolux_record::spectra::DarkSubtraction;
 use isolux_record::{Plan, Quality, Role, Run};
 use isolux_scan::Cancel;
@@ -48,13 +48,13 @@ fn scan_with(choice: &Choice) -> Run {
     let plan = Plan::parse(Utf8Path::new("plan.toml"), PLAN).unwrap();
     let keep = tempfile::tempdir().unwrap();
     let path = Utf8PathBuf::try_from(keep.path().join("run")).unwrap();
-    let summary = stage::play(true, async {
-        let stage = Stage::of(&source.station, Utf8Path::new("station.toml"), &Silent)?;
+    let summary = session::run(true, async {
+        let session = Session::of(&source.station, Utf8Path::new("station.toml"), &Silent)?;
         for instrument in choice.instruments() {
-            let (asked, played) = (choice.twin(instrument), stage.room.as_ref().unwrap().twin(instrument));
+            let (asked, played) = (choice.twin(instrument), session.room.as_ref().unwrap().twin(instrument));
             assert_eq!(asked.unwrap().driver, played.unwrap().driver, "{}", instrument.name());
         }
-        let catalogue = Catalogue::new(stage.links.clone());
+        let catalogue = Catalogue::new(session.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
         let place = Place::take(Target::New(&path), false)?;

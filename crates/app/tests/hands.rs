@@ -10,7 +10,7 @@ use isolux_app::bench::Source;
 use isolux_app::catalogue::Catalogue;
 use isolux_app::progress::Silent;
 use isolux_app::scan::{self, Place, ScanSummary, Target};
-use isolux_app::stage::{self, Stage};
+use isolux_app::session::{self, Session};
 use isolux_app::{Failure, FailureKind};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_record::run::StopHow;
@@ -101,16 +101,16 @@ fn scan_beside(target: Target<'_>, hands: Vec<(f64, &'static str)>) -> Result<Sc
     let text = station(&document, &outlets);
     let source = Source::from_text(&text, calibration(&Room::new(document.clone()), &outlets).as_deref()).unwrap();
     let plan = Plan::parse(Utf8Path::new("plan.toml"), PLAN).unwrap();
-    stage::play(true, async {
-        let stage = Stage::in_room(document, &Choice::default())?;
+    session::run(true, async {
+        let session = Session::in_room(document, &Choice::default())?;
         for (moment, command) in hands {
-            let links = stage.links.clone();
+            let links = session.links.clone();
             tokio::spawn(async move {
                 tokio::time::sleep(Duration::from_secs_f64(moment)).await;
                 hand(links, command).await;
             });
         }
-        let catalogue = Catalogue::new(stage.links.clone());
+        let catalogue = Catalogue::new(session.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
         let place = Place::take(target, false)?;

@@ -7,7 +7,7 @@ use isolux_app::catalogue::Catalogue;
 use isolux_app::init;
 use isolux_app::progress::Silent;
 use isolux_app::scan::{self, Place, Target};
-use isolux_app::stage::{self, Stage};
+use isolux_app::session::{self, Session};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::{Plan, Run};
@@ -64,9 +64,9 @@ fn errors_cd(seed: u64, distance_mm: f64) -> (f64, f64) {
     let source = Source::from_text(&station, calibration.as_deref()).unwrap();
     let plan = plan(distance_mm);
     let inside = room.clone();
-    stage::play(true, async {
-        let stage = Stage::in_room(inside, &Choice::default())?;
-        let catalogue = Catalogue::new(stage.links.clone());
+    session::run(true, async {
+        let session = Session::in_room(inside, &Choice::default())?;
+        let catalogue = Catalogue::new(session.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
         let cancel = Cancel::new();

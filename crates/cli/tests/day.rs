@@ -138,14 +138,14 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
         "{header}"
     );
     // By hand it is the same; against readings of another day it is a test.
-    let by_hand = [
+    let one_step = [
         "diagnose",
         "day/results/luminaire.model.toml",
         "day",
         "--out",
         "by-hand",
     ];
-    let said = folder.isolux(&by_hand, 0);
+    let said = folder.isolux(&one_step, 0);
     assert!(
         said.contains("consistency   the model was made from these readings") && !said.contains("p = "),
         "{said}"

@@ -3,7 +3,7 @@
 
 use isolux_app::files::Overwrite;
 use isolux_app::progress::Silent;
-use isolux_app::{catalogue, check, identify, init, stage};
+use isolux_app::{catalogue, check, identify, init, session};
 use isolux_darkroom::Darkroom;
 use isolux_transport::{Links, SystemLinks};
 use isolux_virtual::outlet::{Offer, offer};
@@ -12,7 +12,7 @@ use isolux_virtual::{AxisName, Instrument, VirtualRoom};
 
 /// Asks the twin at a link of the system, from another thread, as another program would.
 fn asked(twin: &'static TwinKind, how: Offer) -> identify::Asked {
-    let asked = stage::play(false, async {
+    let asked = session::run(false, async {
         let mut choice = Choice::default();
         choice.choose(twin.instrument, twin.driver).unwrap();
         let room = VirtualRoom::open_with(Darkroom::default(), &choice);
@@ -88,7 +88,7 @@ fn what_cannot_be_asked_says_why() {
 
 #[test]
 fn a_port_that_somebody_has_is_not_asked() {
-    let asked = stage::play(false, async {
+    let asked = session::run(false, async {
         let room = VirtualRoom::open(Darkroom::default());
         let (outlets, _serving) = offer(&room, &[Instrument::Luxmeter], Offer::Pty).await.unwrap();
         let port = outlets[0].address.clone();

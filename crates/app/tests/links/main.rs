@@ -19,7 +19,7 @@ use isolux_app::bench::Source;
 use isolux_app::catalogue::Catalogue;
 use isolux_app::progress::Silent;
 use isolux_app::scan::{self, Place, Target};
-use isolux_app::{Failure, init, stage};
+use isolux_app::{Failure, init, session};
 use isolux_darkroom::Darkroom;
 use isolux_record::spectra::DarkSubtraction;
 use isolux_record::{Plan, Quality, Role, Run};
@@ -92,11 +92,11 @@ async fn scanned(source: &Source, links: Arc<dyn Links>, plan: &Plan) -> Result<
 
 /// The scan in the memory of this process, in virtual time.
 fn expected(plan: &Plan) -> Run {
-    let run = stage::play(true, async {
+    let run = session::run(true, async {
         let (station, calibration) = init::virtual_station(&Choice::default()).unwrap();
         let source = Source::from_text(&hasty(&station), calibration.as_deref()).unwrap();
-        let stage = stage::Stage::in_room(Darkroom::parse(FAST).unwrap(), &Choice::default()).unwrap();
-        scanned(&source, stage.links.clone(), plan).await
+        let session = session::Session::in_room(Darkroom::parse(FAST).unwrap(), &Choice::default()).unwrap();
+        scanned(&source, session.links.clone(), plan).await
     });
     run.unwrap()
 }
@@ -184,7 +184,7 @@ fn every_twin_scans_over_a_real_link() {
                 let plan = plan(points);
                 let expected = expected(&plan);
                 let begun = Instant::now();
-                let found = stage::play(false, async {
+                let found = session::run(false, async {
                     let (_room, source, _kept) = served(twin, how).await;
                     scanned(&source, Arc::new(SystemLinks::default()), &plan).await
                 });
@@ -201,7 +201,7 @@ fn every_twin_scans_over_a_real_link() {
 
 /// What a scan of the default instruments over TCP comes to when `faults` are ordered as it begins to read.
 fn under(faults: &[&str]) -> Result<Run, Failure> {
-    stage::play(false, async {
+    session::run(false, async {
         let (room, source, _kept) = served(&TWINS[0], Offer::Tcp { port: 0 }).await;
         let plan = plan(3);
         let orders = async {

@@ -6,7 +6,7 @@ use isolux_app::bench::Source;
 use isolux_app::catalogue::Catalogue;
 use isolux_app::progress::Silent;
 use isolux_app::scan::{self, Place, Target};
-use isolux_app::{Failure, FailureKind, init, stage};
+use isolux_app::{Failure, FailureKind, init, session};
 use isolux_darkroom::Darkroom;
 use isolux_record::Run;
 use isolux_record::run::StopHow;
@@ -23,17 +23,17 @@ fn scanned(instrument: &str, at_s: f64) -> (Result<f64, Failure>, Option<Run>) {
     let keep = tempfile::tempdir().unwrap();
     let path = Utf8PathBuf::try_from(keep.path().join("run")).unwrap();
     let text = format!("{FAST}[[fault]]\ninstrument = {instrument:?}\nkind = \"disconnect\"\nat_s = {at_s:?}\n");
-    let ended = stage::play(true, async {
+    let ended = session::run(true, async {
         let choice = Choice::default();
         let (station, calibration) = init::virtual_station(&choice).unwrap();
         let source = Source::from_text(&hasty(&station), calibration.as_deref()).unwrap();
-        let stage = stage::Stage::in_room(Darkroom::parse(&text).unwrap(), &choice).unwrap();
-        let mut devices = source.open(&Catalogue::new(stage.links.clone())).await?;
+        let session = session::Session::in_room(Darkroom::parse(&text).unwrap(), &choice).unwrap();
+        let mut devices = source.open(&Catalogue::new(session.links.clone())).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
         let place = Place::take(Target::New(&path), false)?;
         let (cancel, plan) = (Cancel::new(), plan(6));
         scan::on(&source, &mut devices, &plan, place, None, None, &cancel, now, &Silent).await?;
-        Ok(stage.room.as_ref().unwrap().now_s())
+        Ok(session.room.as_ref().unwrap().now_s())
     });
     (ended, Run::read(&path).ok())
 }

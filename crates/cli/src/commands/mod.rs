@@ -4,10 +4,10 @@ mod check;
 mod convert;
 mod devices;
 mod diagnose;
-mod hand;
 mod init;
 mod inspect;
 mod investigate;
+mod manual;
 mod plan;
 mod predict;
 mod quantities;
@@ -32,12 +32,12 @@ pub enum Command {
     Init(init::Init),
     Devices(devices::Devices),
     Check(check::Check),
-    Home(hand::Home),
-    Move(hand::Move),
-    Switch(hand::Switch),
-    Stop(hand::Stop),
-    Read(hand::Read),
-    Warmup(hand::Warmup),
+    Home(manual::Home),
+    Move(manual::Move),
+    Switch(manual::Switch),
+    Stop(manual::Stop),
+    Read(manual::Read),
+    Warmup(manual::Warmup),
     Plan(plan::Plan),
     Scan(scan::Scan),
     Reduce(reduce::Reduce),
@@ -64,12 +64,12 @@ pub fn run(command: Command) -> Result<(), Failure> {
         Command::Init(arguments) => init::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
-        Command::Home(arguments) => hand::home(&arguments),
-        Command::Move(arguments) => hand::move_to(&arguments),
-        Command::Switch(arguments) => hand::switch(&arguments),
-        Command::Stop(arguments) => hand::stop(&arguments),
-        Command::Read(arguments) => hand::read(&arguments),
-        Command::Warmup(arguments) => hand::warm_up(&arguments),
+        Command::Home(arguments) => manual::home(&arguments),
+        Command::Move(arguments) => manual::move_to(&arguments),
+        Command::Switch(arguments) => manual::switch(&arguments),
+        Command::Stop(arguments) => manual::stop(&arguments),
+        Command::Read(arguments) => manual::read(&arguments),
+        Command::Warmup(arguments) => manual::warm_up(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
         Command::Reduce(arguments) => reduce::run(&arguments),

@@ -2,9 +2,9 @@
 
 use camino::Utf8PathBuf;
 use clap::Args;
-use isolux_app::hand::Output;
+use isolux_app::manual::Output;
 use isolux_app::scan::duration;
-use isolux_app::{Failure, hand, hand_spectrum, stop};
+use isolux_app::{Failure, manual, manual_spectrum, stop};
 use serde::Serialize;
 
 use super::takeover::TakeOver;
@@ -119,7 +119,7 @@ pub struct Warmup {
 
 /// Runs `home`.
 pub fn home(arguments: &Home) -> Result<(), Failure> {
-    let at = hand::home(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
+    let at = manual::home(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
     tell(arguments.json, &at, || {
         format!("homed: C {:.4}°, γ {:.4}°", at.c_deg, at.gamma_deg)
     })
@@ -127,7 +127,7 @@ pub fn home(arguments: &Home) -> Result<(), Failure> {
 
 /// Runs `move`.
 pub fn move_to(arguments: &Move) -> Result<(), Failure> {
-    let at = hand::move_to(
+    let at = manual::move_to(
         &arguments.station,
         arguments.c,
         arguments.gamma,
@@ -156,7 +156,7 @@ pub fn switch(arguments: &Switch) -> Result<(), Failure> {
         .into_iter()
         .filter_map(|(output, word)| Some((output, on(word.as_ref()?))))
         .collect();
-    let states = hand::switch(
+    let states = manual::switch(
         &arguments.station,
         &asked,
         arguments.takeover.reason(),
@@ -198,10 +198,10 @@ pub fn stop(arguments: &Stop) -> Result<(), Failure> {
 /// Runs `read`.
 pub fn read(arguments: &Read) -> Result<(), Failure> {
     if arguments.spectrum {
-        let reading = hand_spectrum::read(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
+        let reading = manual_spectrum::read(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
         return tell(arguments.json, &reading, || colorimetry(&reading));
     }
-    let readings = hand::read(
+    let readings = manual::read(
         &arguments.station,
         arguments.count,
         arguments.takeover.reason(),
@@ -226,7 +226,7 @@ pub fn read(arguments: &Read) -> Result<(), Failure> {
 }
 
 /// One line a quantity, with its unit.
-fn colorimetry(reading: &hand_spectrum::Reading) -> String {
+fn colorimetry(reading: &manual_spectrum::Reading) -> String {
     let colour = &reading.quantities;
     let shown = |value: Option<f64>, digits: usize| value.map_or("–".to_owned(), |value| format!("{value:.digits$}"));
     let saturated = match reading.saturated_pixels {
@@ -265,7 +265,7 @@ fn colorimetry(reading: &hand_spectrum::Reading) -> String {
 
 /// Runs `warmup`.
 pub fn warm_up(arguments: &Warmup) -> Result<(), Failure> {
-    let stable = hand::warm_up(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
+    let stable = manual::warm_up(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
     tell(arguments.json, &stable, || {
         format!(
             "lamp stable after {}: {:.2} % over the window, {:.4} lx at C 0°, γ 0°",

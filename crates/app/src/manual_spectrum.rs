@@ -7,7 +7,7 @@ use isolux_spectrum::{Quantities, Spectrum, quantities};
 use serde::Serialize;
 
 use crate::Failure;
-use crate::hand::{by_hand, device};
+use crate::manual::{device, one_step};
 use crate::progress::Progress;
 
 /// One spectrum.
@@ -41,9 +41,9 @@ pub struct Reading {
 ///
 /// # Errors
 /// Exit 2 where the station has no spectroradiometer, or nothing to make dark with; else as
-/// [`home`](crate::hand::home).
+/// [`home`](crate::manual::home).
 pub fn read(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<Reading, Failure> {
-    let taken = by_hand(station, force, progress, async |_, devices| take(devices).await)?;
+    let taken = one_step(station, force, progress, async |_, devices| take(devices).await)?;
     let Some((light, dark, properties, factors)) = taken else {
         return Err(Failure::bad_input(format!(
             "{station}: the station has no [spectroradiometer]"

@@ -1,4 +1,4 @@
-//! Where a bench plays: real links and real time, twins among them perhaps; or the virtual darkroom alone and a clock
+//! A session with instruments: real links and real time, twins among them perhaps; or the virtual darkroom alone and a clock
 //! that runs as fast as it can.
 
 use std::future::Future;
@@ -39,17 +39,17 @@ impl Links for TwinsOnly {
 }
 
 /// The links of a session, and the room behind them if it is virtual.
-pub struct Stage {
+pub struct Session {
     /// Opens addresses.
     pub links: Arc<dyn Links>,
     /// The virtual room, on the same runtime as the drivers.
     pub room: Option<VirtualRoom>,
     system: SystemLinks,
-    /// Ends with the stage.
+    /// Ends with the session.
     serving: Option<Serving>,
 }
 
-impl Stage {
+impl Session {
     /// Links of the machine, and in memory those of the built-in darkroom if `in_memory`.
     ///
     /// # Errors
@@ -122,9 +122,9 @@ impl Stage {
             names(&real),
             names(&twins)
         )));
-        let mut stage = Self::of_links(system);
-        stage.serve(document, &choice)?;
-        Ok(stage)
+        let mut session = Self::of_links(system);
+        session.serve(document, &choice)?;
+        Ok(session)
     }
 
     /// As [`of`](Self::of), with every byte on the links written to `trace`.
@@ -137,13 +137,13 @@ impl Stage {
         trace: Option<&Utf8Path>,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
-        let mut stage = Self::of(station, file, progress)?;
+        let mut session = Self::of(station, file, progress)?;
         if let Some(path) = trace {
             let failed = |error: std::io::Error| Failure::instrument(format!("{path}: cannot write: {error}"));
             let file = std::fs::File::create(path).map_err(failed)?;
-            stage.links = Arc::new(Recorder::new(stage.links.clone(), Box::new(file)).map_err(failed)?);
+            session.links = Arc::new(Recorder::new(session.links.clone(), Box::new(file)).map_err(failed)?);
         }
-        Ok(stage)
+        Ok(session)
     }
 
     /// Becomes the owner of all instruments of `station` before any of them is opened; `force` is the reason for which
@@ -155,7 +155,7 @@ impl Stage {
         owner::claim(&self.system, station, force).await
     }
 
-    /// The failure of work on this stage; where another process has taken the instruments over, it says so.
+    /// The failure of work in this session; where another process has taken the instruments over, it says so.
     pub fn explain(&self, failure: Failure) -> Failure {
         match self.system.lost() {
             Some(lost) => Failure {
@@ -171,13 +171,13 @@ impl Stage {
     /// # Errors
     /// Exit 3 when the twins cannot listen.
     pub fn in_room(document: Darkroom, choice: &Choice) -> Result<Self, Failure> {
-        let mut stage = Self::of_links(SystemLinks::default());
-        stage.serve(document, choice)?;
-        stage.links = Arc::new(TwinsOnly(stage.system.memory.clone()));
-        Ok(stage)
+        let mut session = Self::of_links(SystemLinks::default());
+        session.serve(document, choice)?;
+        session.links = Arc::new(TwinsOnly(session.system.memory.clone()));
+        Ok(session)
     }
 
-    /// Serves the twins of `choice` in the room of `document` to the memory: links of this stage.
+    /// Serves the twins of `choice` in the room of `document` to the memory: links of this session.
     fn serve(&mut self, document: Darkroom, choice: &Choice) -> Result<(), Failure> {
         let room = VirtualRoom::open_with(document, choice);
         self.serving = Some(room.listen(&self.system.memory).map_err(Failure::instrument)?);
@@ -226,7 +226,7 @@ fn twins_of(station: &Station, file: &Utf8Path) -> Result<Choice, Failure> {
 ///
 /// # Errors
 /// Exit 3 when the system gives no runtime, else what `work` answers.
-pub fn play<T>(in_memory: bool, work: impl Future<Output = Result<T, Failure>>) -> Result<T, Failure> {
+pub fn run<T>(in_memory: bool, work: impl Future<Output = Result<T, Failure>>) -> Result<T, Failure> {
     let mut builder = tokio::runtime::Builder::new_current_thread();
     builder.enable_all();
     if in_memory {
@@ -240,12 +240,12 @@ pub fn play<T>(in_memory: bool, work: impl Future<Output = Result<T, Failure>>) 
 ///
 /// # Errors
 /// As [`play`].
-pub(crate) fn play_for<T>(
+pub(crate) fn run_controlled<T>(
     in_memory: bool,
     control: &Control,
     work: impl Future<Output = Result<T, Failure>>,
 ) -> Result<T, Failure> {
-    play(in_memory, async {
+    run(in_memory, async {
         if in_memory {
             control.paced(work).await
         } else {
@@ -305,8 +305,8 @@ mod tests {
         let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
         let meter = format!("konica-t10a:tcp://{}?head=0", listener.local_addr().unwrap());
         let mixed = station(&[("konica-t10a:memory:luxmeter?head=0", &meter)]);
-        let stage = Stage::of(&mixed, Utf8Path::new("s.toml"), &Silent).unwrap();
-        let catalogue = Catalogue::new(stage.links.clone());
+        let session = Session::of(&mixed, Utf8Path::new("s.toml"), &Silent).unwrap();
+        let catalogue = Catalogue::new(session.links.clone());
         let thermometer = catalogue
             .thermometer(mixed.ambient().unwrap().open.as_deref().unwrap())
             .await;
@@ -326,8 +326,8 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn virtual_time_refuses_a_real_instrument_and_says_why() {
-        let stage = Stage::open(true).unwrap();
-        let catalogue = Catalogue::new(stage.links.clone());
+        let session = Session::open(true).unwrap();
+        let catalogue = Catalogue::new(session.links.clone());
         let error = catalogue
             .lux_meter("konica-t10a:tcp://127.0.0.1:9?head=0")
             .await

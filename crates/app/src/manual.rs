@@ -16,8 +16,8 @@ use crate::bench::Source;
 use crate::catalogue::Catalogue;
 use crate::progress::{Event, Progress, left_words};
 use crate::scan::spread_words;
+use crate::session::{self, Session};
 use crate::signals::OnSignals;
-use crate::stage::{self, Stage};
 use crate::{Failure, FailureKind, roles};
 
 /// Where the axes stand, read back.
@@ -92,7 +92,7 @@ pub struct WarmedUp {
 /// Exit 2 for the station, 3 for an instrument that fails or belongs to another process, or an axis not at rest, 130
 /// when interrupted.
 pub fn home(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<Position, Failure> {
-    by_hand(station, force, progress, async |source, devices| {
+    one_step(station, force, progress, async |source, devices| {
         Ok(position(Axes::new(devices, &source.station).home().await?))
     })
 }
@@ -126,7 +126,7 @@ pub fn switch(
         })
         .help("nothing was switched"));
     }
-    by_hand(station, force, progress, async |_, devices| {
+    one_step(station, force, progress, async |_, devices| {
         let mut states = Vec::new();
         for (output, on) in outputs {
             let part = match output {
@@ -184,7 +184,7 @@ pub fn move_to(
             }
         }
     }
-    by_hand(station, force, progress, async |source, devices| {
+    one_step(station, force, progress, async |source, devices| {
         let mut axes = Axes::new(devices, &source.station);
         let mut at = position(axes.pose().await?);
         if let (Some(distance_mm), Some(rail)) = (distance_mm, &devices.rail) {
@@ -227,7 +227,7 @@ pub(crate) fn in_words(reading: &Electrical) -> String {
 /// # Errors
 /// As [`home`].
 pub fn read(station: &Utf8Path, count: u32, force: Option<&str>, progress: &dyn Progress) -> Result<Vec<Lux>, Failure> {
-    by_hand(station, force, progress, async |source, devices| {
+    one_step(station, force, progress, async |source, devices| {
         readings(
             devices.meter.as_ref(),
             devices.power.as_deref(),
@@ -243,7 +243,7 @@ pub fn read(station: &Utf8Path, count: u32, force: Option<&str>, progress: &dyn 
 /// # Errors
 /// As [`home`]; exit 1 when it does not become stable.
 pub fn warm_up(station: &Utf8Path, force: Option<&str>, progress: &dyn Progress) -> Result<WarmedUp, Failure> {
-    by_hand(station, force, progress, async |source, devices| {
+    one_step(station, force, progress, async |source, devices| {
         let mut axes = Axes::new(devices, &source.station);
         let homed = devices.axis_c.position().await.map_err(device("axis.c"))?.homed
             && devices.axis_gamma.position().await.map_err(device("axis.gamma"))?.homed;
@@ -332,7 +332,7 @@ pub(crate) async fn readings(
 }
 
 /// Opens the station, does `step` under a handle for signals, and stops the axes when it does not end well.
-pub(crate) fn by_hand<T>(
+pub(crate) fn one_step<T>(
     station: &Utf8Path,
     force: Option<&str>,
     progress: &dyn Progress,
@@ -340,11 +340,11 @@ pub(crate) fn by_hand<T>(
 ) -> Result<T, Failure> {
     let source = Source::load(station)?;
     let in_memory = roles::is_virtual(&source.station);
-    stage::play(in_memory, async {
-        let stage = Stage::of(&source.station, &source.file, progress)?;
+    session::run(in_memory, async {
+        let session = Session::of(&source.station, &source.file, progress)?;
         let cancel = OnSignals::listen()?;
-        stage.claim(&source.station, force).await?;
-        let catalogue = Catalogue::new(stage.links.clone()).beside(&source.file);
+        session.claim(&source.station, force).await?;
+        let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
         let devices = source.open(&catalogue).await?;
         let outcome = tokio::select! {
             biased;
@@ -354,12 +354,12 @@ pub(crate) fn by_hand<T>(
         match outcome {
             Ok(value) => Ok(value),
             Err(error) => match stop_all(&devices).await {
-                Ok(()) => Err(stage.explain(stage::failure(&error))),
+                Ok(()) => Err(session.explain(session::failure(&error))),
                 Err(axes) => {
                     let before = format!("; before that: {error}");
-                    Err(stage.explain(Failure {
+                    Err(session.explain(Failure {
                         kind: FailureKind::Instrument,
-                        ..stage::failure(&ScanError::NotAtRest { axes, before })
+                        ..session::failure(&ScanError::NotAtRest { axes, before })
                     }))
                 }
             },
