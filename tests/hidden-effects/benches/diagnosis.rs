@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 /// Maps or readings, what is hidden, how many cases: every effect and every strange one at least once, false alarms,
 /// the rarer, oftener where they are cheap. What the goals name comes first.
-const SUITE: [(bool, Class, u64); 23] = [
+const SUITE: [(bool, Class, u64); 25] = [
     (false, Class::CleanWhite, 150),
     (false, Class::Single(10), 44),
     (false, Class::Single(5), 44),
@@ -46,6 +46,8 @@ const SUITE: [(bool, Class, u64); 23] = [
     (false, Class::Later(30), 24),
     (false, Class::Unforeseen(10), 36),
     (false, Class::Unforeseen(30), 36),
+    (false, Class::Second(10), 24),
+    (false, Class::Second(30), 24),
 ];
 
 fn main() {

@@ -167,6 +167,10 @@ fn hide(
                     | "sticky_readings"
                     | "condensation_burst"
                     | "door_with_jitter"
+                    | "moth_at_the_lamp"
+                    | "afterglow"
+                    | "curtain_side"
+                    | "wire_across"
             );
             let sign = if one_way { 1.0 } else { draws.sign() };
             hidden

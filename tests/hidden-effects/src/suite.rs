@@ -30,6 +30,8 @@ pub enum Class {
     Later(u32),
     /// The same: disturbances that were written down after the test was finished.
     Unforeseen(u32),
+    /// The same, drawn after those had been measured.
+    Second(u32),
     /// One effect at 20 σ on a common plan: the right answer is a set that holds it.
     Common,
 }
@@ -120,6 +122,10 @@ pub fn orders(class: Class, sensor: bool, count: u64, seed: u64) -> Vec<Order> {
                     let kinds = unforeseen::FIRST;
                     order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
                 }
+                Class::Second(sigma) => {
+                    let kinds = unforeseen::SECOND;
+                    order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
+                }
                 Class::Common => {
                     order.plan = Plan::Common;
                     order.hidden = vec![(name, 20.0)];
@@ -167,7 +173,12 @@ pub fn judge(class: Class, order: &Order, answer: &Answer) -> Vec<(&'static str,
             ));
             scores.push(("both in the sets", truth.iter().all(|name| in_set(name))));
         }
-        Class::Outside(_) | Class::Developed(_) | Class::Fresh(_) | Class::Later(_) | Class::Unforeseen(_) => {
+        Class::Outside(_)
+        | Class::Developed(_)
+        | Class::Fresh(_)
+        | Class::Later(_)
+        | Class::Unforeseen(_)
+        | Class::Second(_) => {
             scores.push(("called unexplained", answer.verdict == "unexplained"));
         }
         Class::Common => scores.push((

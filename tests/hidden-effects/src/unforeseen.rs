@@ -22,9 +22,21 @@ pub const FIRST: &[&str] = &[
     "contact_bounce",
 ];
 
+/// Kinds that were drawn after the first had been measured.
+pub const SECOND: &[&str] = &[
+    "slipping_c_axis",
+    "moth_at_the_lamp",
+    "lift_bursts",
+    "afterglow",
+    "curtain_side",
+    "loud_range",
+    "wire_across",
+    "ringing_arm",
+];
+
 /// Whether a name is one of these kinds.
 pub fn has(name: &str) -> bool {
-    FIRST.contains(&name)
+    [FIRST, SECOND].iter().any(|kinds| kinds.contains(&name))
 }
 
 /// Noise of about the size that a meter has at so much light.
@@ -195,6 +207,114 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
                 on(i) * rough(clean[i]) * f64::from(changed) * bounce
             })
             .collect(),
+        _ => second(name, steps, clean, draws),
+    }
+}
+
+/// The same for the kinds that were drawn second.
+fn second(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Vec<f64> {
+    let turn = std::f64::consts::TAU;
+    let stays = stays(steps);
+    let on = |i: usize| f64::from(steps[i].at.kind == Kind::Lit);
+    let top = clean.iter().copied().fold(0.0, f64::max);
+    let (first, last) = (steps[0].at.time_s, steps[steps.len() - 1].at.time_s);
+    let all = || 0..steps.len();
+    // Places of the readings of each stay, counted from its begin.
+    let mut since = vec![0; steps.len()];
+    for i in 1..steps.len() {
+        since[i] = if stays[i] == stays[i - 1] { since[i - 1] + 1 } else { 0 };
+    }
+    match name {
+        // The C axis stops a little beside each plane, and the lamp is not round.
+        "slipping_c_axis" => {
+            let beside: Vec<f64> = all().map(|_| draws.normal()).collect();
+            let of = |i: usize| {
+                let at = &steps[i].at;
+                (2.0 * at.c_deg.to_radians()).cos() * at.gamma_deg.to_radians().sin().powi(2) * beside[stays[i]]
+            };
+            all().map(|i| on(i) * clean[i] * of(i)).collect()
+        }
+        // It comes some times, stays for a few readings, and takes as much light as it happens to.
+        "moth_at_the_lamp" => {
+            let mut takes = vec![0.0; steps.len()];
+            for _ in 0..14 {
+                let from = draws.between(0.0, steps.len() as f64) as usize;
+                let stays = draws.between(2.0, 5.0) as usize;
+                for i in (from..steps.len()).take(stays) {
+                    takes[i] = draws.between(0.4, 1.0);
+                }
+            }
+            all().map(|i| -on(i) * clean[i] * takes[i]).collect()
+        }
+        // While the lift runs the mains hum gets into the amplifier.
+        "lift_bursts" => {
+            let period_s = draws.between(9.0, 30.0);
+            let runs: Vec<(f64, f64, f64)> = (0..9)
+                .map(|_| {
+                    let from = draws.between(first, last);
+                    (from, from + draws.between(40.0, 110.0), draws.between(0.0, turn))
+                })
+                .collect();
+            let hum = |i: usize| {
+                let t = steps[i].at.time_s;
+                let one = |(from, to, phase): &(f64, f64, f64)| {
+                    f64::from(t >= *from && t < *to) * (turn * t / period_s + phase).sin()
+                };
+                runs.iter().map(one).sum::<f64>()
+            };
+            all().map(|i| 0.01 * hum(i)).collect()
+        }
+        // A cover glows after the brightest direction of each stay.
+        "afterglow" => {
+            let glows_s = draws.between(15.0, 60.0);
+            let (mut glow, mut last_s) = (0.0_f64, first);
+            all()
+                .map(|i| {
+                    let t = steps[i].at.time_s;
+                    glow *= (-(t - last_s) / glows_s).exp();
+                    last_s = t;
+                    let before = glow;
+                    glow = glow.max(if on(i) > 0.0 { clean[i] / top } else { 0.0 });
+                    0.01 * on(i) * before
+                })
+                .collect()
+        }
+        // Clouds pass a window that the head sees at γ of one sign.
+        "curtain_side" => {
+            let (period_s, phase) = (draws.between(500.0, 1400.0), draws.between(0.0, turn));
+            let side = draws.sign();
+            let sees = |i: usize| f64::from(steps[i].at.gamma_deg * side > 20.0);
+            let light = |i: usize| 1.0 + (turn * steps[i].at.time_s / period_s + phase).sin();
+            all().map(|i| 0.01 * sees(i) * on(i) * light(i)).collect()
+        }
+        // One range of the meter is noisier than the others.
+        "loud_range" => {
+            let loud = *draws.pick(&[1, 2]);
+            let noise = |i: usize| rough(clean[i]) * f64::from(steps[i].at.range == loud);
+            all().map(|i| on(i) * noise(i) * draws.normal()).collect()
+        }
+        // A wire between lamp and head: directions near one great circle lose light.
+        "wire_across" => {
+            let (tilt, azimuth) = (draws.between(20.0, 70.0).to_radians(), draws.between(0.0, turn));
+            let width = draws.between(3.0, 7.0).to_radians();
+            let off = |i: usize| {
+                let at = &steps[i].at;
+                let (gamma, c) = (at.gamma_deg.to_radians(), at.c_deg.to_radians());
+                tilt.cos() * gamma.cos() + tilt.sin() * gamma.sin() * (c - azimuth).cos()
+            };
+            let hidden = |i: usize| f64::from(off(i).abs().asin() < width);
+            all().map(|i| -on(i) * clean[i] * hidden(i)).collect()
+        }
+        // The arm swings after each start, and the swing dies out.
+        "ringing_arm" => {
+            let (period, dies) = (draws.between(2.3, 6.0), draws.between(3.0, 8.0));
+            let phase = draws.between(0.0, turn);
+            let swing = |i: usize| {
+                let k = f64::from(since[i]);
+                (-k / dies).exp() * (turn * k / period + phase).sin() * steps[i].at.travel.abs()
+            };
+            all().map(|i| on(i) * clean[i] * swing(i)).collect()
+        }
         _ => vec![0.0; steps.len()],
     }
 }
