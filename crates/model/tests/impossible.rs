@@ -162,7 +162,7 @@ fn wrong_types_name_the_key_and_what_is_needed() {
     );
     let distance = told("distance_mm = 500.0", "distance_mm = \"500\"");
     assert!(
-        distance.contains("`sensor.distance_mm` is the text \"500\"; a number is needed, as in distance_mm = 1.5"),
+        distance.contains("`sensor.distance_mm` is the text \"500\"; a number is needed, as in distance_mm = 500"),
         "{distance}"
     );
 }
