@@ -17,7 +17,7 @@ use crate::observe::{Observed, observed};
 use crate::search::{Outcome, Settings, search};
 use crate::table::Row;
 
-pub use sentence::digits;
+pub use isolux_model::digits;
 
 use entries::{blind_spots, effect_entries, noise_test, places, ranked};
 use gap::gap;

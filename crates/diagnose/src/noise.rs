@@ -377,5 +377,5 @@ pub fn noisy_rho(rho: f64) -> f64 {
 
 /// A number with three digits, and no minus before a zero.
 fn digits(value: f64) -> String {
-    crate::diagnosis::digits(value + 0.0, 3)
+    isolux_model::digits(value + 0.0, 3)
 }

@@ -33,7 +33,7 @@ pub use bench::{CorrectedReading, NoInverse};
 pub use direction_noise::DirectionError;
 pub use document::{Accuracy, ShapeTrust, Trust, Uncertainty, UncertaintyScale};
 pub use effect::{Effect, EffectError};
-pub use effects::{BelongsTo, EffectSpec, ParameterSpec, Role, Sampling, Stage, catalogue};
+pub use effects::{BelongsTo, EffectSpec, ParameterSpec, Role, Sampling, Stage, catalogue, digits};
 pub use emitter::{Emitter, EmitterError, Node};
 pub use lobe::Lobe;
 pub use luminaire::{Luminaire, Spectral};

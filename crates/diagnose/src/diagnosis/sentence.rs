@@ -1,5 +1,7 @@
 //! The verdict, and the one sentence that says it.
 
+use isolux_model::digits;
+
 use crate::document::{EffectEntry, Independence, UnexplainedEntry, Verdict};
 use crate::search::Outcome;
 
@@ -98,38 +100,5 @@ fn changes(effect: &EffectEntry) -> String {
         String::new()
     } else {
         format!(" ({})", changed.join(", "))
-    }
-}
-
-/// A number with so many significant digits: 0.00123, 12.3, 1230.
-pub fn digits(value: f64, significant: usize) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let magnitude = value.abs().log10().floor() as i32;
-    let places = (significant as i32 - 1 - magnitude).max(0) as usize;
-    if places > 9 {
-        return format!("{value:.*e}", significant - 1);
-    }
-    let text = format!("{value:.places$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::digits;
-
-    #[test]
-    fn numbers_keep_their_digits_and_lose_their_noughts() {
-        assert_eq!(digits(0.0, 3), "0");
-        assert_eq!(digits(0.000_123_456, 2), "0.00012");
-        assert_eq!(digits(-12.34, 3), "-12.3");
-        assert_eq!(digits(1234.56, 3), "1235");
-        assert_eq!(digits(0.5, 3), "0.5");
-        assert_eq!(digits(3e-12, 2), "3.0e-12");
     }
 }

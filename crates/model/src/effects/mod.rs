@@ -60,6 +60,7 @@ mod vignetting;
 pub use act::{
     Act, Axes, DetectorView, Instrument, LampLaw, MOST_KEYS, Mounting, PairLaw, Pixel, Placement, Ray, Values,
 };
+pub use sentence::digits;
 pub use spec::{BelongsTo, EffectSpec, ParameterSpec, Role, Sampling, Stage};
 
 /// Every effect, in the order of the book.

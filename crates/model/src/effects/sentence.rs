@@ -54,7 +54,8 @@ fn words(parameter: &ParameterSpec, value: f64, form: &str) -> String {
         "min" => (value / 60.0, "min"),
         _ => (value, parameter.unit),
     };
-    let number = two_digits(value);
+    // A sentence is for the size of an effect, tables have the rest.
+    let number = digits(value, 2);
     match unit {
         "" | "1" => number,
         "°" => format!("{number}°"),
@@ -62,12 +63,16 @@ fn words(parameter: &ParameterSpec, value: f64, form: &str) -> String {
     }
 }
 
-/// Two significant digits, and whole numbers in full: a sentence is for the size of an effect, tables have the rest.
-fn two_digits(value: f64) -> String {
+/// A number with so many significant digits: 0.00123, 12.3, 1230.
+pub fn digits(value: f64, significant: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }
-    let places = (1 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let magnitude = value.abs().log10().floor() as i32;
+    let places = (significant as i32 - 1 - magnitude).max(0) as usize;
+    if places > 9 {
+        return format!("{value:.*e}", significant - 1);
+    }
     let text = format!("{value:.places$}");
     if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -78,6 +83,7 @@ fn two_digits(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::digits;
     use crate::effects::catalogue;
 
     #[test]
@@ -129,5 +135,15 @@ mod tests {
             told("spectral_mismatch", &[("factor", 0.985)]),
             "The lux meter weighs this spectrum otherwise than V(λ): 1.5 % too little."
         );
+    }
+
+    #[test]
+    fn numbers_keep_their_digits_and_lose_their_noughts() {
+        assert_eq!(digits(0.0, 3), "0");
+        assert_eq!(digits(0.000_123_456, 2), "0.00012");
+        assert_eq!(digits(-12.34, 3), "-12.3");
+        assert_eq!(digits(1234.56, 3), "1235");
+        assert_eq!(digits(0.5, 3), "0.5");
+        assert_eq!(digits(3e-12, 2), "3.0e-12");
     }
 }
