@@ -4,8 +4,8 @@
 use isolux_spectrum::Spectrum;
 use serde::Serialize;
 
+use crate::known::Known;
 use crate::quantity::Quantity;
-use crate::spectral::Known;
 
 /// Colour by CIE 15, CIE 13.3 and CIE 224; none where the light has no such number.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -21,6 +21,7 @@ mod gate;
 mod grid;
 mod headline;
 mod interpolation;
+mod known;
 mod levels;
 mod near_field;
 mod notes;

@@ -9,6 +9,7 @@ use isolux_spectrum::cie;
 
 use crate::colour::{Colour, shape_changed, wavelengths_changed};
 use crate::error::ReduceError;
+use crate::known::Known;
 use crate::quantity::Quantity;
 
 /// The spectrum of a run on the axis, at 1 nm.
@@ -109,68 +110,6 @@ pub fn on_axis(run: &Run, dark: DarkSubtraction) -> Result<Option<SpectralResult
     let u_w_m2_nm: Vec<f64> = variance.iter().map(|variance| variance.sqrt()).collect();
     let known = Known::of(run, dark, first.distance_mm);
     Ok(Some(result(spectrum, u_w_m2_nm, first.distance_mm, &known)))
-}
-
-/// What the station states of the spectroradiometer, and what it does not.
-#[derive(Debug, Default)]
-pub struct Known {
-    calibration_rel: f64,
-    distance_rel: f64,
-    stray_rel: f64,
-    /// Of the ratio of 700 nm to 400 nm.
-    pub shape_rel: f64,
-    /// Of the wavelength scale.
-    pub wavelength_nm: f64,
-    /// Missing in the level of the light.
-    level: Vec<String>,
-    /// Missing in its colour.
-    pub colour: Vec<String>,
-}
-
-impl Known {
-    fn of(run: &Run, dark: DarkSubtraction, distance_mm: f64) -> Self {
-        let settings = run.header.station.spectroradiometer();
-        let mut known = Self::default();
-        let stated = |value: Option<f64>, missing: &mut Vec<String>, what: &str| {
-            if value.is_none() {
-                missing.push(what.to_owned());
-            }
-            value.unwrap_or(0.0)
-        };
-        let of = |key: fn(&isolux_record::station::Spectroradiometer) -> Option<f64>| settings.and_then(key);
-        known.calibration_rel = stated(
-            of(|settings| settings.u_rel),
-            &mut known.level,
-            "the station states no spectroradiometer.u_rel: its calibration",
-        );
-        known.distance_rel = stated(
-            of(|settings| settings.u_distance_mm).map(|u_mm| 2.0 * u_mm / distance_mm),
-            &mut known.level,
-            "the station states no spectroradiometer.u_distance_mm: its distance",
-        );
-        // Nothing was put before the lamp for the spectrum: what comes another way is in it.
-        known.stray_rel = stated(
-            of(|settings| settings.stray_max_rel).map(|bound| bound / 3.0_f64.sqrt()),
-            &mut known.level,
-            "the spectrum is not corrected for stray light (spectroradiometer.stray_max_rel)",
-        );
-        known.shape_rel = stated(
-            of(|settings| settings.u_shape_rel),
-            &mut known.colour,
-            "the station states no spectroradiometer.u_shape_rel: spectral shape of the calibration",
-        );
-        known.wavelength_nm = stated(
-            of(|settings| settings.u_wavelength_nm),
-            &mut known.colour,
-            "the station states no spectroradiometer.u_wavelength_nm: wavelength scale",
-        );
-        if dark == DarkSubtraction::Off {
-            for missing in [&mut known.level, &mut known.colour] {
-                missing.push("not corrected for the dark spectrum".to_owned());
-            }
-        }
-        known
-    }
 }
 
 fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Known) -> SpectralResult {

@@ -1,5 +1,6 @@
 //! One simulation of one scene: solver, effects, unit, and what the result is worth.
 
+mod error;
 mod exposure;
 mod facts;
 mod rays;
@@ -10,12 +11,12 @@ mod worth;
 use isolux_model::{Accuracy, Scene};
 use rayon::prelude::*;
 
-use self::exposure::Exposure;
+pub use self::error::SimulationError;
 pub use self::facts::{AccuracyFacts, Against, Band, CameraFacts, ColourAt, ColourFacts, Facts, MapUnit, PixelBound};
 use self::receiver::Receiver;
-use crate::direct::{self, Counts, DirectError, Sampling};
+use crate::direct::{self, Counts, Sampling};
 use crate::inverse::Bound;
-use crate::setup::{Setup, SetupError};
+use crate::setup::Setup;
 use crate::{blur, inverse};
 
 /// How the light is computed.
@@ -31,23 +32,6 @@ pub enum Method {
         rays: u64,
         /// Seed of every random number.
         seed: u64,
-    },
-}
-
-/// Why a simulation fails.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SimulationError {
-    /// The scene.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// The rays.
-    #[error(transparent)]
-    Direct(#[from] DirectError),
-    /// The camera's responsivity.
-    #[error("sensor.responsivity: {message}")]
-    Responsivity {
-        /// What is wrong, with file and line.
-        message: String,
     },
 }
 

@@ -6,8 +6,9 @@ use isolux_model::optics::CameraSheet;
 use isolux_model::{Scene, Spectral};
 use isolux_spectrum::Spectrum;
 
+use super::error::SimulationError;
+use super::exposure::Exposure;
 use super::facts::{Band, ColourAt, ColourFacts};
-use super::{Exposure, SimulationError};
 use crate::setup::Setup;
 use crate::{camera, station};
 

@@ -1,0 +1,10 @@
+//! How much a caller needs of a file of observations.
+
+/// What a file of observations must hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// Where and when alone is enough: `predict`.
+    Coordinates,
+    /// Measured values with their uncertainties: `diagnose`.
+    Values,
+}
