@@ -1,18 +1,509 @@
 //! The run directory: what a bench did, readable after any death of the program that wrote it.
 
-mod dir;
-mod error;
 mod header;
 mod read;
-mod vacant;
 
-pub use dir::RunDir;
-pub use error::RunError;
+use std::fs::OpenOptions;
+
+use camino::{Utf8Path, Utf8PathBuf};
+
 pub use header::{
     DeviceRecord, FORMAT, FORMAT_1, FORMAT_2, Resumed, RunHeader, SpectrumEntry, StopHow, Stopped, Written,
 };
-pub use read::Run;
-pub use vacant::vacant;
+
+use crate::disk::{self, Appended, DiskError, failed, sha256};
+use crate::document::DocumentError;
+use crate::reading::Reading;
+use crate::readings::{Chain, Layout, Readings, ReadingsError};
+use crate::run_lock::{LOCK_FILE, RunLock};
+use crate::spectra::{SpectralCalibration, SpectrumError, SpectrumRecord};
+use read::Survey;
+
+/// run.toml says how far readings.csv is written after the first row and after every so many.
+const ROWS_PER_HEADER: u64 = 50;
+
+/// A run directory that cannot be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The target exists.
+    #[error("{path} is not empty; choose another folder for the run")]
+    Occupied {
+        /// The folder.
+        path: Utf8PathBuf,
+    },
+    /// There is no run there.
+    #[error("{path} is no run directory: {}", no_run(*unfinished, path))]
+    NoRun {
+        /// The folder.
+        path: Utf8PathBuf,
+        /// Whether a program was killed there before its run began.
+        unfinished: bool,
+    },
+    /// The system refused.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+    /// run.toml is not what this program wrote.
+    #[error("{file} was changed or damaged after it was written: {what}; restore it from a copy")]
+    HeaderChanged {
+        /// The file.
+        file: Utf8PathBuf,
+        /// How that is known.
+        what: String,
+    },
+    /// Files of the run are not what was recorded.
+    #[error("{}; {sound}", damage.join("; "))]
+    Damaged {
+        /// The folder.
+        path: Utf8PathBuf,
+        /// What is wrong, each with its file.
+        damage: Vec<String>,
+        /// What is still as it was recorded.
+        sound: String,
+    },
+    /// run.toml cannot be used.
+    #[error(transparent)]
+    Header(#[from] DocumentError),
+    /// The header could not be written as TOML.
+    #[error("run.toml: {0}")]
+    Serialise(#[from] toml::ser::Error),
+    /// readings.csv cannot be trusted.
+    #[error(transparent)]
+    Readings(#[from] ReadingsError),
+    /// A spectrum cannot be used.
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
+    /// Another process has taken the folder over from this one.
+    #[error("{path} was taken over by another process; this one writes nothing more to it")]
+    TakenOver {
+        /// The folder.
+        path: Utf8PathBuf,
+    },
+    /// The run is not the one that is to be taken up again.
+    #[error("cannot resume {path}: {what} is not that of the run")]
+    Changed {
+        /// The folder.
+        path: Utf8PathBuf,
+        /// What differs, with both values where they are short.
+        what: String,
+    },
+}
+
+/// A run as it stands on disk.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// The folder.
+    pub path: Utf8PathBuf,
+    /// run.toml.
+    pub header: RunHeader,
+    /// readings.csv: rows, and the torn tail if a crash left one.
+    pub readings: Readings,
+    /// spectra/, by index.
+    pub spectra: Vec<SpectrumRecord>,
+    /// What a person should know of the record, one sentence each: everything that reads a run passes them on.
+    pub notices: Vec<String>,
+}
+
+impl Run {
+    /// Reads a run directory, whole or broken off, and compares it with what was recorded of it.
+    ///
+    /// # Errors
+    /// [`RunError`] with file and line; [`RunError::Damaged`] for files that are not what was recorded.
+    pub fn read(path: &Utf8Path) -> Result<Self, RunError> {
+        Ok(Survey::of(path)?.whole()?.run)
+    }
+}
+
+/// Writes a run. Whatever is returned from is on the disk.
+#[derive(Debug)]
+pub struct RunDir {
+    path: Utf8PathBuf,
+    header: RunHeader,
+    readings: Appended,
+    chain: Chain,
+    next_index: u64,
+    next_spectrum: u64,
+    events: Appended,
+    event_count: u64,
+    lock: Option<RunLock>,
+}
+
+impl RunDir {
+    /// Writes only as long as `lock` is held: nothing once another process has taken it over.
+    pub fn guard(&mut self, lock: RunLock) {
+        self.lock = Some(lock);
+    }
+
+    fn still_ours(&self) -> Result<(), RunError> {
+        match &self.lock {
+            Some(lock) if !lock.is_ours() => Err(RunError::TakenOver {
+                path: self.path.clone(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Begins a run in `path`, which must not exist, be empty, or hold what a program that was killed had begun there.
+    ///
+    /// # Errors
+    /// [`RunError::Occupied`], or what the system says.
+    pub fn create(path: &Utf8Path, header: RunHeader) -> Result<Self, RunError> {
+        if !vacant(path) {
+            return Err(RunError::Occupied { path: path.to_owned() });
+        }
+        disk::create_folder(&path.join("spectra"))?;
+        let readings_path = path.join("readings.csv");
+        let columns = header.layout().header();
+        disk::replace(&readings_path, columns.as_bytes())?;
+        let events_path = path.join("events.jsonl");
+        disk::replace(&events_path, b"")?;
+        let mut run = Self {
+            path: path.to_owned(),
+            chain: Chain::new(header.layout()),
+            header,
+            readings: Appended::open(&readings_path, columns.as_bytes())?,
+            next_index: 0,
+            next_spectrum: 0,
+            events: Appended::open(&events_path, b"")?,
+            event_count: 0,
+            lock: None,
+        };
+        // run.toml last: a folder with it is a run.
+        run.write_header()?;
+        Ok(run)
+    }
+
+    /// Resumes a run that broke off: the torn tail is cut off, the next rows follow the whole ones. Plan, station and
+    /// the serial numbers of the instruments must be those of the run.
+    ///
+    /// # Errors
+    /// [`RunError::Changed`] names what differs, [`RunError::Damaged`] what is not as it was recorded.
+    pub fn resume(path: &Utf8Path, now: &RunHeader) -> Result<(Self, Run), RunError> {
+        Self::again(Survey::of(path)?.whole()?, now)
+    }
+
+    /// Resumes a run with a damaged record: what is whole stays, damaged files are set aside in a folder of the run,
+    /// run.toml says so, and what is missing can be read again.
+    ///
+    /// # Errors
+    /// As [`resume`](Self::resume), but for the damage.
+    pub fn reread(path: &Utf8Path, now: &RunHeader) -> Result<(Self, Run), RunError> {
+        Self::again(Survey::of(path)?, now)
+    }
+
+    fn again(survey: Survey, now: &RunHeader) -> Result<(Self, Run), RunError> {
+        let run = &survey.run;
+        let path = run.path.clone();
+        same_bench(&path, &run.header, now)?;
+        let set_aside = set_aside(&path, &survey.damaged_files)?;
+        let mut header = run.header.clone();
+        let layout = header.layout();
+        let indices = run.spectra.iter().map(|spectrum| spectrum.index);
+        let next_spectrum = indices
+            .chain(header.spectrum.iter().map(|entry| entry.index))
+            .max()
+            .map_or(0, |last| last + 1);
+        header.stopped = None;
+        header.state(&now.subject());
+        if layout.has_hashes() {
+            header
+                .spectrum
+                .retain(|entry| run.spectra.iter().any(|spectrum| spectrum.index == entry.index));
+            header.resumed.push(Resumed {
+                utc: now.started_utc.clone(),
+                program: now.program.clone(),
+                first_row: run.readings.rows.len() as u64,
+                damage: survey.damage.clone(),
+                set_aside,
+            });
+            header.written = None;
+        }
+        // The whole rows are written anew: what the disk holds after a failed sync is not what a reader saw.
+        let whole = survey.readings.get(..run.readings.whole_bytes).unwrap_or_default();
+        let columns = layout.header();
+        let whole = if run.readings.rows.is_empty() {
+            columns.as_bytes()
+        } else {
+            whole
+        };
+        let readings_path = path.join("readings.csv");
+        disk::replace(&readings_path, whole)?;
+        let events_path = path.join("events.jsonl");
+        let events = whole_lines(&events_path)?;
+        let mut dir = Self {
+            readings: Appended::open(&readings_path, whole)?,
+            chain: if run.readings.layout == layout {
+                run.readings.chain()
+            } else {
+                Chain::new(layout)
+            },
+            next_index: run.readings.rows.len() as u64,
+            next_spectrum,
+            events: Appended::open(&events_path, &events)?,
+            event_count: disk::lines(&events),
+            lock: None,
+            header,
+            path,
+        };
+        if let (true, Some(first)) = (layout.has_hashes(), run.readings.chains.first()) {
+            dir.header.written = Some(Written {
+                readings: dir.next_index,
+                first_chain: first.clone(),
+                chain: dir.chain.last().to_owned(),
+            });
+        }
+        dir.write_header()?;
+        if !survey.damage.is_empty() {
+            let fields = serde_json::json!({ "damage": survey.damage, "first_row": dir.next_index });
+            dir.event(&now.started_utc, "reread", &fields)?;
+        }
+        Ok((dir, survey.run))
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Utf8Path {
+        &self.path
+    }
+
+    /// run.toml as it stands.
+    pub fn header(&self) -> &RunHeader {
+        &self.header
+    }
+
+    /// Readings recorded so far.
+    pub fn len(&self) -> u64 {
+        self.next_index
+    }
+
+    /// Whether no reading was recorded yet.
+    pub fn is_empty(&self) -> bool {
+        self.next_index == 0
+    }
+
+    /// Appends one reading and syncs; its `index`, `session` and `burning` are set here. When this returns, the row
+    /// outlives a loss of power. After an error no further row is taken: the run has to be resumed.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn append(&mut self, mut reading: Reading) -> Result<u64, RunError> {
+        self.still_ours()?;
+        reading.index = self.next_index;
+        reading.session = self.header.resumed.len() as u32;
+        reading.burning = (self.header.layout().has_hashes()).then_some(self.header.burnings);
+        let (row, chain) = self.chain.row(&reading);
+        self.readings.write_synced(row.as_bytes())?;
+        self.chain = chain;
+        self.next_index += 1;
+        if self.header.layout().has_hashes()
+            && (self.next_index == 1 || self.next_index.is_multiple_of(ROWS_PER_HEADER))
+        {
+            self.write_header()?;
+        }
+        Ok(reading.index)
+    }
+
+    /// Writes one spectrum whole; its `index` is set here.
+    ///
+    /// # Errors
+    /// What the system says, or why the counts give no irradiance.
+    pub fn spectrum(
+        &mut self,
+        mut spectrum: SpectrumRecord,
+        calibration: &SpectralCalibration,
+    ) -> Result<u64, RunError> {
+        self.still_ours()?;
+        spectrum.index = self.next_spectrum;
+        let text = spectrum.to_csv(calibration)?;
+        let entry = SpectrumEntry {
+            index: spectrum.index,
+            pixels: spectrum.pixels.len() as u64,
+            sha256: sha256(text.as_bytes()),
+        };
+        disk::replace(&self.path.join(entry.file()), text.as_bytes())?;
+        self.next_spectrum += 1;
+        if self.header.layout().has_hashes() {
+            self.header.spectrum.push(entry);
+            self.write_header()?;
+        }
+        Ok(spectrum.index)
+    }
+
+    /// Appends one event; `fields` is an object whose members follow `time_utc` and `event`.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn event(&mut self, time_utc: &str, event: &str, fields: &serde_json::Value) -> Result<(), RunError> {
+        self.still_ours()?;
+        let mut line = serde_json::Map::new();
+        line.insert("time_utc".to_owned(), time_utc.into());
+        line.insert("event".to_owned(), event.into());
+        if let Some(fields) = fields.as_object() {
+            line.extend(fields.clone());
+        }
+        let text = format!("{}\n", serde_json::Value::Object(line));
+        self.events.write(text.as_bytes())?;
+        self.event_count += 1;
+        Ok(())
+    }
+
+    /// Records when the lamp was switched on.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn lamp_on(&mut self, utc: String) -> Result<(), RunError> {
+        self.header.lamp_on_utc = Some(utc);
+        if self.header.layout().has_hashes() {
+            self.header.burnings += 1;
+        }
+        self.write_header()
+    }
+
+    /// Records how the run ended, with number and hash of its rows and events. run.toml is replaced in one step: it
+    /// says so, or it does not.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn stop(&mut self, mut stopped: Stopped) -> Result<(), RunError> {
+        stopped.readings = self.next_index;
+        if self.header.layout().has_hashes() {
+            stopped.readings_sha256 = Some(self.readings.sha256());
+            stopped.events = Some(self.event_count);
+            stopped.events_sha256 = Some(self.events.sha256());
+        }
+        // The record of the end does not wait for the events, from which no number is computed.
+        let synced = self.events.sync();
+        self.header.stopped = Some(stopped);
+        self.write_header()?;
+        Ok(synced?)
+    }
+
+    fn write_header(&mut self) -> Result<(), RunError> {
+        self.still_ours()?;
+        if self.header.layout().has_hashes() && self.next_index > 0 {
+            let chain = self.chain.last().to_owned();
+            let written = self.header.written.get_or_insert_with(|| Written {
+                readings: 0,
+                first_chain: chain.clone(),
+                chain: String::new(),
+            });
+            (written.readings, written.chain) = (self.next_index, chain);
+        }
+        let text = self.header.to_text()?;
+        Ok(disk::replace(&self.path.join("run.toml"), text.as_bytes())?)
+    }
+}
+
+/// Whether a run can begin in `path`: it is not there, is empty, or holds nothing but what [`RunDir::create`] writes
+/// before run.toml, left by a program that was killed.
+pub fn vacant(path: &Utf8Path) -> bool {
+    if !path.exists() {
+        return true;
+    }
+    let Ok(entries) = path.read_dir_utf8() else {
+        return false;
+    };
+    entries.into_iter().all(|entry| {
+        let Ok(entry) = entry else { return false };
+        let file = entry.path();
+        let name = entry.file_name();
+        let only = |bytes: &[&[u8]]| std::fs::read(file).is_ok_and(|found| bytes.contains(&found.as_slice()));
+        match name {
+            "spectra" => file.read_dir_utf8().is_ok_and(|mut entries| entries.next().is_none()),
+            "readings.csv" => {
+                let headers = Layout::ALL.map(Layout::header);
+                only(&[b"".as_slice()]) || headers.iter().any(|header| only(&[header.as_bytes()]))
+            }
+            "events.jsonl" => only(&[b""]),
+            LOCK_FILE => true,
+            _ => name.starts_with('.') && file.extension() == Some("part"),
+        }
+    })
+}
+
+fn no_run(unfinished: bool, path: &Utf8Path) -> String {
+    if unfinished {
+        format!("its program ended before anything was recorded; begin the run anew with --out {path}")
+    } else {
+        "it has no run.toml".to_owned()
+    }
+}
+
+fn same_bench(path: &Utf8Path, run: &RunHeader, now: &RunHeader) -> Result<(), RunError> {
+    let changed = |what: String| RunError::Changed {
+        path: path.to_owned(),
+        what,
+    };
+    if run.plan != now.plan {
+        return Err(changed("the plan".to_owned()));
+    }
+    if run.station != now.station {
+        return Err(changed("the station".to_owned()));
+    }
+    if run.spectral != now.spectral {
+        return Err(changed("the spectral calibration".to_owned()));
+    }
+    for (before, after) in run.device.iter().zip(&now.device) {
+        if before.role != after.role || before.model != after.model || before.serial != after.serial {
+            let name = |device: &DeviceRecord| {
+                format!(
+                    "{} {}",
+                    device.model,
+                    device.serial.as_deref().unwrap_or("without serial number")
+                )
+            };
+            return Err(changed(format!(
+                "{} ({}, the run had {})",
+                after.role,
+                name(after),
+                name(before)
+            )));
+        }
+    }
+    if run.device.len() != now.device.len() {
+        return Err(changed("the set of instruments".to_owned()));
+    }
+    Ok(())
+}
+
+/// Copies of `files` in a fresh folder of the run; its name, where there are any.
+fn set_aside(run: &Utf8Path, files: &[String]) -> Result<Option<String>, RunError> {
+    if files.is_empty() {
+        return Ok(None);
+    }
+    let name = (1..u32::MAX)
+        .map(|number| format!("damaged-{number}"))
+        .find(|name| !run.join(name).exists())
+        .unwrap_or_default();
+    for file in files {
+        let from = run.join(file);
+        let bytes = std::fs::read(&from).map_err(failed(&from, "read"))?;
+        let to = run.join(&name).join(file);
+        disk::create_folder(to.parent().unwrap_or(run))?;
+        disk::replace(&to, &bytes)?;
+    }
+    Ok(Some(name))
+}
+
+/// The whole lines of a file, which is cut to them; nothing where there is none.
+fn whole_lines(path: &Utf8Path) -> Result<Vec<u8>, RunError> {
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let mut bytes = std::fs::read(path).map_err(failed(path, "read"))?;
+    let whole = bytes
+        .iter()
+        .rposition(|&byte| byte == b'\n')
+        .map_or(0, |place| place + 1);
+    if whole < bytes.len() {
+        let file = OpenOptions::new()
+            .write(true)
+            .open(path)
+            .map_err(failed(path, "open"))?;
+        file.set_len(whole as u64)
+            .map_err(failed(path, "cut off the torn tail"))?;
+        bytes.truncate(whole);
+    }
+    Ok(bytes)
+}
 
 #[cfg(test)]
 mod tests;

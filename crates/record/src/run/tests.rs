@@ -1,11 +1,7 @@
 //! A run directory is written, read and taken up again, and damage is found.
 
-use camino::{Utf8Path, Utf8PathBuf};
-
 use super::*;
-use crate::disk::sha256;
 use crate::plan::Plan;
-use crate::reading::Reading;
 use crate::readings::tests::reading;
 use crate::spectra::tests::{calibration, spectrum};
 use crate::station::Station;

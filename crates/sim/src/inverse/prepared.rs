@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use isolux_model::Accuracy;
 
-use super::choice::{DIM, Route};
 use super::trust::Trusts;
+use super::{DIM, Route};
 use crate::angles::Lanes;
 use crate::bound::Allowed;
 use crate::patch::{self, Light, Patch, Scratch};

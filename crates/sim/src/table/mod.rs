@@ -1,7 +1,6 @@
 //! The intensity distribution as the solvers read it: radians, one look-up, and the list of its kinks.
 
 mod kinks;
-mod rough;
 mod search;
 
 use std::f64::consts::{PI, TAU};
@@ -10,7 +9,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 
-use self::rough::Rough;
+use self::kinks::Rough;
 pub(crate) use self::search::Search;
 use crate::angles::{LANES, Lanes};
 
