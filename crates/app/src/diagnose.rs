@@ -192,7 +192,7 @@ fn fingerprint(path: &Utf8Path) -> Result<String, Failure> {
 }
 
 /// `ring.model.toml` → `ring.model.v2.toml`; `ring.v2.toml` → `ring.v3.toml`.
-fn next_version(path: &Utf8Path) -> Utf8PathBuf {
+pub(crate) fn next_version(path: &Utf8Path) -> Utf8PathBuf {
     let extension = path.extension().unwrap_or("toml");
     let stem = path.file_stem().unwrap_or("model");
     let (base, version) = match stem.rsplit_once(".v") {

@@ -35,6 +35,7 @@ pub mod progress;
 pub mod record;
 pub mod reduce;
 pub mod replay;
+pub mod rest;
 mod roles;
 pub mod scan;
 pub mod scene;
@@ -43,6 +44,7 @@ pub mod session;
 pub mod signals;
 pub mod simulate;
 pub mod stop;
+pub mod study;
 pub mod sweep;
 pub mod twins;
 

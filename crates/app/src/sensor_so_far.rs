@@ -1,5 +1,5 @@
 //! The sensor by the scan so far: coarse, from whole half-planes, not corrected, with what the missing half-planes
-//! leave open.
+//! leave open; in W/m² as soon as a spectrum on the axis is known, in lx before.
 
 use std::collections::BTreeMap;
 
@@ -8,8 +8,11 @@ use camino::Utf8Path;
 use isolux_model::{Emitter, Luminaire, Model, Scene, Spectral};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::plan::{Block, Instrument};
+use isolux_record::spectra::DarkSubtraction;
 use isolux_record::{Quality, ReadingKind, Role, Run};
+use isolux_reduce::on_axis;
 use isolux_sim::simulation::Method;
+use isolux_units::digits::{significant, stated};
 use serde::Serialize;
 
 use crate::{Failure, record, scene, simulate};
@@ -30,15 +33,15 @@ pub struct SensorSoFar {
     pub pixels: [usize; 2],
     /// Distance of the sensor in mm.
     pub distance_mm: f64,
-    /// Illuminance in lx, row by row.
-    pub illuminance_lx: Vec<f32>,
-    /// Standard uncertainty (k = 1) of each pixel in lx, by missing half-planes, scatter, rounding and calibration;
-    /// none from a single half-plane, which says nothing of the others.
-    pub u_lx: Option<Vec<f32>>,
-    /// Mean in lx.
-    pub mean_lx: f64,
-    /// Its standard uncertainty in lx.
-    pub u_mean_lx: Option<f64>,
+    /// `W/m²`, or `lx` before the first spectrum.
+    pub unit: &'static str,
+    /// Irradiance or illuminance in `unit`, row by row.
+    pub map: Vec<f32>,
+    /// Expanded uncertainty (k = 2) of each pixel in `unit`, by missing half-planes, scatter, rounding, calibration and
+    /// efficacy; none from a single half-plane, which says nothing of the others.
+    pub expanded: Option<Vec<f32>>,
+    /// The mean with its expanded uncertainty.
+    pub mean: String,
     /// Smallest pixel over mean.
     pub min_over_mean: f64,
     /// Where the sensor is taken from.
@@ -54,23 +57,31 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
     let Some(planes) = Planes::of(&record) else {
         return Ok(None);
     };
+    // A spectrum that cannot be used leaves the map in lx; the reduction says why.
+    let spectral = on_axis(&record, DarkSubtraction::Spectrum).ok().flatten();
+    let u_ler_rel = spectral.as_ref().map_or(0.0, |spectral| spectral.ler.u_of_parts_rel());
+    let spectral = spectral.map_or(Spectral::None, |spectral| Spectral::Spectrum(spectral.spectrum));
     let interpolated = planes.distribution(Planes::interpolated)?;
-    let (scene, named) = the_scene(run, interpolated)?;
+    let (scene, named) = the_scene(run, model(interpolated, spectral.clone()))?;
     let solved = simulate::solve(&scene, Method::Inverse)?;
     let facts = &solved.facts;
-    let own_rel = planes.u_reading_rel.hypot(record.header.station.luxmeter().u_rel);
-    let (mut u_lx, mut u_mean_lx) = (None, None);
+    let own_rel = planes
+        .u_reading_rel
+        .hypot(record.header.station.luxmeter().u_rel)
+        .hypot(u_ler_rel);
+    let unit = simulate::unit(facts);
+    let (mut expanded, mut mean) = (None, format!("{} {unit}", significant(facts.mean, 3)));
     if planes.whole.len() > 1 {
         let mut scene = scene.clone();
-        let mean = planes.distribution(Planes::mean)?;
-        scene.model = model(mean);
+        scene.model = model(planes.distribution(Planes::mean)?, spectral);
         let other = simulate::solve(&scene, Method::Inverse)?;
         // Two ways to fill what was not measured, taken as the ends of a rectangle (JCGM 100, 4.3.7, of half width |a −
         // b|).
         let u = |value: f64, other: f64| ((value - other) / 3.0_f64.sqrt()).hypot(own_rel * value);
         let pixels = solved.map.iter().zip(&other.map);
-        u_lx = Some(pixels.map(|(a, b)| u(f64::from(*a), f64::from(*b)) as f32).collect());
-        u_mean_lx = Some(u(facts.mean, other.facts.mean));
+        let of_pixel = |(a, b): (&f32, &f32)| (2.0 * u(f64::from(*a), f64::from(*b))) as f32;
+        expanded = Some(pixels.map(of_pixel).collect());
+        mean = stated(facts.mean, u(facts.mean, other.facts.mean), unit);
     }
     Ok(Some(SensorSoFar {
         half_planes: planes.whole.len(),
@@ -78,22 +89,21 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
         size_mm: facts.size_mm,
         pixels: facts.pixels,
         distance_mm: scene.sensor.pose.distance_mm,
-        mean_lx: facts.mean,
+        unit,
+        mean,
+        expanded,
         min_over_mean: facts.uniformity_min_over_mean,
-        illuminance_lx: solved.map,
-        u_lx,
-        u_mean_lx,
+        map: solved.map,
         scene: named,
     }))
 }
 
-fn model(distribution: IntensityDistribution) -> Model {
-    Model::of(Luminaire::new(distribution, Emitter::Point {}, Spectral::None))
+fn model(distribution: IntensityDistribution, spectral: Spectral) -> Model {
+    Model::of(Luminaire::new(distribution, Emitter::Point {}, spectral))
 }
 
 /// The sensor of the day's job, or that of the published case, with few pixels.
-fn the_scene(run: &Utf8Path, distribution: IntensityDistribution) -> Result<(Scene, String), Failure> {
-    let model = model(distribution);
+fn the_scene(run: &Utf8Path, model: Model) -> Result<(Scene, String), Failure> {
     let file = run.join("job/scene.toml");
     let (mut lit, named) = if file.is_file() {
         (scene::lit_by(&file, &model)?, "the job's scene".to_owned())

@@ -2,15 +2,18 @@
 
 import { Curve, Reference, Spectrum, WarmUp } from "./charts.js";
 import { command } from "./commands.js";
+import { Diagnosis } from "./diagnosis.js";
+import { $, make } from "./dom.js";
 import { acceptDrops } from "./dropped.js";
 import { Grid } from "./grid.js";
 import { Polar } from "./polar.js";
+import { Results } from "./results.js";
 import { Sensor } from "./sensor.js";
+import { Simulation } from "./simulation.js";
 import { STATES, add, empty } from "./state.js";
 import { subscribe } from "./stream.js";
 import { clock, clockSeconds, degrees, duration, percent, significant, withU } from "./words.js";
 
-const $ = (id) => document.getElementById(id);
 const model = empty();
 let status = null;
 let connected = false;
@@ -23,7 +26,7 @@ function theme(name) {
   document.documentElement.dataset.theme = chosen;
   $("theme").value = chosen;
   localStorage.setItem("isolux-theme", chosen);
-  for (const figure of [grid, curve, warmUp, reference, spectrum, sensor]) figure.refresh();
+  for (const figure of [grid, curve, warmUp, reference, spectrum, sensor, ...Object.values(views)]) figure.refresh();
   changed();
 }
 
@@ -35,6 +38,28 @@ const reference = new Reference($("reference"), $("reference-text"), 136);
 const spectrum = new Spectrum($("spectrum"), $("spectrum-text"), 272);
 
 const sensor = new Sensor($("sensor"), $("sensor-text"));
+
+// Views: what the run says is worked out when its view is opened.
+const views = { results: new Results(), simulation: new Simulation(), diagnosis: new Diagnosis() };
+const VIEWS = ["live", "results", "simulation", "diagnosis", "inspect"];
+const view = () => VIEWS.find((name) => location.hash === `#/${name}`) ?? "live";
+let worked = null;
+
+function open() {
+  const now = view();
+  for (const section of document.querySelectorAll("[data-view]")) section.hidden = section.dataset.view !== now;
+  for (const link of $("views").querySelectorAll("a")) {
+    if (link.hash === `#/${now}`) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  }
+  // Another run, other results of it, or another model: what was worked out is of the old one.
+  const key = JSON.stringify([status?.run, status?.running, status?.results, status?.changes]);
+  if (worked !== key) {
+    worked = key;
+    for (const one of Object.values(views)) one.stale();
+  }
+  if (views[now] && status?.run && !status.running) views[now].open();
+}
 
 // Drawing, ten times a second at most.
 let due = false;
@@ -51,9 +76,11 @@ function text(id, words) {
 
 function draw() {
   header();
-  $("scan").hidden = !model.outline;
-  $("none").hidden = Boolean(model.outline);
-  if (!model.outline) return;
+  open();
+  const live = view() === "live";
+  $("scan").hidden = !live || !model.outline;
+  $("none").hidden = !live || Boolean(model.outline);
+  if (!model.outline || !live) return;
   readings();
   gates();
   polar.draw(model);
@@ -62,6 +89,7 @@ function draw() {
   warmUp.draw(model);
   reference.draw(model);
   spectrum.draw(model);
+  dark();
   journal();
   if ($("table-details").open) table();
 }
@@ -103,7 +131,8 @@ function commands() {
   $("start-group").hidden = !status?.jobs.length;
   $("show-group").hidden = !status?.runs.length || !status.jobs.length;
   $("report").hidden = !status?.report;
-  $("inspect").hidden = !status || status.running;
+  $("left-behind").hidden = !status?.left_behind;
+  if (status?.left_behind) text("left-behind", status.left_behind);
   results(status?.results ?? []);
   options($("job"), status?.jobs ?? []);
   options($("shown"), status?.runs ?? []);
@@ -119,12 +148,9 @@ function results(names) {
   if (results.shown === shown) return;
   results.shown = shown;
   $("results").hidden = names.length === 0;
-  $("result-files").replaceChildren(...names.map((name) => {
-    const link = Object.assign(document.createElement("a"), { href: `/results/${encodeURIComponent(name)}`, textContent: name, download: name });
-    const item = document.createElement("li");
-    item.append(link);
-    return item;
-  }));
+  $("result-files").replaceChildren(...names.map((name) => (
+    make("li", {}, make("a", { href: `/results/${encodeURIComponent(name)}`, textContent: name, download: name }))
+  )));
 }
 
 function options(select, names) {
@@ -142,7 +168,7 @@ function readings() {
   text("axis-gamma", degrees(at.axis_gamma_deg, 3));
   const look = model.warmUps.at(-1);
   const warming = model.state === "warming_up" && look;
-  text("lux", warming ? `${significant(look.illuminance_lx)} lx` : row ? withU(row.illuminance_lx, row.u_lx, "lx").replace(" (k = 1)", "") : "–");
+  text("lux", warming ? `${significant(look.illuminance_lx)} lx` : row ? withU(row.illuminance_lx, row.u_lx, "lx").replace(" (k = 2)", "") : "–");
   text("quality", row ? { ok: "✓ ok", over_range: "✕ over range", under_range: "✕ under range", failed: "✕ failed" }[row.quality] : "–");
   text("drift", percent(model.references.at(-1)?.drift_rel));
   text("ambient", at.ambient_c === null || at.ambient_c === undefined ? "–" : `${at.ambient_c.toFixed(1)} °C`);
@@ -174,6 +200,21 @@ function gates() {
   }));
 }
 
+const KINDS = { baffled: "direct light blocked: stray light", lamp_off: "lamp off: light of the room", capped: "detector capped: offset" };
+
+/** Readings without direct light, which no diagram of the light shows. */
+function dark() {
+  const planned = new Map();
+  for (const point of model.outline.points) if (!point.spectrum && KINDS[point.kind]) planned.set(point.kind, (planned.get(point.kind) ?? 0) + 1);
+  $("dark-panel").hidden = planned.size === 0;
+  $("dark").replaceChildren(...[...planned].map(([kind, count]) => {
+    const { last, done } = model.dark.get(kind) ?? { done: 0 };
+    const value = last ? withU(last.illuminance_lx, last.u_lx, "lx") : "–";
+    const cells = [KINDS[kind], `${done} of ${count} points`, value].map((textContent) => make("td", { textContent }));
+    return make("tr", {}, ...cells);
+  }));
+}
+
 function journal() {
   const key = `${model.journal.length} ${model.journal[0]?.at_utc} ${model.journal[0]?.sentence}`;
   if (key === journal.key) return;
@@ -193,7 +234,7 @@ function journal() {
 function table() {
   $("rows").replaceChildren(...model.rows.map((row) => {
     const line = document.createElement("tr");
-    const cells = [row.index, row.block, row.c_deg, row.gamma_deg, significant(row.illuminance_lx), significant(row.u_lx, 2), row.quality];
+    const cells = [row.index, row.block, row.c_deg, row.gamma_deg, significant(row.illuminance_lx), row.u_lx === null ? "–" : significant(2 * row.u_lx, 2), row.quality];
     line.append(...cells.map((cell) => Object.assign(document.createElement("td"), { textContent: cell })));
     return line;
   }));
@@ -223,7 +264,7 @@ $("table-details").addEventListener("toggle", changed);
 addEventListener("resize", changed);
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
-  if (["INPUT", "SELECT", "TEXTAREA"].includes(event.target.tagName) || $("sure").open) return;
+  if (["INPUT", "SELECT", "TEXTAREA"].includes(event.target.tagName) || document.querySelector("dialog[open]")) return;
   if (event.key === "p" && !$("pause").disabled) pause();
   else if (event.key === "A" && !$("abort").disabled) $("sure").showModal();
   else if (event.key === "S" && !$("stop").disabled) stop();
@@ -232,6 +273,7 @@ addEventListener("keydown", (event) => {
   event.preventDefault();
 });
 
+addEventListener("hashchange", () => draw());
 acceptDrops($("inspect"), $("file"), $("inspected"));
 
 // The stream.

@@ -7,7 +7,7 @@ function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-function axis(label, extra = {}) {
+export function axis(label, extra = {}) {
   return {
     label, labelSize: 18, labelFont: "11px system-ui, sans-serif", font: "11px system-ui, sans-serif", size: 46,
     stroke: () => colour("--text"), grid: { stroke: () => colour("--grid"), width: 1 }, ticks: { stroke: () => colour("--line"), width: 1 }, ...extra,
@@ -15,7 +15,7 @@ function axis(label, extra = {}) {
 }
 
 /** A chart that is made when it first has data, and made again after a change of theme. */
-class Chart {
+export class Chart {
   constructor(element, text, height) {
     Object.assign(this, { element, text, height, plot: null });
   }
@@ -40,7 +40,7 @@ class Chart {
   }
 }
 
-const line = (label, name, extra = {}) => ({ label, stroke: () => colour(name), width: 1.6, points: { show: false }, spanGaps: true, ...extra });
+export const line = (label, name, extra = {}) => ({ label, stroke: () => colour(name), width: 1.6, points: { show: false }, spanGaps: true, ...extra });
 
 export class Curve extends Chart {
   draw(model) {

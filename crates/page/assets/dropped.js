@@ -1,8 +1,8 @@
 // Files that are dropped on the page: the program inspects and draws them, nothing is kept.
 
+import { inspect } from "./commands.js";
+import { facts, make, picture } from "./dom.js";
 import { significant } from "./words.js";
-
-const make = (name, words, className) => Object.assign(document.createElement(name), { textContent: words ?? "", className: className ?? "" });
 
 function base64(file) {
   return new Promise((resolve, reject) => {
@@ -14,54 +14,40 @@ function base64(file) {
 }
 
 /** Numbers and texts of an object, at most two levels deep; lists are left to the command line. */
-function facts(object, prefix = "") {
+function quantities(object, prefix = "") {
   return Object.entries(object).flatMap(([key, value]) => {
     const name = `${prefix}${key}`.replaceAll("_", " ");
     if (typeof value === "number") return [[name, significant(value, 6)]];
     if (typeof value === "string" || typeof value === "boolean") return [[name, String(value)]];
-    if (value && typeof value === "object" && !Array.isArray(value) && !prefix) return facts(value, `${key} `);
+    if (value && typeof value === "object" && !Array.isArray(value) && !prefix) return quantities(value, `${key} `);
     return [];
   });
 }
 
-function show(told, name, target) {
+function show(told, target) {
   const parts = [];
   for (const one of told.inspections) {
     const kind = one.kind ? `${one.kind}, ${one.format ?? "format not known"}` : "of no known format";
-    parts.push(make("h3", `${one.file}: ${kind}${one.readable ? "" : ", not readable"}`));
-    const list = make("ul");
-    for (const found of one.findings) {
-      const line = found.line;
-      list.append(make("li", `${found.severity} ${found.code}${line ? `, line ${line}` : ""}: ${found.message}${found.fix ? `. ${found.fix}` : ""}`));
-    }
-    if (!one.findings.length) list.append(make("li", "no findings"));
-    const numbers = make("dl", "", "facts");
-    for (const [key, value] of facts(one.quantities ?? {})) {
-      const row = make("div");
-      row.append(make("dt", key), make("dd", value));
-      numbers.append(row);
-    }
-    parts.push(list, numbers);
+    parts.push(make("h3", { textContent: `${one.file}: ${kind}${one.readable ? "" : ", not readable"}` }));
+    const findings = one.findings.map((found) => {
+      const { line } = found;
+      return `${found.severity} ${found.code}${line ? `, line ${line}` : ""}: ${found.message}${found.fix ? `. ${found.fix}` : ""}`;
+    });
+    const lines = findings.length ? findings : ["no findings"];
+    parts.push(make("ul", {}, ...lines.map((textContent) => make("li", { textContent }))), facts(quantities(one.quantities ?? {})));
   }
-  const drawn = make("div", "", "drawn");
-  for (const [title, svg] of told.pictures) {
-    const card = make("div");
-    card.append(Object.assign(new Image(), { alt: title.replaceAll(".", " "), src: `data:image/svg+xml,${encodeURIComponent(svg)}` }));
-    drawn.append(card);
-  }
-  target.replaceChildren(...parts, drawn);
+  const drawn = told.pictures.map(([title, svg]) => picture({ title: title.replaceAll(".", " "), svg }));
+  target.replaceChildren(...parts, make("div", { className: "drawn" }, ...drawn));
 }
 
 export function acceptDrops(zone, input, target) {
   async function take(file) {
-    target.replaceChildren(make("p", `${file.name} is being read`));
+    location.hash = "#/inspect";
+    target.replaceChildren(make("p", { textContent: `${file.name} is being read` }));
     try {
-      const body = JSON.stringify({ name: file.name, base64: await base64(file) });
-      const answer = await fetch("/api/inspect", { method: "POST", headers: { "Content-Type": "application/json" }, body });
-      if (!answer.ok) throw new Error((await answer.text()).trim());
-      show(await answer.json(), file.name, target);
+      show(await inspect({ name: file.name, base64: await base64(file) }), target);
     } catch (error) {
-      target.replaceChildren(make("p", `${file.name}: ${error.message}`));
+      target.replaceChildren(make("p", { textContent: `${file.name}: ${error.message}` }));
     }
   }
   input.addEventListener("change", () => input.files[0] && take(input.files[0]));
@@ -74,6 +60,6 @@ export function acceptDrops(zone, input, target) {
     event.preventDefault();
     zone.classList.remove("over");
     const file = event.dataTransfer?.files[0];
-    if (file && !zone.hidden) take(file);
+    if (file) take(file);
   });
 }

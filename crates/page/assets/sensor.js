@@ -1,13 +1,13 @@
-// The illuminance on the sensor by the scan so far, and its standard uncertainty beside it.
+// Maps of a sensor; the one by the scan so far with its expanded uncertainty beside it.
 
-import { significant, withU } from "./words.js";
+import { significant } from "./words.js";
 
 function colour(name) {
   const text = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   return [0, 1, 2].map((at) => parseInt(text.slice(1 + 2 * at, 3 + 2 * at), 16));
 }
 
-class Picture {
+export class Picture {
   constructor(element, title) {
     this.figure = document.createElement("figure");
     this.canvas = document.createElement("canvas");
@@ -51,8 +51,8 @@ export class Sensor {
     const row = document.createElement("div");
     row.className = "pair";
     element.append(row);
-    this.map = new Picture(row, "Illuminance");
-    this.u = new Picture(row, "Standard uncertainty");
+    this.map = new Picture(row, "Light");
+    this.u = new Picture(row, "Expanded uncertainty (k = 2)");
     this.asked = 0;
     this.now = null;
   }
@@ -75,13 +75,14 @@ export class Sensor {
 
   show() {
     const now = this.now;
-    this.map.draw(now?.pixels ?? [1, 1], now?.illuminance_lx, "lx");
-    this.u.draw(now?.pixels ?? [1, 1], now?.u_lx, "lx (k = 1)");
+    this.map.draw(now?.pixels ?? [1, 1], now?.map, now?.unit);
+    this.u.draw(now?.pixels ?? [1, 1], now?.expanded, now?.unit);
     if (!now) {
       this.text.textContent = "Simulated after the first whole half-plane.";
       return;
     }
-    const u = now.u_mean_lx === null ? "uncertainty not evaluated from one half-plane" : "by missing half-planes, scatter, rounding and calibration";
-    this.text.textContent = `Mean ${withU(now.mean_lx, now.u_mean_lx, "lx")}, ${u}; smallest ÷ mean ${now.min_over_mean.toFixed(4)}. By ${now.half_planes} of ${now.planned} half-planes, not corrected; sensor ${now.size_mm.map((mm) => significant(mm, 3)).join(" × ")} mm at ${significant(now.distance_mm, 4)} mm of ${now.scene}.`;
+    const u = now.expanded ? "by missing half-planes, scatter, rounding and calibration" : "uncertainty not evaluated from one half-plane";
+    const lux = now.unit === "lx" ? " In W/m² as soon as the spectrum is taken." : "";
+    this.text.textContent = `Mean ${now.mean}, ${u}; smallest ÷ mean ${now.min_over_mean.toFixed(4)}. By ${now.half_planes} of ${now.planned} half-planes, not corrected; sensor ${now.size_mm.map((mm) => significant(mm, 3)).join(" × ")} mm at ${significant(now.distance_mm, 4)} mm of ${now.scene}.${lux}`;
   }
 }

@@ -3,7 +3,7 @@
 export function empty() {
   return {
     outline: null, state: null, sentence: "", warmUps: [], stable: false, references: [], planes: new Map(),
-    points: new Map(), last: null, spectrum: null, left: null, journal: [], rows: [], maxCd: 0, reach: 0, flagged: 0, version: 0,
+    points: new Map(), last: null, spectrum: null, left: null, journal: [], rows: [], maxCd: 0, reach: 0, dark: new Map(), flagged: 0, version: 0,
   };
 }
 
@@ -48,6 +48,7 @@ function reading(model, row) {
     if (flagged && point.status !== "flagged") model.flagged += 1;
     Object.assign(point, { status: flagged ? "flagged" : "done", lux: row.illuminance_lx });
   }
+  if (row.kind !== "lit") model.dark.set(row.kind, { last: row, done: (model.dark.get(row.kind)?.done ?? 0) + 1 });
   if (row.kind !== "lit" || row.illuminance_lx === null) return;
   // I = E·d², by the inverse square law; nothing is corrected yet.
   const cd = row.illuminance_lx * (row.distance_mm / 1000) ** 2;

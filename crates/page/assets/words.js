@@ -9,14 +9,15 @@ export function significant(value, digits = 4) {
   return value.toFixed(Math.max(0, digits - 1 - magnitude));
 }
 
-/** Value ± u (k = 1), the digits by the uncertainty. */
+/** Value ± U (k = 2) of a standard uncertainty u: the digits by the rule of the report (crates/units/src/digits.rs). */
 export function withU(value, u, unit) {
   if (value === null || value === undefined) return "no number";
   if (!u || !Number.isFinite(u) || u <= 0) return `${significant(value)} ${unit}`;
-  const first = Math.floor(Math.log10(u));
-  const two = Math.floor(u / 10 ** first) <= 2 ? 1 : 0;
-  const decimals = Math.max(0, two - first);
-  return `${value.toFixed(decimals)} ± ${u.toFixed(decimals)} ${unit} (k = 1)`;
+  const [first, exponent] = (2 * u).toExponential().split("e");
+  const place = Number(exponent) - (first[0] < "3" ? 1 : 0);
+  const step = 10 ** Math.max(0, place);
+  const said = (number) => (place > 0 ? (Math.round(number / step) * step).toFixed(0) : number.toFixed(Math.min(12, -place)));
+  return `${said(value)} ± ${said(2 * u)} ${unit} (k = 2)`;
 }
 
 export function degrees(value, decimals = 2) {

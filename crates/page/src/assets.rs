@@ -42,6 +42,12 @@ assets! {
     "dropped.js" SCRIPT;
     "commands.js" SCRIPT;
     "words.js" SCRIPT;
+    "dom.js" SCRIPT;
+    "results.js" SCRIPT;
+    "solid.js" SCRIPT;
+    "simulation.js" SCRIPT;
+    "diagnosis.js" SCRIPT;
+    "vendor/three.min.js" SCRIPT;
     "vendor/uPlot.iife.min.js" SCRIPT;
     "vendor/uPlot.min.css" CSS;
 }
@@ -84,7 +90,7 @@ mod tests {
             .iter()
             .filter(|asset| asset.path.starts_with("vendor/"))
             .collect();
-        assert_eq!(vendored.len(), 2);
+        assert_eq!(vendored.len(), 3);
         for asset in vendored {
             let sum = Sha256::digest(asset.bytes);
             let sum = sum

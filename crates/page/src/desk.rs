@@ -5,60 +5,20 @@ use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_app::Failure;
 use isolux_app::control::{Control, Pace};
 use isolux_app::live::Live;
 use isolux_app::operator::ByFunction;
-use isolux_app::replay::{self, Replay};
-use isolux_app::{Failure, folder};
-use serde::Deserialize;
+use isolux_app::replay;
+use isolux_app::study::{diagnosed, next};
 
+use crate::asked::{Asked, Order};
 use crate::hub::{Hub, Question, Status};
+use crate::runs::Runs;
 use crate::sensor::Sensor;
 
-/// The name under which the built-in virtual darkroom is offered.
-pub const BUILT_IN: &str = "virtual darkroom";
 /// How commands of the page are signed in the record.
 const BY: &str = "the page";
-
-/// A command of the page.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-#[serde(tag = "command", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Asked {
-    /// Begins a day with a job of the folder, or with the built-in virtual darkroom.
-    Start {
-        /// Its file.
-        job: String,
-    },
-    /// Finishes the point, stops the axes, keeps the lamp on.
-    Pause {},
-    /// Goes on.
-    Resume {},
-    /// Ends the scan; what was read stays.
-    Abort {},
-    /// Ends the scan, wherever it was started.
-    Stop {},
-    /// Shows another run of the folder.
-    Show {
-        /// Its name.
-        run: String,
-    },
-    /// What the person at the bench answers.
-    Answer {
-        /// Number of the question.
-        number: u64,
-        /// Who did it; empty: not done.
-        who: String,
-    },
-}
-
-/// A day that is to be begun.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Order {
-    /// The job; none: the built-in virtual darkroom.
-    pub job: Option<Utf8PathBuf>,
-    /// The folder of the day.
-    pub out: Utf8PathBuf,
-}
 
 /// The question that is open.
 type Open = Mutex<Option<(u64, Sender<String>)>>;
@@ -66,7 +26,7 @@ type Open = Mutex<Option<(u64, Sender<String>)>>;
 /// What can be asked of the bench, and what is shown.
 pub struct Desk {
     hub: Arc<Hub>,
-    folder: Utf8PathBuf,
+    runs: Runs,
     pace: Pace,
     /// Of the scan that is on in this process.
     control: Mutex<Option<Control>>,
@@ -74,8 +34,6 @@ pub struct Desk {
     orders: Option<Mutex<Sender<Order>>>,
     question: Arc<Open>,
     questions: Arc<AtomicU64>,
-    /// The run that is shown from its record.
-    replay: Mutex<Option<(Utf8PathBuf, Replay)>>,
     sensor: Sensor,
 }
 
@@ -97,14 +55,13 @@ impl Desk {
         }));
         Self {
             sensor: Sensor::new(hub.clone()),
+            runs: Runs::new(hub.clone(), folder, orders.is_some()),
             hub,
-            folder: folder.to_owned(),
             pace,
             control: Mutex::new(None),
             orders: orders.map(Mutex::new),
             question: Arc::default(),
             questions: Arc::default(),
-            replay: Mutex::new(None),
         }
     }
 
@@ -139,7 +96,7 @@ impl Desk {
     /// A scan of this process is on, under `control`, until [`ended`](Self::ended).
     pub fn began(&self, control: &Control) {
         *locked(&self.control) = Some(control.clone());
-        *locked(&self.replay) = None;
+        self.runs.leave();
         // What was shown before is not of this scan.
         self.hub.begin();
         self.hub.status(|status| {
@@ -148,7 +105,7 @@ impl Desk {
             status.sensor = 0;
             status.elsewhere = None;
             status.notice = None;
-            status.report = false;
+            (status.report, status.model, status.left_behind) = (false, false, None);
         });
     }
 
@@ -200,6 +157,9 @@ impl Desk {
             Asked::Show { run } => self.show(run),
             Asked::Stop {} => self.stop(),
             Asked::Answer { number, who } => self.answer(*number, who),
+            Asked::AddToModel {} => self.changed(diagnosed::add_to_model(&self.run()?)?),
+            Asked::TakeOutOfModel {} => self.changed(diagnosed::take_out_of_model(&self.run()?)?),
+            Asked::Measure { number, seen } => self.measure(*number, seen),
             Asked::Pause {} => {
                 self.running()?.pause.ask(BY);
                 self.tick();
@@ -229,23 +189,58 @@ impl Desk {
         })
     }
 
+    /// The run that is shown.
+    ///
+    /// # Errors
+    /// Exit 3 where none is.
+    pub fn run(&self) -> Result<Utf8PathBuf, Failure> {
+        let run = self.hub.status_now().run.map(Utf8PathBuf::from);
+        run.ok_or_else(|| Failure::instrument("no run is shown"))
+    }
+
+    /// The model of the run that is shown became another one: every tab is told.
+    fn changed(&self, sentence: String) -> Result<String, Failure> {
+        self.hub.status(|status| status.changes += 1);
+        Ok(sentence)
+    }
+
     fn start(&self, job: &str) -> Result<String, Failure> {
+        self.idle()?;
+        let job = self.runs.job(job)?;
+        let out = self.runs.fresh();
+        self.order(Order::Day { job, out: out.clone() })?;
+        Ok(format!("begins in {out}"))
+    }
+
+    fn measure(&self, number: usize, seen: &str) -> Result<String, Failure> {
+        self.idle()?;
+        let run = self.run()?;
+        let shown = next::shown(&run, number)?;
+        if shown.fingerprint != seen {
+            return Err(Failure::instrument(
+                "this is not the plan that was shown; look at it again",
+            ));
+        }
+        let out = self.runs.fresh();
+        let sentence = format!("measures into {out}");
+        let shown = Box::new(shown);
+        self.order(Order::Measurement { run, shown, out })?;
+        Ok(sentence)
+    }
+
+    /// Nothing may be begun while a scan is on.
+    fn idle(&self) -> Result<(), Failure> {
+        if locked(&self.control).is_some() {
+            return Err(Failure::instrument("a scan is on already"));
+        }
+        Ok(())
+    }
+
+    fn order(&self, order: Order) -> Result<(), Failure> {
         let Some(orders) = &self.orders else {
             return Err(Failure::instrument(
                 "this page belongs to one scan; start another one by `isolux serve`",
             ));
-        };
-        if locked(&self.control).is_some() {
-            return Err(Failure::instrument("a scan is on already"));
-        }
-        let known = self.hub.status_now().jobs;
-        if !known.iter().any(|name| name == job) {
-            return Err(Failure::bad_input(format!("`{job}` is no job in {}", self.folder)));
-        }
-        let out = self.folder.join(folder::fresh(&self.folder));
-        let order = Order {
-            job: (job != BUILT_IN).then(|| self.folder.join(job)),
-            out: out.clone(),
         };
         // From now on a second start is refused, although the scan itself has not begun.
         self.began(&self.fresh_control());
@@ -253,7 +248,7 @@ impl Desk {
             self.ended(None);
             return Err(Failure::instrument("the program is ending"));
         }
-        Ok(format!("begins in {out}"))
+        Ok(())
     }
 
     /// The control that was made when the start was accepted.
@@ -285,19 +280,6 @@ impl Desk {
         }
     }
 
-    fn show(&self, run: &str) -> Result<String, Failure> {
-        if locked(&self.control).is_some() {
-            return Err(Failure::instrument("a scan is on; it is shown"));
-        }
-        if !(run == "." || folder::is_name(run)) {
-            return Err(Failure::bad_input(format!("`{run}` is no run of {}", self.folder)));
-        }
-        self.show_quietly(run)?;
-        self.hub.status(|status| status.notice = None);
-        self.look();
-        Ok(format!("{run} is shown"))
-    }
-
     /// What changes often: cheap.
     pub fn tick(&self) {
         let control = locked(&self.control).clone();
@@ -305,83 +287,27 @@ impl Desk {
         self.hub.status(|status| status.pause_asked = asked);
     }
 
+    fn show(&self, run: &str) -> Result<String, Failure> {
+        if locked(&self.control).is_some() {
+            return Err(Failure::instrument("a scan is on; it is shown"));
+        }
+        self.runs.show(run)?;
+        self.hub.status(|status| status.notice = None);
+        self.look();
+        Ok(format!("{run} is shown"))
+    }
+
+    /// Shows the run directory `run` again, after a measurement for it, or why not.
+    pub fn back_to(&self, run: &Utf8Path) {
+        if let Err(failure) = self.runs.show_quietly(run) {
+            self.hub.status(|status| status.notice = Some(told(&failure)));
+        }
+        self.look();
+    }
+
     /// What lies on the disk: jobs, runs, a scan that another process makes.
     pub fn look(&self) {
-        let mut jobs = Vec::new();
-        if self.orders.is_some() {
-            jobs = folder::jobs(&self.folder);
-            jobs.push(BUILT_IN.to_owned());
-        }
-        let runs = folder::runs(&self.folder);
-        self.hub
-            .status(|status| (status.jobs, status.runs) = (jobs, runs.clone()));
-        if locked(&self.control).is_some() {
-            self.refresh_report();
-            return;
-        }
-        self.follow(&runs);
-        let mut elsewhere = None;
-        if let Some((path, replay)) = locked(&self.replay).as_mut() {
-            elsewhere = replay::writer(path).map(|writer| writer.words);
-            // A record that is being written may be between two files.
-            if let Ok(told) = replay.further() {
-                for live in &told {
-                    self.hub.tell(live);
-                }
-            }
-        }
-        self.hub.status(|status| status.elsewhere = elsewhere);
-        self.refresh_report();
-    }
-
-    fn refresh_report(&self) {
-        let status = self.hub.status_now();
-        let results = status
-            .run
-            .map_or_else(Vec::new, |run| folder::files(&Utf8Path::new(&run).join("results")));
-        let report = results.iter().any(|name| name == "report.html");
-        self.hub
-            .status(|status| (status.report, status.results) = (report, results));
-    }
-
-    /// A scan that another process has begun is shown as soon as it is seen; at first the newest run.
-    fn follow(&self, runs: &[String]) {
-        let status = self.hub.status_now();
-        if status.elsewhere.is_some() || self.orders.is_none() {
-            return;
-        }
-        let path = |run: &str| {
-            if run == "." {
-                self.folder.clone()
-            } else {
-                self.folder.join(run)
-            }
-        };
-        let made = runs.iter().find(|run| replay::writer(&path(run)).is_some());
-        let shown = status.run.as_deref();
-        match made {
-            Some(run) if shown != Some(path(run).as_str()) => drop(self.show_quietly(run)),
-            // A start that failed before its scan began stays to be read.
-            None if shown.is_none() && status.notice.is_none() => drop(runs.first().map(|run| self.show_quietly(run))),
-            _ => {}
-        }
-    }
-
-    fn show_quietly(&self, run: &str) -> Result<(), Failure> {
-        let path = if run == "." {
-            self.folder.clone()
-        } else {
-            self.folder.join(run)
-        };
-        let mut replay = Replay::of(&path);
-        let told = replay.further()?;
-        self.hub.begin();
-        self.hub.status(|status| status.run = Some(path.to_string()));
-        for live in &told {
-            self.hub.tell(live);
-        }
-        *locked(&self.replay) = Some((path, replay));
-        Ok(())
+        self.runs.look(locked(&self.control).is_some());
     }
 
     /// Says on the page what a step after the scan does.
@@ -401,6 +327,7 @@ fn told(failure: &Failure) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runs::BUILT_IN;
 
     fn desk() -> (tempfile::TempDir, Desk, std::sync::mpsc::Receiver<Order>) {
         let folder = tempfile::tempdir().unwrap();
@@ -452,8 +379,10 @@ mod tests {
         };
         desk.command(&start).unwrap();
         assert!(desk.command(&start).is_err(), "a second click");
-        let order = orders.try_recv().unwrap();
-        assert_eq!((order.job, order.out.file_name()), (None, Some("day")));
+        let Order::Day { job, out } = orders.try_recv().unwrap() else {
+            panic!("a day was asked for")
+        };
+        assert_eq!((job, out.file_name()), (None, Some("day")));
         assert!(orders.try_recv().is_err());
         let control = desk.accepted();
         desk.command(&asked(r#"{"command":"pause"}"#)).unwrap();

@@ -36,6 +36,12 @@ pub struct Status {
     pub notice: Option<String>,
     /// The report of the run that is shown, once there is one.
     pub report: bool,
+    /// Whether the run that is shown has a model, so that its sensor can be lit.
+    pub model: bool,
+    /// In what state the run that is shown left lamp, shutter and axes, once it ended.
+    pub left_behind: Option<String>,
+    /// Counted up when effects were added to a model or taken out of it.
+    pub changes: u64,
     /// Files of the results of the run that is shown.
     pub results: Vec<String>,
     /// The sensor by the scan so far: counted up with each new map, 0 without one.

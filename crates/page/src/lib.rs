@@ -3,13 +3,17 @@
 //! One process serves one desk. Everything that moves an axis goes through [`isolux_app`]; this crate holds no physics
 //! and opens no instrument. The order of the checks before a route is in [`guard`].
 
+mod asked;
 mod assets;
 mod desk;
 mod guard;
 mod hub;
+mod runs;
 mod sensor;
 mod server;
+mod shared;
 mod stream;
+mod study;
 
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -17,9 +21,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use asked::Order;
 use camino::Utf8Path;
-pub use desk::BUILT_IN;
-use desk::{Desk, Order};
+use desk::Desk;
 use guard::Guard;
 use hub::Told;
 use isolux_app::control::{Control, Pace};
@@ -27,8 +31,10 @@ use isolux_app::day::{self, Options};
 use isolux_app::live::{Live, State};
 use isolux_app::progress::{Event, Progress};
 use isolux_app::signals::OnSignals;
+use isolux_app::study::next;
 use isolux_app::{Failure, FailureKind};
-use server::Shared;
+pub use runs::BUILT_IN;
+use shared::Shared;
 
 /// Where and for whom the page is served.
 #[derive(Debug, Clone, Copy)]
@@ -203,22 +209,32 @@ fn next(orders: &Receiver<Order>) -> Result<Option<Order>, Failure> {
 }
 
 fn carry_out(page: &Page, order: &Order, beside: &dyn Progress) {
-    let asked = Options {
-        job: order.job.clone(),
-        out: Some(order.out.clone()),
-        ..Options::default()
-    };
     let (operator, control) = (page.desk.operator(), page.desk.accepted());
-    let outcome = page.show(&control, beside, |progress| {
-        day::run(&asked, Some(&operator), &control, progress)
+    let outcome = page.show(&control, beside, |progress| match order {
+        Order::Day { job, out } => {
+            let asked = Options {
+                job: job.clone(),
+                out: Some(out.clone()),
+                ..Options::default()
+            };
+            let day = day::run(&asked, Some(&operator), &control, progress)?;
+            let results = format!("results in {}", day.folder.join("results"));
+            Ok((day.sentences, results))
+        }
+        Order::Measurement { run, shown, out } => {
+            next::carry_out(run, shown, out, Some(&operator), &control, progress)?;
+            Ok((Vec::new(), format!("{run} is diagnosed again, with {out}")))
+        }
     });
     match outcome {
-        Ok(day) => {
-            for sentence in &day.sentences {
+        Ok((sentences, last)) => {
+            if let Order::Measurement { run, .. } = order {
+                page.desk.back_to(run);
+            }
+            for sentence in &sentences {
                 page.desk.say(&Live::journal_now(sentence));
             }
-            let sentence = format!("results in {}", day.folder.join("results"));
-            page.desk.say(&Live::state_now(State::Completed, &sentence));
+            page.desk.say(&Live::state_now(State::Completed, &last));
         }
         Err(failure) => {
             let state = match failure.kind {

@@ -1,13 +1,12 @@
 //! The routes, behind the guard.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, Path, Query, Request, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE, HeaderName, LOCATION, SET_COOKIE};
-use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::http::{HeaderValue, StatusCode};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse as _, Response};
 use axum::routing::{get, post};
@@ -16,10 +15,12 @@ use base64::engine::general_purpose::STANDARD;
 use isolux_app::dropped::dropped;
 use serde::Deserialize;
 
+use crate::asked::Asked;
 use crate::assets::asset;
-use crate::desk::{Asked, Desk};
-use crate::guard::{Guard, Refusal};
-use crate::stream;
+use crate::guard::Refusal;
+use crate::shared::Shared;
+use crate::stream::From;
+use crate::{stream, study};
 
 /// Section 3.3 of the policy: nothing but what this server itself gives.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; \
@@ -31,16 +32,6 @@ const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'uns
 /// A dropped file may be so large, as text of base64.
 const LARGEST_DROP: usize = 48 << 20;
 
-/// What every route needs.
-pub struct Shared {
-    /// Who may ask.
-    pub guard: Guard,
-    /// Who does what is asked.
-    pub desk: Arc<Desk>,
-    /// Says the next address on the terminal after one was used.
-    pub say: Box<dyn Fn(&str) + Send + Sync>,
-}
-
 /// The routes.
 pub fn router(shared: Arc<Shared>) -> Router {
     let api = Router::new()
@@ -48,6 +39,7 @@ pub fn router(shared: Arc<Shared>) -> Router {
         .route("/api/events", get(events))
         .route("/api/sensor", get(sensor))
         .route("/api/command", post(command))
+        .route("/api/study", post(study::study))
         .route("/api/inspect", post(inspect).layer(DefaultBodyLimit::max(LARGEST_DROP)))
         .route("/results/{name}", get(result))
         .route("/report", get(report))
@@ -136,17 +128,6 @@ async fn shell(State(shared): State<Arc<Shared>>, Query(launch): Query<Launch>, 
 fn launch_page(status: StatusCode) -> Response {
     let bytes = asset("launch.html").map_or(&b""[..], |asset| asset.bytes);
     (status, [(CONTENT_TYPE, "text/html; charset=utf-8")], bytes).into_response()
-}
-
-/// Where a reader stands.
-#[derive(Debug, Default, Deserialize)]
-pub struct From {
-    /// The scan.
-    #[serde(default)]
-    pub session: u64,
-    /// Number of the first event that it lacks.
-    #[serde(default)]
-    pub from: usize,
 }
 
 /// Events that a tab lacks, at once.
@@ -240,15 +221,3 @@ async fn command(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
         Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "a defect of the program\n").into_response(),
     }
 }
-
-/// Where a reader stands by its headers: the last id that it has seen is of the event before.
-pub(crate) fn last_event(headers: &HeaderMap) -> Option<(u64, usize)> {
-    let id = headers.get("last-event-id")?.to_str().ok()?;
-    let (session, next) = id.split_once('-')?;
-    Some((session.parse().ok()?, next.parse().ok()?))
-}
-
-/// Not more often than a screen can follow.
-pub(crate) const BETWEEN_MESSAGES: Duration = Duration::from_millis(100);
-/// A connection that says nothing for so long is taken for lost by the page.
-pub(crate) const SIGN_OF_LIFE: Duration = Duration::from_secs(5);

@@ -4,16 +4,41 @@ use std::convert::Infallible;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use axum::extract::{Query, State};
 use axum::http::HeaderMap;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use futures_core::Stream;
+use serde::Deserialize;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::sleep_until;
 
 use crate::hub::Hub;
-use crate::server::{BETWEEN_MESSAGES, From, SIGN_OF_LIFE, Shared, last_event};
+use crate::shared::Shared;
+
+/// Not more often than a screen can follow.
+const BETWEEN_MESSAGES: Duration = Duration::from_millis(100);
+/// A connection that says nothing for so long is taken for lost by the page.
+const SIGN_OF_LIFE: Duration = Duration::from_secs(5);
+
+/// Where a reader stands.
+#[derive(Debug, Default, Deserialize)]
+pub struct From {
+    /// The scan.
+    #[serde(default)]
+    pub session: u64,
+    /// Number of the first event that it lacks.
+    #[serde(default)]
+    pub from: usize,
+}
+
+/// Where a reader stands by its headers: the last id that it has seen is of the event before.
+fn last_event(headers: &HeaderMap) -> Option<(u64, usize)> {
+    let id = headers.get("last-event-id")?.to_str().ok()?;
+    let (session, next) = id.split_once('-')?;
+    Some((session.parse().ok()?, next.parse().ok()?))
+}
 
 /// Messages on their way to one browser.
 struct Messages(Receiver<Event>);

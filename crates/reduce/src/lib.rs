@@ -64,7 +64,7 @@ pub use rehearsal::rehearse;
 pub use results::{ResultFile, file_name, files, photometric};
 pub use samples::Sample;
 pub use smooth::SmoothError;
-pub use spectral::SpectralResult;
+pub use spectral::{SpectralResult, on_axis};
 
 use bench::Bench;
 use floor::Floor;

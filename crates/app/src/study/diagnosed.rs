@@ -1,0 +1,417 @@
+//! The diagnosis of a run as it lies in its results: what it found, what was measured and simulated, and the effects
+//! added to the model and taken out of it again.
+
+use std::collections::BTreeMap;
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_model::Model;
+use isolux_record::ReadingKind;
+use isolux_record::observation::{Need, Observations, open};
+use isolux_record::observation::{ReadingCoordinates, Readings};
+use isolux_report::answer::SAME_RECORD;
+use isolux_units::digits::{significant, stated};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest as _, Sha256};
+
+use super::{Figure, Said, job, reduced_model};
+use crate::Failure;
+use crate::diagnose;
+use crate::files::{self, Overwrite};
+
+/// A diagnosis as the page shows it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosed {
+    /// The plain sentence.
+    pub plain: String,
+    /// The same with its statistics.
+    pub sentence: String,
+    /// Whether the model was made from these readings: then it is a check of the record.
+    pub same_record: Option<&'static str>,
+    /// The gap before and after, held-out readings included, as (name, before, after, expected of noise) in σ rms.
+    pub gaps: Vec<(String, f64, f64, f64)>,
+    /// The effects with their parameters.
+    pub effects: Vec<Found>,
+    /// Its pictures.
+    pub figures: Vec<Figure>,
+    /// What was measured and simulated, half-plane by half-plane.
+    pub curves: Vec<Curve>,
+    /// The model that it judges.
+    pub model: String,
+    /// Where its effects were added, if they were.
+    pub added: Option<String>,
+    /// What could be measured next.
+    pub next: Vec<Proposal>,
+    /// How many diagnoses the run has.
+    pub round: usize,
+}
+
+/// An effect that was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Found {
+    /// The term of the standards, and its word in a model file.
+    pub name: String,
+    /// What else would explain the readings as well.
+    pub equivalents: Vec<String>,
+    /// Its parameters.
+    pub parameters: Vec<Said>,
+}
+
+/// A pair of half-planes: signed γ, what was read and what the models say.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Curve {
+    /// C of the half-plane with positive γ.
+    pub c_deg: f64,
+    /// Distance of the detector.
+    pub distance_mm: f64,
+    /// Signed γ, rising.
+    pub gamma_deg: Vec<f64>,
+    /// Mean of the readings there, lx.
+    pub measured_lx: Vec<f64>,
+    /// Expanded uncertainty of one reading (k = 2), lx.
+    pub u_lx: Vec<f64>,
+    /// By the model without the effects.
+    pub before_lx: Vec<f64>,
+    /// By the model with them.
+    pub after_lx: Vec<f64>,
+}
+
+/// A measurement that would settle the answer.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Proposal {
+    /// What, in words.
+    pub what: String,
+    /// What it tells apart.
+    pub splits: [String; 2],
+    /// How far apart their predictions would lie, in σ.
+    pub expected_sigma: f64,
+    /// Its plan file in the folder of the diagnosis; none where it is no plan of the axes.
+    pub plan: Option<String>,
+}
+
+/// What was diagnosed: the model and the observations.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Case {
+    /// The model.
+    pub model: Utf8PathBuf,
+    /// The observations.
+    pub observations: Vec<Utf8PathBuf>,
+}
+
+/// Beside a diagnosis that followed a further measurement.
+const CASE: &str = "case.json";
+/// Beside a diagnosis whose effects were added to the model: where, and what was written.
+const ADDED: &str = "added.json";
+
+impl Case {
+    /// Of the newest diagnosis in a run.
+    pub(super) fn of(run: &Utf8Path) -> Self {
+        let kept = std::fs::read(latest(run).0.join(CASE)).ok();
+        if let Some(case) = kept.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+            return case;
+        }
+        match job(run).as_ref().and_then(isolux_record::Job::diagnose) {
+            Some((model, observations)) => Self {
+                model: model.to_owned(),
+                observations: observations.to_vec(),
+            },
+            None => Self {
+                model: reduced_model(run),
+                observations: vec![run.to_owned()],
+            },
+        }
+    }
+
+    /// Diagnoses the case into the next folder of `run`.
+    ///
+    /// # Errors
+    /// As [`diagnose::run`].
+    pub(super) fn diagnose(&self, run: &Utf8Path, progress: &dyn crate::progress::Progress) -> Result<(), Failure> {
+        let (_, round) = latest(run);
+        let out = folder(run, round + 1);
+        let request = diagnose::Request {
+            model: self.model.clone(),
+            observations: self.observations.clone(),
+            out: out.clone(),
+            held_out: None,
+            seed: 1,
+            accept: false,
+            overwrite: Overwrite::Never,
+        };
+        diagnose::run(&request, progress)?;
+        let text = serde_json::to_vec_pretty(self).map_err(Failure::instrument)?;
+        files::write(&out.join(CASE), &text, Overwrite::Force)
+    }
+}
+
+fn folder(run: &Utf8Path, round: usize) -> Utf8PathBuf {
+    let results = run.join("results");
+    match round {
+        0 | 1 => results.join("diagnosis"),
+        round => results.join(format!("diagnosis-{round}")),
+    }
+}
+
+/// The newest diagnosis of a run, and how many there are.
+pub(super) fn latest(run: &Utf8Path) -> (Utf8PathBuf, usize) {
+    let there = |round: &usize| folder(run, *round).join("diagnosis.json").is_file();
+    let rounds = (1..).take_while(there).count();
+    (folder(run, rounds), rounds)
+}
+
+/// The newest diagnosis of the run directory `run`; none where there is none.
+///
+/// # Errors
+/// Bad input (exit 2) for files that cannot be read.
+pub fn diagnosed(run: &Utf8Path) -> Result<Option<Diagnosed>, Failure> {
+    let (folder, round) = latest(run);
+    if round == 0 {
+        return Ok(None);
+    }
+    let file = folder.join("diagnosis.json");
+    let document: Value =
+        serde_json::from_slice(&files::read(&file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+    let case = Case::of(run);
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let list = |key: &str| document[key].as_array().cloned().unwrap_or_default();
+    let same = document["independence"] == "same_run";
+    Ok(Some(Diagnosed {
+        plain: text(&document["plain"]),
+        sentence: text(&document["sentence"]),
+        same_record: same.then_some(SAME_RECORD),
+        gaps: gaps(&document["gap"]),
+        effects: list("effects").iter().map(found).collect(),
+        figures: figures(&folder),
+        curves: curves(&folder, &case)?,
+        model: case.model.to_string(),
+        added: added(run).map(Utf8PathBuf::into_string),
+        next: list("next_measurement").iter().map(proposal).collect(),
+        round,
+    }))
+}
+
+fn gaps(gap: &Value) -> Vec<(String, f64, f64, f64)> {
+    let number = |of: &Value, key: &str| of[key].as_f64().unwrap_or(f64::NAN);
+    let row = |name: &str, of: &Value| {
+        (
+            name.to_owned(),
+            number(of, "before"),
+            number(of, "after"),
+            number(of, "floor"),
+        )
+    };
+    let mut rows = vec![row("fitted readings", gap)];
+    if gap["held_out"].is_object() {
+        rows.push(row("held-out readings", &gap["held_out"]));
+    }
+    rows
+}
+
+fn found(effect: &Value) -> Found {
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let parameters = effect["parameters"].as_object().into_iter().flatten();
+    let parameters = parameters.map(|(key, parameter)| {
+        let (value, u) = (parameter["value"].as_f64(), parameter["u"].as_f64());
+        let unit = match parameter["unit"].as_str() {
+            None | Some("1") => "",
+            Some(unit) => unit,
+        };
+        let value = match (value, u) {
+            (Some(value), Some(u)) if u > 0.0 => stated(value, u, unit).replace("  ", " "),
+            (Some(value), _) => format!("{} {unit}, no uncertainty", significant(value, 4)),
+            _ => "no number".to_owned(),
+        };
+        Said {
+            name: key.clone(),
+            value,
+            reported: None,
+        }
+    });
+    Found {
+        name: format!("{} ({})", text(&effect["standard_name"]), text(&effect["name"])),
+        equivalents: effect["equivalents"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .map(text)
+            .collect(),
+        parameters: parameters.collect(),
+    }
+}
+
+fn proposal(next: &Value) -> Proposal {
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let plan = next["plan"].as_str().filter(|plan| plan.ends_with(".plan.toml"));
+    Proposal {
+        what: text(&next["do"]).replace('_', " "),
+        splits: [text(&next["splits"][0]), text(&next["splits"][1])],
+        expected_sigma: next["expected_sigma"].as_f64().unwrap_or_default(),
+        plan: plan.map(str::to_owned),
+    }
+}
+
+fn figures(folder: &Utf8Path) -> Vec<Figure> {
+    [
+        ("gap.svg", "Gap before and after"),
+        ("residuals.svg", "Residuals before and after"),
+        ("coordinate.svg", "Residuals along the strongest pattern"),
+    ]
+    .into_iter()
+    .filter_map(|(name, title)| Some(Figure::new(title, std::fs::read_to_string(folder.join(name)).ok()?)))
+    .collect()
+}
+
+/// Lit readings of the observations and what the models before and after say there; empty where none are readings.
+fn curves(folder: &Utf8Path, case: &Case) -> Result<Vec<Curve>, Failure> {
+    let model = |name: &str| Model::load(&folder.join(name)).map_err(Failure::bad_input);
+    let models = [model("model.baseline.toml")?, model("model.after.toml")?];
+    let mut pairs: BTreeMap<(u64, u64), BTreeMap<i64, Sums>> = BTreeMap::new();
+    for path in &case.observations {
+        // An observation that has moved since takes its curves with it, and nothing else.
+        let Ok(Observations::Readings(readings)) = open(path, Need::Values) else {
+            continue;
+        };
+        add(&mut pairs, &readings, &models);
+    }
+    Ok(pairs
+        .into_iter()
+        .map(|((c, distance), at)| {
+            let mut curve = Curve {
+                c_deg: f64::from_bits(c),
+                distance_mm: f64::from_bits(distance),
+                ..Curve::default()
+            };
+            for (gamma, sums) in at {
+                let mean = |sum: f64| sum / sums.count;
+                curve.gamma_deg.push(gamma as f64 / PER_DEG);
+                curve.measured_lx.push(mean(sums.lux));
+                curve.u_lx.push(2.0 * mean(sums.u_lx));
+                curve.before_lx.push(mean(sums.models[0]));
+                curve.after_lx.push(mean(sums.models[1]));
+            }
+            curve
+        })
+        .filter(|curve| curve.gamma_deg.len() > 2)
+        .collect())
+}
+
+/// Sums over the readings of one direction.
+#[derive(Default)]
+struct Sums {
+    count: f64,
+    lux: f64,
+    u_lx: f64,
+    models: [f64; 2],
+}
+
+/// Directions are told apart to a tenth of a degree.
+const PER_DEG: f64 = 10.0;
+
+fn add(pairs: &mut BTreeMap<(u64, u64), BTreeMap<i64, Sums>>, readings: &Readings, models: &[Model; 2]) {
+    let lit: Vec<(ReadingCoordinates, f64, f64)> = readings
+        .rows()
+        .iter()
+        .filter(|row| row.at.kind == ReadingKind::Lit)
+        .filter_map(|row| Some((row.at, row.illuminance_lx?, row.u_lx?)))
+        .collect();
+    let at: Vec<ReadingCoordinates> = lit.iter().map(|(at, ..)| *at).collect();
+    let predicted = models.each_ref().map(|model| model.predict_readings(&at));
+    for (k, (at, lux, u_lx)) in lit.iter().enumerate() {
+        let c = at.c_deg.rem_euclid(360.0);
+        // C + 180° at γ is C at −γ.
+        let (c, gamma) = if c >= 180.0 {
+            (c - 180.0, -at.gamma_deg)
+        } else {
+            (c, at.gamma_deg)
+        };
+        let plane = (c * PER_DEG).round() / PER_DEG;
+        let plane = if plane >= 180.0 { 0.0 } else { plane };
+        let pair = pairs.entry((plane.to_bits(), at.distance_mm.to_bits())).or_default();
+        let sums = pair.entry((gamma * PER_DEG).round() as i64).or_default();
+        sums.count += 1.0;
+        sums.lux += lux;
+        sums.u_lx += u_lx;
+        for (sum, values) in sums.models.iter_mut().zip(&predicted) {
+            *sum += values[k];
+        }
+    }
+}
+
+/// What was written where.
+#[derive(Serialize, Deserialize)]
+struct Added {
+    file: Utf8PathBuf,
+    sha256: String,
+}
+
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    let sum = Sha256::digest(bytes);
+    sum.iter()
+        .fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
+}
+
+fn added_record(run: &Utf8Path) -> Option<Added> {
+    let bytes = std::fs::read(latest(run).0.join(ADDED)).ok()?;
+    serde_json::from_slice(&bytes).ok()
+}
+
+/// The model with the effects of the newest diagnosis, if they were added.
+pub fn added(run: &Utf8Path) -> Option<Utf8PathBuf> {
+    added_record(run).map(|added| added.file).filter(|file| file.is_file())
+}
+
+/// Adds the effects of the newest diagnosis: writes the next version of the model beside it. A sentence.
+///
+/// # Errors
+/// Bad input (exit 2) where there is nothing to add, or it was added already; exit 3 when the disk refuses.
+pub fn add_to_model(run: &Utf8Path) -> Result<String, Failure> {
+    if let Some(file) = added(run) {
+        return Err(Failure::bad_input(format!("the effects are in {file} already")));
+    }
+    let (folder, round) = latest(run);
+    let found = diagnosed(run)?.filter(|found| round > 0 && !found.effects.is_empty());
+    let Some(found) = found else {
+        return Err(Failure::bad_input("no effect was found that could be added"));
+    };
+    let case = Case::of(run);
+    let model = Model::load(&case.model).map_err(Failure::bad_input)?;
+    let after = Model::load(&folder.join("model.after.toml")).map_err(Failure::bad_input)?;
+    // The files that the model names stay where they are.
+    let text = model
+        .with_effects(after.effects().to_vec())
+        .with_refined(after.refined().clone())
+        .to_toml();
+    let file = diagnose::next_version(&case.model);
+    files::write(&file, text.as_bytes(), Overwrite::Never)?;
+    let sha256 = sha256(text.as_bytes());
+    let record = serde_json::to_vec_pretty(&Added {
+        file: file.clone(),
+        sha256,
+    })
+    .map_err(Failure::instrument)?;
+    files::write(&folder.join(ADDED), &record, Overwrite::Force)?;
+    let names: Vec<&str> = found.effects.iter().map(|effect| effect.name.as_str()).collect();
+    Ok(format!("{} added: {file}", names.join(", ")))
+}
+
+/// Takes the effects out again: removes the file that [`add_to_model`] wrote. A sentence.
+///
+/// # Errors
+/// Bad input (exit 2) where nothing was added, or the file was changed since; exit 3 when the disk refuses.
+pub fn take_out_of_model(run: &Utf8Path) -> Result<String, Failure> {
+    let Some(Added { file, sha256: expected }) = added_record(run) else {
+        return Err(Failure::bad_input("nothing was added that could be taken out"));
+    };
+    let refused = |error: std::io::Error| Failure::instrument(format!("{file}: {error}"));
+    if file.is_file() {
+        if sha256(&files::read(&file)?) != expected {
+            return Err(
+                Failure::bad_input(format!("{file} was changed since; it is left as it is"))
+                    .help("remove it by hand if it is not wanted"),
+            );
+        }
+        std::fs::remove_file(&file).map_err(refused)?;
+    }
+    std::fs::remove_file(latest(run).0.join(ADDED)).map_err(refused)?;
+    Ok(format!("{file} removed: the model is as before"))
+}

@@ -1,0 +1,289 @@
+//! The sensor of a run in another pose, with other pixels and another exposure: quick enough for a slider.
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_model::{Model, Scene};
+use isolux_sim::direct::Sampling;
+use isolux_sim::simulation::{Facts, Method};
+use isolux_units::digits::{significant, stated};
+use serde::{Deserialize, Serialize};
+
+use super::{Said, diagnosed, reduced_model};
+use crate::{Failure, scene, simulate};
+
+/// Pixels of the map along its longer edge.
+const PIXELS: usize = 64;
+
+/// What is asked; what is left out is as in the scene of the run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Asked {
+    /// Distance of the sensor in mm.
+    pub distance_mm: Option<f64>,
+    /// Tilt about the sensor's x axis in degrees.
+    pub tilt_x_deg: Option<f64>,
+    /// Pitch of the pixels in µm; their number stays, so the sensor grows with it.
+    pub pitch_um: Option<f64>,
+    /// Exposure time in s.
+    pub exposure_s: Option<f64>,
+}
+
+/// The light on the sensor there.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Lit {
+    /// The pose and pixels that were lit.
+    pub asked: Stand,
+    /// `W/m²`, or `lx` without a spectrum.
+    pub unit: &'static str,
+    /// Columns and rows of `map`.
+    pub pixels: [usize; 2],
+    /// Edges of the sensor in mm.
+    pub size_mm: [f64; 2],
+    /// Means of blocks of pixels, row by row from the lower edge.
+    pub map: Vec<f32>,
+    /// The mean in `unit`.
+    pub mean: f64,
+    /// The numbers.
+    pub numbers: Vec<Said>,
+    /// What was lit, by which model.
+    pub by: String,
+    /// What a person should know.
+    pub findings: Vec<String>,
+    /// Time of the solver in ms.
+    pub solver_ms: f64,
+}
+
+/// Where the sensor stands, every value known.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Stand {
+    /// Distance in mm.
+    pub distance_mm: f64,
+    /// Tilt in degrees.
+    pub tilt_x_deg: f64,
+    /// Pitch in µm.
+    pub pitch_um: f64,
+    /// Exposure in s.
+    pub exposure_s: f64,
+}
+
+/// The scene of a run, and what it is lit by.
+struct Base {
+    scene: Scene,
+    by: String,
+    /// Pixels of the scene itself, along x and y.
+    pixels: [usize; 2],
+}
+
+/// Exposure where the scene names no camera, in s.
+const EXPOSURE_S: f64 = 0.01;
+
+impl Base {
+    fn of(run: &Utf8Path) -> Result<Self, Failure> {
+        let file = lit_by(run);
+        if !file.is_file() {
+            return Err(Failure::bad_input(format!("{run} has no model yet"))
+                .help("it is made when the run is reduced: isolux reduce RUN, or at the end of the day"));
+        }
+        let model = Model::load(&file).map_err(Failure::bad_input)?;
+        let own = run.join("job/scene.toml");
+        let (scene, sensor) = if own.is_file() {
+            (scene::lit_by(&own, &model)?, "the sensor of the job's scene")
+        } else {
+            (
+                scene::of_the_published_case(&model)?,
+                "the sensor of the published case, because the run names none",
+            )
+        };
+        let pixels = scene.sensor.pixels;
+        let name = file.file_name().unwrap_or_default().to_owned();
+        let by = format!("{sensor}, lit by {name}");
+        Ok(Self { scene, by, pixels })
+    }
+
+    /// The scene as asked, with few pixels.
+    fn posed(&self, asked: &Asked) -> Result<(Scene, Stand), Failure> {
+        let mut scene = self.scene.clone();
+        let sensor = &mut scene.sensor;
+        let exposure_s = scene
+            .optics
+            .camera
+            .as_ref()
+            .map_or(EXPOSURE_S, |camera| camera.exposure_s);
+        let stand = Stand {
+            distance_mm: asked.distance_mm.unwrap_or(sensor.pose.distance_mm),
+            tilt_x_deg: asked.tilt_x_deg.unwrap_or(sensor.pose.tilt_x_deg),
+            pitch_um: asked
+                .pitch_um
+                .unwrap_or(1000.0 * sensor.size_mm[0] / self.pixels[0] as f64),
+            exposure_s: asked.exposure_s.unwrap_or(exposure_s),
+        };
+        for (name, value, low, high) in [
+            ("distance_mm", stand.distance_mm, 1.0, 1e6),
+            ("tilt_x_deg", stand.tilt_x_deg, -89.0, 89.0),
+            ("pitch_um", stand.pitch_um, 0.1, 1e4),
+            ("exposure_s", stand.exposure_s, 1e-7, 1e4),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(Failure::bad_input(format!(
+                    "{name} = {value} is not within {low} … {high}"
+                )));
+            }
+        }
+        sensor.pose.distance_mm = stand.distance_mm;
+        sensor.pose.tilt_x_deg = stand.tilt_x_deg;
+        if asked.pitch_um.is_some() {
+            sensor.size_mm = self.pixels.map(|pixels| pixels as f64 * stand.pitch_um / 1000.0);
+        }
+        // The statistics of single pixels are those of one pixel of the true pitch, computed apart.
+        scene.optics.camera = None;
+        let longest = self.pixels[0].max(self.pixels[1]);
+        if longest > PIXELS {
+            sensor.pixels = self.pixels.map(|pixels| (pixels * PIXELS / longest).max(1));
+        }
+        Ok((scene, stand))
+    }
+
+    /// One pixel of the true pitch in the middle, with the scene's camera.
+    fn pixel(&self, lit: &Scene, stand: &Stand) -> Scene {
+        let mut scene = lit.clone();
+        scene.sensor.pixels = [1, 1];
+        scene.sensor.size_mm = [stand.pitch_um / 1000.0; 2];
+        scene.optics.camera = self.scene.optics.camera;
+        if let Some(camera) = &mut scene.optics.camera {
+            camera.exposure_s = stand.exposure_s;
+        }
+        scene
+    }
+}
+
+/// The newest model of a run: with the effects of its diagnosis, where they were added.
+fn lit_by(run: &Utf8Path) -> Utf8PathBuf {
+    diagnosed::added(run).unwrap_or_else(|| reduced_model(run))
+}
+
+/// The sensor of the run directory `run` as asked.
+///
+/// # Errors
+/// Bad input (exit 2) for a run without a model, a value out of its range, or a pose that cannot be lit.
+pub fn lit(run: &Utf8Path, asked: &Asked) -> Result<Lit, Failure> {
+    let base = Base::of(run)?;
+    let (scene, stand) = base.posed(asked)?;
+    let solved = simulate::solve(&scene, Method::Inverse)?;
+    let pixel = simulate::solve(&base.pixel(&scene, &stand), Method::Inverse)?;
+    let unit = simulate::unit(&solved.facts);
+    Ok(Lit {
+        asked: stand,
+        unit,
+        pixels: solved.facts.pixels,
+        size_mm: solved.facts.size_mm,
+        mean: solved.facts.mean,
+        numbers: numbers(&solved.facts, &pixel.facts, &stand, unit),
+        by: base.by,
+        findings: solved.facts.findings.clone(),
+        solver_ms: 1000.0 * (solved.facts.elapsed_s + pixel.facts.elapsed_s),
+        map: solved.map,
+    })
+}
+
+fn numbers(facts: &Facts, pixel: &Facts, stand: &Stand, unit: &str) -> Vec<Said> {
+    let said = |name: &str, value: String| Said {
+        name: name.to_owned(),
+        value,
+        reported: None,
+    };
+    let dose_unit = if unit == "lx" { "lx·s" } else { "J/m²" };
+    let dose = stand.exposure_s * facts.mean;
+    let mut numbers = vec![
+        said("mean", simulate::mean(facts)),
+        said("smallest ÷ mean", format!("{:.4}", facts.uniformity_min_over_mean)),
+        said(
+            "exposure",
+            facts.u_mean.map_or_else(
+                || format!("{} {dose_unit}, no uncertainty", significant(dose, 5)),
+                |u| stated(dose, stand.exposure_s * u, dose_unit),
+            ),
+        ),
+    ];
+    // The number of photons is as uncertain as the irradiance that they are counted from.
+    if let Some(photons) = pixel.photon_irradiance_per_m2_s {
+        let area_m2 = (stand.pitch_um * 1e-6).powi(2);
+        let count = photons * area_m2 * stand.exposure_s;
+        let u_rel = facts.u_mean.map(|u| u / facts.mean);
+        numbers.push(said(
+            "photons a pixel, middle",
+            u_rel.map_or_else(
+                || format!("{}, no uncertainty", significant(count, 4)),
+                |u_rel| stated(count, count * u_rel, "").replace("  ", " "),
+            ),
+        ));
+    }
+    if let Some(camera) = &pixel.camera {
+        numbers.push(said(
+            "signal of the middle pixel",
+            format!(
+                "{} electrons, {} DN",
+                significant(camera.mean_electrons, 4),
+                significant(camera.mean_dn, 4)
+            ),
+        ));
+        if let Some(ratio) = camera.signal_to_noise {
+            numbers.push(said("signal to noise, middle pixel", significant(ratio, 3)));
+        }
+    }
+    numbers
+}
+
+/// What a number of rays would say of the same sensor.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Convergence {
+    /// `W/m²` or `lx`.
+    pub unit: &'static str,
+    /// Pixels of the map.
+    pub pixels: [usize; 2],
+    /// Mean and largest pixel without ray noise.
+    pub noise_free: [f64; 2],
+    /// By the number of rays, rising.
+    pub rays: Vec<Rays>,
+}
+
+/// One number of rays.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rays {
+    /// Rays over the whole sphere.
+    pub rays: f64,
+    /// The mean.
+    pub mean: f64,
+    /// Its standard error by ray counting.
+    pub standard_error: f64,
+    /// The largest pixel.
+    pub largest: f64,
+}
+
+/// Counted rays against the noise-free solution for the sensor as asked. The counts are drawn from their expectation
+/// (`expected`), so that the cost does not grow with the rays.
+///
+/// # Errors
+/// As [`lit`].
+pub fn convergence(run: &Utf8Path, asked: &Asked) -> Result<Convergence, Failure> {
+    let (scene, _) = Base::of(run)?.posed(asked)?;
+    let exact = simulate::solve(&scene, Method::Inverse)?.facts;
+    let rays = (5..=12).map(|exponent| {
+        let method = Method::Direct {
+            sampling: Sampling::Expected,
+            rays: 10_u64.pow(exponent),
+            seed: 1,
+        };
+        let facts = simulate::solve(&scene, method)?.facts;
+        Ok(Rays {
+            rays: 10_f64.powi(exponent.cast_signed()),
+            mean: facts.mean,
+            standard_error: facts.u_mean_numeric,
+            largest: facts.max,
+        })
+    });
+    Ok(Convergence {
+        unit: simulate::unit(&exact),
+        pixels: exact.pixels,
+        noise_free: [exact.mean, exact.max],
+        rays: rays.collect::<Result<_, Failure>>()?,
+    })
+}
