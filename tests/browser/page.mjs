@@ -2,60 +2,10 @@
 // Asserts text and state, not pixels; the pictures are for people.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { mkdirSync, readFileSync } from "node:fs";
-import { request } from "node:http";
-import { createRequire } from "node:module";
+import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { pathToFileURL } from "node:url";
 
-const [isolux, folder, pictures] = process.argv.slice(2);
-const modules = createRequire(pathToFileURL(join(process.env.ISOLUX_NODE_MODULES, "x.js")));
-const { chromium } = modules("playwright-core");
-const axe = readFileSync(modules.resolve("axe-core/axe.min.js"), "utf8");
-const PATIENCE = 90_000;
-const running = [];
-mkdirSync(pictures, { recursive: true });
-
-function step(words) {
-  console.log(`  ${words}`);
-}
-
-/** Starts the program; resolves with the launch address of its page. */
-function serve(args) {
-  const child = spawn(isolux, args, { cwd: folder, env: { ...process.env, BROWSER: "true" }, stdio: ["ignore", "pipe", "pipe"] });
-  running.push(child);
-  let out = "";
-  child.errors = "";
-  return new Promise((resolve, reject) => {
-    child.stdout.on("data", (chunk) => {
-      out += chunk;
-      const url = /http:\/\/\S+/.exec(out)?.[0];
-      if (url) resolve({ child, url, port: Number(new URL(url).port) });
-    });
-    child.stderr.on("data", (chunk) => { child.errors += chunk; });
-    child.on("exit", (code) => reject(new Error(`ended with ${code}: ${child.errors}`)));
-  });
-}
-
-function ended(child) {
-  if (child.exitCode !== null || child.signalCode !== null) return Promise.resolve();
-  return new Promise((resolve) => child.once("exit", resolve));
-}
-
-/** A request as no browser would send it. */
-function raw(port, { method = "GET", path = "/", headers = {}, body } = {}) {
-  return new Promise((resolve, reject) => {
-    const asked = request({ host: "127.0.0.1", port, method, path, headers, setHost: !("Host" in headers) }, (answer) => {
-      let text = "";
-      answer.on("data", (chunk) => { text += chunk; });
-      answer.on("end", () => resolve({ status: answer.statusCode, headers: answer.headers, text }));
-    });
-    asked.on("error", reject);
-    if (body) asked.write(body);
-    asked.end();
-  });
-}
+import { PATIENCE, accessible, atLeast, ended, folder, inBrowser, next, pictures, points, raw, serve, state, step, themes, watch } from "./helpers.mjs";
 
 async function refusals(port, url) {
   const own = `localhost:${port}`;
@@ -105,54 +55,11 @@ async function refusals(port, url) {
   assert.equal(nonsense.status, 400);
 }
 
-/** The next launch address, which the terminal shows after one was used. */
-async function next(child, seen) {
-  for (;;) {
-    const urls = [...child.errors.matchAll(/another browser: (\S+)/g)].map((found) => found[1]);
-    if (urls.length > seen) return urls.at(-1);
-    await new Promise((resolve) => child.stderr.once("data", resolve));
-  }
-}
-
-async function accessible(page, where) {
-  await page.evaluate(axe);
-  const result = await page.evaluate(() => axe.run(document, { resultTypes: ["violations", "incomplete"] }));
-  const serious = (list) => list.filter((one) => ["serious", "critical"].includes(one.impact));
-  const told = [...serious(result.violations), ...serious(result.incomplete).filter((one) => one.id === "color-contrast" && one.nodes.some((node) => node.any.some((check) => check.data?.messageKey === null && check.data?.contrastRatio < 4.5)))];
-  assert.deepEqual(told.map((one) => `${one.id}: ${one.nodes.map((node) => node.html.slice(0, 120)).join(" | ")}`), [], where);
-}
-
-async function themes(page, name) {
-  for (const theme of ["light", "dark", "red"]) {
-    await page.selectOption("#theme", theme);
-    await page.waitForFunction((wanted) => document.documentElement.dataset.theme === wanted, theme);
-    await accessible(page, `${name}, ${theme}`);
-    await page.evaluate(() => new Promise((done) => setTimeout(() => requestAnimationFrame(done), 250)));
-    await page.screenshot({ path: join(pictures, `${name}-${theme}.png`), fullPage: true });
-  }
-  await page.selectOption("#theme", "light");
-}
-
-const state = (page, word) => page.waitForFunction((wanted) => document.getElementById("state-word").textContent === wanted, word, { timeout: PATIENCE });
-const points = (page) => page.locator("#points").textContent().then((text) => Number.parseInt(text, 10) || 0);
-const atLeast = (page, count) => page.waitForFunction((wanted) => Number.parseInt(document.getElementById("points").textContent, 10) >= wanted, count, { timeout: PATIENCE });
-
-function watch(page, complaints) {
-  page.on("pageerror", (error) => complaints.push(`page: ${error.message}`));
-  page.on("console", (message) => {
-    if (["error", "warning"].includes(message.type())) complaints.push(`console: ${message.text()}`);
-  });
-}
-
 function events(run) {
   return readFileSync(join(folder, run, "events.jsonl"), "utf8").trim().split("\n").map((line) => JSON.parse(line));
 }
 
-const browser = await chromium.launch({
-  executablePath: process.env.ISOLUX_CHROMIUM,
-  args: process.getuid?.() === 0 ? ["--no-sandbox"] : [],
-});
-try {
+await inBrowser(async (browser) => {
   const first = await serve(["serve", ".", "--no-browser", "--speed", "600"]);
   first.child.removeAllListeners("exit");
   step("the wrong Host, Origin, cookie and code are refused");
@@ -241,6 +148,25 @@ try {
   const recorded = events("day").map((event) => event.event);
   assert.ok(recorded.includes("paused") && recorded.includes("resumed"));
 
+  assert.match(await page.locator("#left-behind").textContent(), /lamp ON.*axes at rest.*isolux switch STATION\.toml --lamp off/);
+
+  step("a question to a person is answered by a button, and dark readings are shown");
+  await page.selectOption("#job", "asked.toml");
+  await page.click("#start");
+  await page.waitForSelector("#question:visible", { timeout: PATIENCE });
+  assert.match(await page.locator("#question-words").textContent(), /take the cap off the lamp/);
+  assert.match(await page.locator("#dark").textContent(), /capped.*1 of 1 points.* ± .* lx/);
+  await accessible(page, "a question");
+  await page.screenshot({ path: join(pictures, "question-light.png"), fullPage: true });
+  await page.fill("#who", "Ada");
+  await page.click("#done");
+  await page.waitForSelector("#question", { state: "hidden", timeout: PATIENCE });
+  await state(page, "Scanning");
+  await page.keyboard.press("Escape");
+  await page.click("#stop");
+  await state(page, "Interrupted");
+  assert.ok(events("day-2").some((event) => event.event === "asked" && /Ada/.test(JSON.stringify(event))));
+
   step("a fault is shown");
   await page.selectOption("#job", "broken.toml");
   await page.click("#start");
@@ -271,8 +197,4 @@ try {
   await page.waitForSelector("#lost", { state: "hidden", timeout: PATIENCE });
   again.child.kill("SIGTERM");
   await ended(again.child);
-  console.log("every step was as expected");
-} finally {
-  await browser.close();
-  for (const child of running) if (child.exitCode === null) child.kill("SIGKILL");
-}
+});

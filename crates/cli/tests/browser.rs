@@ -46,8 +46,8 @@ fn needed() -> Result<(PathBuf, PathBuf, PathBuf), &'static str> {
     Ok((node, chromium, modules))
 }
 
-#[test]
-fn a_scan_is_started_paused_resumed_and_aborted_in_a_browser() {
+/// The steps of `tests/browser/SCRIPT` in the folder that `prepare` fills.
+fn in_a_browser(script: &str, prepare: impl FnOnce(&Folder)) {
     let (node, chromium, modules) = match needed() {
         Ok(all) => all,
         Err(what) => {
@@ -57,22 +57,14 @@ fn a_scan_is_started_paused_resumed_and_aborted_in_a_browser() {
         }
     };
     let folder = Folder::in_memory();
-    let made = folder.command(&["init", "."]).output().unwrap();
-    assert!(made.status.success(), "{made:?}");
-    folder.write("plan.toml", PLAN);
-    let station = folder.read("station.toml");
-    let absent = station.replace("konica-t10a:memory:luxmeter", "konica-t10a:tcp://127.0.0.1:9");
-    assert_ne!(absent, station);
-    folder.write("broken-station.toml", &absent);
-    let job = folder.read("job.toml").replace("station.toml", "broken-station.toml");
-    folder.write("broken.toml", &job);
+    prepare(&folder);
     let root = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../..")
         .canonicalize()
         .unwrap();
     let pictures = root.join("target/browser/pictures");
     let status = Command::new(node)
-        .arg(root.join("tests/browser/page.mjs"))
+        .arg(root.join("tests/browser").join(script))
         .arg(env!("CARGO_BIN_EXE_isolux"))
         .arg(folder.path(""))
         .arg(&pictures)
@@ -82,3 +74,124 @@ fn a_scan_is_started_paused_resumed_and_aborted_in_a_browser() {
         .unwrap();
     assert!(status.success(), "{status}; pictures in {}", pictures.display());
 }
+
+#[test]
+fn a_scan_is_started_paused_resumed_and_aborted_in_a_browser() {
+    in_a_browser("page.mjs", |folder| {
+        folder.isolux(&["init", "."], 0);
+        folder.write("plan.toml", PLAN);
+        let station = folder.read("station.toml");
+        let absent = station.replace("konica-t10a:memory:luxmeter", "konica-t10a:tcp://127.0.0.1:9");
+        assert_ne!(absent, station);
+        folder.write("broken-station.toml", &absent);
+        let job = folder.read("job.toml").replace("station.toml", "broken-station.toml");
+        folder.write("broken.toml", &job);
+        folder.write("asked.plan.toml", ASKED);
+        let job = folder.read("job.toml").replace("plan.toml", "asked.plan.toml");
+        folder.write("asked.toml", &job);
+    });
+}
+
+#[test]
+fn a_run_is_reduced_lit_and_diagnosed_in_a_browser() {
+    in_a_browser("study.mjs", |folder| {
+        for (name, text) in [
+            ("healthy", ROOM.to_owned()),
+            ("bench", ROOM.replace("seed = 7", "seed = 8") + FLAW),
+        ] {
+            std::fs::create_dir(folder.path(name)).unwrap();
+            let (room, station) = (format!("{name}/darkroom.toml"), format!("{name}/station.toml"));
+            folder.write(&room, &text);
+            folder.isolux(
+                &["virtual", "darkroom", &room, "--in-memory", "--station-out", &station],
+                0,
+            );
+        }
+        folder.write("reference.plan.toml", REFERENCE);
+        folder.write("bench/one-way.plan.toml", ONE_WAY);
+        let scan = |station: &str, plan: &str, out: &str| {
+            folder.isolux(&["scan", station, plan, "--out", out], 0);
+        };
+        scan("healthy/station.toml", "reference.plan.toml", "healthy/run");
+        folder.isolux(&["reduce", "healthy/run"], 0);
+        scan("bench/station.toml", "bench/one-way.plan.toml", "bench/one-way");
+        folder.write("bench/plan.toml", REFERENCE);
+        folder.write("bench/scene.toml", SCENE);
+        folder.write("bench/job.toml", JOB);
+        folder.isolux(&["run", "bench/job.toml", "--out", "bench/day"], 0);
+    });
+}
+
+/// A lamp that warms up, light in the room.
+const ROOM: &str = r#"format = "isolux-darkroom/1"
+seed = 7
+[bench]
+distance_mm = 3600.0
+[flaws]
+only = true
+[flaws.lamp_warmup]
+amplitude_rel = 0.045
+time_constant_s = 420.0
+[flaws.ambient_stray]
+illuminance_lx = 0.1
+"#;
+
+/// What a scan in one direction cannot tell from a zero error of γ.
+const FLAW: &str = "[flaws.backlash]\nwidth_deg = 0.25\n";
+
+const REFERENCE: &str = r#"format = "isolux-plan/1"
+[[block]]
+name = "distribution"
+kind = "lit"
+c_range = [0, 270, 90]
+gamma_range = [0, 90, 2]
+repeats = 3
+[[block]]
+name = "lamp off"
+kind = "lamp_off"
+c_deg = 0
+gamma_deg = 0
+repeats = 10
+"#;
+
+const ONE_WAY: &str = r#"format = "isolux-plan/1"
+[[block]]
+name = "one way"
+kind = "lit"
+c_deg = [0, 180]
+gamma_range = [-80, 80, 4]
+repeats = 2
+"#;
+
+const SCENE: &str = r#"format = "isolux-scene/1"
+model = "day/results/luminaire.model.toml"
+[sensor]
+size_mm = [24.576, 24.576]
+pixels = [256, 256]
+distance_mm = 500.0
+"#;
+
+const JOB: &str = r#"format = "isolux-job/1"
+station = "station.toml"
+plan = "plan.toml"
+scene = "scene.toml"
+[diagnose]
+model = "../healthy/run/results/luminaire.model.toml"
+observations = ["one-way"]
+"#;
+
+/// A person is asked before the first reading.
+const ASKED: &str = r#"format = "isolux-plan/1"
+[[block]]
+name = "dark"
+kind = "capped"
+c_deg = 0
+gamma_deg = 0
+repeats = 3
+[[block]]
+name = "lit"
+kind = "lit"
+prompt = "take the cap off the lamp"
+c_deg = [0, 90]
+gamma_range = [0, 90, 10]
+"#;
