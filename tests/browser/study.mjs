@@ -10,26 +10,29 @@ import { PATIENCE, accessible, ended, folder, inBrowser, pictures, serve, state,
 const narrow = async (page, name) => {
   await page.setViewportSize({ width: 390, height: 844 });
   await accessible(page, `${name}, narrow`);
-  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), `${name}: no scrolling sideways`);
   await page.evaluate(() => new Promise((done) => setTimeout(() => requestAnimationFrame(done), 250)));
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), `${name}: no scrolling sideways`);
   await page.screenshot({ path: join(pictures, `${name}-narrow.png`), fullPage: true });
   await page.setViewportSize({ width: 1440, height: 1000 });
 };
 
-const number = (page, name) => page.evaluate((wanted) => {
-  const row = [...document.querySelectorAll(".facts div")].find((one) => one.firstChild.textContent === wanted);
-  return row?.lastChild.firstChild.textContent ?? null;
-}, name);
+/** The number of this name, without what stands beside it. */
+function shown(wanted) {
+  const row = [...document.querySelectorAll("main:not([hidden]) .facts div")].find((one) => one.firstChild.textContent === wanted);
+  let first = row?.lastChild;
+  while (first?.firstChild) first = first.firstChild;
+  return first?.textContent ?? null;
+}
 
-const changed = (page, name, before) => page.waitForFunction(([wanted, old]) => {
-  const row = [...document.querySelectorAll(".facts div")].find((one) => one.firstChild.textContent === wanted);
-  return row && row.lastChild.firstChild.textContent !== old;
-}, [name, before], { timeout: PATIENCE });
+const number = (page, name) => page.evaluate((wanted) => window.shownNumber(wanted), name);
+
+const changed = (page, name, before) => page.waitForFunction(([wanted, old]) => window.shownNumber(wanted) !== old, [name, before], { timeout: PATIENCE });
 
 await inBrowser(async (browser) => {
   const { child, url, port } = await serve(["serve", "bench", "--no-browser", "--speed", "3000"]);
   child.removeAllListeners("exit");
   const context = await browser.newContext({ viewport: { width: 1440, height: 1000 } });
+  await context.addInitScript(`window.shownNumber = ${shown}`);
   const complaints = [];
   const page = await context.newPage();
   watch(page, complaints);
@@ -44,10 +47,10 @@ await inBrowser(async (browser) => {
   await page.waitForSelector("#figures img");
   const flux = await number(page, "luminous flux");
   assert.match(flux, / lm/);
-  await page.uncheck("#correction-ambient");
+  await page.uncheck("#correction-dark");
   await changed(page, "luminous flux", flux);
   assert.match(await page.locator("#numbers").textContent(), new RegExp(`in the results: ${flux.slice(0, 6)}`));
-  await page.check("#correction-ambient");
+  await page.check("#correction-dark");
   await page.waitForFunction(([old]) => document.getElementById("numbers").textContent.includes(old) && !document.getElementById("numbers").textContent.includes("in the results"), [flux]);
   assert.ok(await page.evaluate(() => [...document.querySelectorAll("#figures img")].every((image) => image.complete && image.naturalWidth > 0)), "the figures are drawn");
   step("the photometric solid is turned");
@@ -131,6 +134,40 @@ await inBrowser(async (browser) => {
   await page.click("#views a[href='#/live']");
   await state(page, "Completed");
   assert.deepEqual(complaints, [], "the console");
+
+  step("ten updates a second with 100,000 points");
+  const load = await page.evaluate(async () => {
+    const modules = ["state", "polar", "grid", "charts"].map((name) => import(`/${name}.js`));
+    const [{ add, empty }, { Polar }, { Grid }, { Curve, Reference }] = await Promise.all(modules);
+    const points = Array.from({ length: 100_080 }, (_, at) => ({ block: "lit", kind: "lit", spectrum: false, c_deg: Math.floor(at / 278), gamma_deg: (at % 278) * 0.65 }));
+    const model = empty();
+    add(model, { event: "began", points, reference_rel: 0.01, spread_rel: 0.005, window_s: 900, distance_mm: 3600 });
+    const panel = document.getElementById("scan");
+    panel.hidden = false;
+    const places = Array.from({ length: 8 }, () => panel.appendChild(document.createElement("div")));
+    const parts = [new Polar(places[0], places[1]), new Grid(places[2], places[3]), new Curve(places[4], places[5], 272), new Reference(places[6], places[7], 136)];
+    let next = 0;
+    const read = () => {
+      const { c_deg, gamma_deg } = points[next];
+      add(model, { event: "reading", role: "point", point: next, kind: "lit", c_deg, gamma_deg, illuminance_lx: 30 * Math.max(0, Math.cos((gamma_deg * Math.PI) / 180)), u_lx: 0.01, quality: "ok", distance_mm: 3600, time_s: next });
+      next += 1;
+    };
+    while (next < 99_000) read();
+    for (const part of parts) part.draw(model);
+    const times = [];
+    while (next + 20 < points.length && times.length < 50) {
+      for (let at = 0; at < 20; at += 1) read();
+      const began = performance.now();
+      for (const part of parts) part.draw(model);
+      await new Promise(requestAnimationFrame);
+      times.push(performance.now() - began);
+    }
+    const words = places[3].textContent;
+    places.forEach((place) => place.remove());
+    return { words, times: times.sort((a, b) => a - b) };
+  });
+  assert.match(load.words, /^100000 of 100080 lit directions done/);
+  console.log(`  100,000 points: an update of 20 readings is drawn in ${load.times[25].toFixed(0)} ms (median), ${load.times[49].toFixed(0)} ms at most`);
 
   const bytes = await page.evaluate(() => performance.getEntriesByType("resource").reduce((sum, one) => sum + (one.name.includes("/api/") ? 0 : one.decodedBodySize), 0));
   console.log(`  ${bytes} bytes of files with every view open`);

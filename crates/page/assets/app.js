@@ -261,7 +261,7 @@ $("done").addEventListener("click", () => ask({ command: "answer", number: statu
 $("not-done").addEventListener("click", () => ask({ command: "answer", number: status.question.number, who: "" }));
 $("theme").addEventListener("change", () => theme($("theme").value));
 $("table-details").addEventListener("toggle", changed);
-addEventListener("resize", changed);
+addEventListener("resize", () => { views[view()]?.refresh(); changed(); });
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
   if (["INPUT", "SELECT", "TEXTAREA"].includes(event.target.tagName) || document.querySelector("dialog[open]")) return;

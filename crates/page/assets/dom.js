@@ -19,3 +19,11 @@ export function picture({ title, svg }) {
 export function facts(rows) {
   return make("dl", { className: "facts" }, ...rows.map(([name, value]) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, value))));
 }
+
+/** A number as the report states it; what is missing in its uncertainty is set small. */
+export function stated(text, beside) {
+  const [value, ...missing] = text.split(", no uncertainty");
+  const parts = missing.length ? [make("small", { textContent: `no uncertainty${missing.join(", no uncertainty")}` })] : [];
+  if (beside) parts.push(make("small", { textContent: beside }));
+  return make("span", {}, value, ...parts);
+}

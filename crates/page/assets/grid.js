@@ -126,6 +126,25 @@ export class Grid {
     pen.stroke();
   }
 
+  /** Takes the ring of a point away, with what it lies over; the labels too where it reaches over the edge. */
+  #erase(point) {
+    const [c, gamma] = [this.c.get(point.c_deg), this.gamma.get(point.gamma_deg)];
+    const [x, y] = [(this.#x(c[0]) + this.#x(c[1])) / 2, (this.#y(gamma[0]) + this.#y(gamma[1])) / 2];
+    const r = Math.max(4, Math.min(this.#x(c[1]) - this.#x(c[0]), this.#y(gamma[1]) - this.#y(gamma[0])) / 2 + 1) + 2;
+    const inside = x - r > MARGIN.left && x + r < this.width - MARGIN.right && y - r > MARGIN.top && y + r < HEIGHT - MARGIN.bottom;
+    if (!inside) {
+      this.shown.clear();
+      this.#axes();
+      return;
+    }
+    for (const other of this.points) {
+      const [from, to] = this.c.get(other.c_deg);
+      if (this.#x(to) < x - r || this.#x(from) > x + r) continue;
+      const [low, high] = this.gamma.get(other.gamma_deg);
+      if (this.#y(high) >= y - r && this.#y(low) <= y + r) this.shown.delete(other);
+    }
+  }
+
   draw(model) {
     if (!model.outline) return;
     const top = model.maxCd;
@@ -138,21 +157,16 @@ export class Grid {
     const scale = 10 ** (decade / 4);
     const share = (cd) => Math.max(0, Math.min(1, 1 + Math.log10(Math.max(cd ?? 0, 1e-30) / scale) / 3));
     const next = nextPoint(model);
-    let changed = false;
-    if (this.marked && this.marked !== next) {
-      // The ring reaches over its neighbours: they are drawn again.
-      changed = true;
-      this.shown.clear();
-      this.#axes();
-    }
+    // The ring reaches over its neighbours: they are drawn again.
+    if (this.marked && this.marked !== next) this.#erase(this.marked);
     let done = 0;
     for (const point of this.points) {
       done += point.status === "open" ? 0 : 1;
-      if (!changed && this.shown.get(point) === point.status) continue;
+      if (this.shown.get(point) === point.status) continue;
       this.shown.set(point, point.status);
       this.#cell(point, point.status, share(point.cd));
     }
-    this.marked = next && this.points.includes(next) ? next : null;
+    this.marked = next && !next.spectrum && next.kind === "lit" ? next : null;
     if (this.marked) this.#ring(next);
     const total = this.points.length;
     const where = next ? `; next C ${next.c_deg}°, γ ${next.gamma_deg}° (block ${next.block}, ring)` : "";

@@ -1,7 +1,7 @@
 // The results of the run that is shown: numbers, corrections to switch, the report's pictures, the photometric solid.
 
 import { latest, study } from "./commands.js";
-import { $, facts, make, picture } from "./dom.js";
+import { $, facts, make, picture, stated } from "./dom.js";
 
 export class Results {
   constructor() {
@@ -34,13 +34,10 @@ export class Results {
   #show(told) {
     const off = told.corrections.filter((one) => !one.on).map((one) => one.word);
     const words = told.partial ? ["Partial: the run ended before its plan did."] : [];
-    words.push(off.length ? `Without ${off.join(", ")}; nothing is written.` : "With every correction.", ...told.notes);
-    $("results-text").textContent = words.join(" ");
-    $("numbers").replaceChildren(facts(told.numbers.map((one) => {
-      const value = make("span", { textContent: one.value });
-      if (!one.reported) return [one.name, value];
-      return [one.name, make("span", {}, value, make("small", { textContent: ` in the results: ${one.reported}` }))];
-    })));
+    words.push(off.length ? `Without ${off.join(", ")}; nothing is written.` : "With every correction.");
+    $("results-text").textContent = [...words, ...told.notes.map((note) => `${note.replace(/^[a-z]/, (first) => first.toUpperCase())}.`)].join(" ");
+    const beside = (one) => (one.reported ? `in the results: ${one.reported}` : null);
+    $("numbers").replaceChildren(facts(told.numbers.map((one) => [one.name, stated(one.value, beside(one))])));
     if ($("corrections").childElementCount === 0) this.#switches(told.corrections);
     for (const one of told.corrections) $(`correction-${one.word}`).checked = one.on;
     $("figures").replaceChildren(...told.figures.map(picture));

@@ -2,7 +2,7 @@
 
 import { Chart, axis, line } from "./charts.js";
 import { latest, study } from "./commands.js";
-import { $, facts, make } from "./dom.js";
+import { $, facts, make, stated } from "./dom.js";
 import { Picture } from "./sensor.js";
 import { significant } from "./words.js";
 
@@ -17,12 +17,16 @@ function scales(own) {
   ];
 }
 
+const power = (value) => Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-6;
+const powers = (_, values) => values.map((value) => (value !== null && power(value) ? value.toExponential(0).replace("e+", "e") : null));
+const decades = (_, values) => values.map((value) => (value !== null && /^[125]/.test(value.toExponential()) ? significant(value, 2) : null));
+
 class Rays extends Chart {
   draw(told) {
     const x = told.rays.map((one) => one.rays);
     const options = {
-      scales: { x: { time: false, distr: 3 } },
-      axes: [axis("rays"), axis(`E / ${told.unit}`, { size: 68 })],
+      scales: { x: { time: false, distr: 3 }, y: { distr: 3 } },
+      axes: [axis("rays", { values: powers }), axis(`E / ${told.unit}`, { size: 68, values: decades })],
       series: [
         {}, line("mean", "--one", { points: { show: true, size: 5 } }), line("mean, noise-free", "--one", { dash: [6, 4] }),
         line("largest pixel", "--two", { points: { show: true, size: 5 } }), line("largest pixel, noise-free", "--two", { dash: [6, 4] }),
@@ -111,7 +115,7 @@ export class Simulation {
     const where = ({ asked }) => this.scales.map(([key, , unit]) => `${significant(asked[key], 4)} ${unit}`).join(", ");
     for (const [key, , unit] of this.scales) $(`value-${key}`).textContent = `${significant(b.asked[key], 4)} ${unit}`;
     const of = (stand, name) => stand.numbers.find((one) => one.name === name)?.value ?? "–";
-    const rows = b.numbers.map((one) => [one.name, a ? make("span", {}, `${one.value}`, make("small", { textContent: ` A: ${of(a, one.name)}` })) : one.value]);
+    const rows = b.numbers.map((one) => [one.name, stated(one.value, a ? `A: ${of(a, one.name).split(", no uncertainty")[0]}` : null)]);
     if (a && a.unit === b.unit) rows.push(["mean, B ÷ A", significant(b.mean / a.mean, 5)]);
     $("lit-numbers").replaceChildren(facts(rows));
     const pinned = a ? ` A: ${where(a)}.` : "";

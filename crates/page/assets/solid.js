@@ -34,7 +34,7 @@ export class Solid {
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(35, 1, 0.1, 20);
     // γ = 0° points down, as in the polar diagram.
-    this.camera.position.set(1.9, 0.5, 2.4);
+    this.camera.position.set(1.2, 0.2, 1.6);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.enablePan = false;
     this.controls.addEventListener("change", () => this.#render());
@@ -98,8 +98,8 @@ export class Solid {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    this.camera.lookAt(0, -0.35, 0);
-    this.controls.target.set(0, -0.35, 0);
+    this.camera.lookAt(0, -0.5, 0);
+    this.controls.target.set(0, -0.5, 0);
     this.renderer.render(this.scene, this.camera);
     this.element.dataset.turned = this.camera.position.toArray().map((one) => one.toFixed(2)).join(" ");
   }

@@ -3,7 +3,7 @@
 export function empty() {
   return {
     outline: null, state: null, sentence: "", warmUps: [], stable: false, references: [], planes: new Map(),
-    points: new Map(), last: null, spectrum: null, left: null, journal: [], rows: [], maxCd: 0, reach: 0, dark: new Map(), flagged: 0, version: 0,
+    points: new Map(), last: null, spectrum: null, left: null, journal: [], rows: [], maxCd: 0, reach: 0, dark: new Map(), cursor: 0, flagged: 0, version: 0,
   };
 }
 
@@ -65,10 +65,10 @@ function spectrum(model, event) {
   if (open) open.status = "done";
 }
 
-/** The first point of the plan that was not read yet. */
+/** The first point of the plan that was not read yet; a point that was read stays so. */
 export function nextPoint(model) {
-  for (const point of model.points.values()) if (point.status === "open") return point;
-  return null;
+  while (model.points.get(model.cursor) && model.points.get(model.cursor).status !== "open") model.cursor += 1;
+  return model.points.get(model.cursor) ?? null;
 }
 
 /** The curve of a half-plane as [γ, cd], by γ. */
