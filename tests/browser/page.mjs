@@ -148,14 +148,14 @@ await inBrowser(async (browser) => {
   const recorded = events("day").map((event) => event.event);
   assert.ok(recorded.includes("paused") && recorded.includes("resumed"));
 
-  assert.match(await page.locator("#left-behind").textContent(), /lamp ON.*axes at rest.*isolux switch STATION\.toml --lamp off/);
+  await page.waitForFunction(() => /axes at rest.*lamp on.*isolux switch STATION\.toml --lamp off/.test(document.getElementById("left-behind").textContent), null, { timeout: PATIENCE });
 
   step("a question to a person is answered by a button, and dark readings are shown");
   await page.selectOption("#job", "asked.toml");
   await page.click("#start");
   await page.waitForSelector("#question:visible", { timeout: PATIENCE });
   assert.match(await page.locator("#question-words").textContent(), /take the cap off the lamp/);
-  assert.match(await page.locator("#dark").textContent(), /capped.*1 of 1 points.* ± .* lx/);
+  await page.waitForFunction(() => /capped.*1 of 1 points.* ± .* lx/.test(document.getElementById("dark").textContent), null, { timeout: PATIENCE });
   await accessible(page, "a question");
   await page.screenshot({ path: join(pictures, "question-light.png"), fullPage: true });
   await page.fill("#who", "Ada");

@@ -208,9 +208,9 @@ function dark() {
   for (const point of model.outline.points) if (!point.spectrum && KINDS[point.kind]) planned.set(point.kind, (planned.get(point.kind) ?? 0) + 1);
   $("dark-panel").hidden = planned.size === 0;
   $("dark").replaceChildren(...[...planned].map(([kind, count]) => {
-    const { last, done } = model.dark.get(kind) ?? { done: 0 };
+    const { last, points } = model.dark.get(kind) ?? {};
     const value = last ? withU(last.illuminance_lx, last.u_lx, "lx") : "–";
-    const cells = [KINDS[kind], `${done} of ${count} points`, value].map((textContent) => make("td", { textContent }));
+    const cells = [KINDS[kind], `${points?.size ?? 0} of ${count} points`, value].map((textContent) => make("td", { textContent }));
     return make("tr", {}, ...cells);
   }));
 }
@@ -255,7 +255,10 @@ $("stop").addEventListener("click", stop);
 $("abort").addEventListener("click", () => $("sure").showModal());
 $("sure-yes").addEventListener("click", () => { $("sure").close(); ask({ command: "abort" }); });
 $("sure-no").addEventListener("click", () => $("sure").close());
-$("start").addEventListener("click", () => ask({ command: "start", job: $("job").value }));
+$("start").addEventListener("click", () => {
+  location.hash = "#/live";
+  ask({ command: "start", job: $("job").value });
+});
 $("show").addEventListener("click", () => ask({ command: "show", run: $("shown").value }));
 $("done").addEventListener("click", () => ask({ command: "answer", number: status.question.number, who: $("who").value }));
 $("not-done").addEventListener("click", () => ask({ command: "answer", number: status.question.number, who: "" }));

@@ -48,7 +48,10 @@ function reading(model, row) {
     if (flagged && point.status !== "flagged") model.flagged += 1;
     Object.assign(point, { status: flagged ? "flagged" : "done", lux: row.illuminance_lx });
   }
-  if (row.kind !== "lit") model.dark.set(row.kind, { last: row, done: (model.dark.get(row.kind)?.done ?? 0) + 1 });
+  if (row.kind !== "lit") {
+    const points = model.dark.get(row.kind)?.points ?? new Set();
+    model.dark.set(row.kind, { last: row, points: points.add(row.point) });
+  }
   if (row.kind !== "lit" || row.illuminance_lx === null) return;
   // I = E·d², by the inverse square law; nothing is corrected yet.
   const cd = row.illuminance_lx * (row.distance_mm / 1000) ** 2;
