@@ -12,7 +12,19 @@ pub fn left_behind(run: &Utf8Path) -> Option<String> {
     if last["event"] != "stopped" {
         return None;
     }
-    let left: BenchState = serde_json::from_value(last["left"].clone()).ok()?;
+    let left = last["left"].as_object()?;
+    let (number, flag) = (
+        |key: &str| left.get(key)?.as_f64(),
+        |key: &str| left.get(key)?.as_bool(),
+    );
+    let left = BenchState {
+        c_deg: number("c_deg"),
+        gamma_deg: number("gamma_deg"),
+        axes_at_rest: flag("axes_at_rest")?,
+        lamp_is_on: flag("lamp_is_on"),
+        shutter_is_open: flag("shutter_is_open"),
+        baffle_is_in: flag("baffle_is_in"),
+    };
     let off = match left.lamp_is_on {
         Some(true) => ". To switch the lamp off: isolux switch STATION.toml --lamp off",
         Some(false) => "",

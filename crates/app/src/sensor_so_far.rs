@@ -69,7 +69,7 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
         .u_reading_rel
         .hypot(record.header.station.luxmeter().u_rel)
         .hypot(u_ler_rel);
-    let unit = simulate::unit(facts);
+    let unit = facts.unit.symbol();
     let (mut expanded, mut mean) = (None, format!("{} {unit}", significant(facts.mean, 3)));
     if planes.whole.len() > 1 {
         let mut scene = scene.clone();

@@ -47,6 +47,7 @@ export class Grid {
   #layout(model) {
     this.outline = model.outline;
     this.shown.clear();
+    this.marked = null;
     this.points = [...model.points.values()].filter((point) => point.kind === "lit" && !point.spectrum);
     this.c = cells(this.points.map((point) => point.c_deg));
     this.gamma = cells(this.points.map((point) => point.gamma_deg));

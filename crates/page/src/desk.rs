@@ -157,8 +157,8 @@ impl Desk {
             Asked::Show { run } => self.show(run),
             Asked::Stop {} => self.stop(),
             Asked::Answer { number, who } => self.answer(*number, who),
-            Asked::AddToModel {} => self.changed(diagnosed::add_to_model(&self.run()?)?),
-            Asked::TakeOutOfModel {} => self.changed(diagnosed::take_out_of_model(&self.run()?)?),
+            Asked::AddToModel {} => Ok(self.changed(diagnosed::add_to_model(&self.run()?)?)),
+            Asked::TakeOutOfModel {} => Ok(self.changed(diagnosed::take_out_of_model(&self.run()?)?)),
             Asked::Measure { number, seen } => self.measure(*number, seen),
             Asked::Pause {} => {
                 self.running()?.pause.ask(BY);
@@ -199,9 +199,9 @@ impl Desk {
     }
 
     /// The model of the run that is shown became another one: every tab is told.
-    fn changed(&self, sentence: String) -> Result<String, Failure> {
+    fn changed(&self, sentence: String) -> String {
         self.hub.status(|status| status.changes += 1);
-        Ok(sentence)
+        sentence
     }
 
     fn start(&self, job: &str) -> Result<String, Failure> {

@@ -12,7 +12,7 @@ use crate::devices::{Devices, TwoState};
 const ANSWER_WITHIN: Duration = Duration::from_secs(2);
 
 /// The bench after a scan. What has no instrument, or one that gives no answer, is none.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct BenchState {
     /// Position of C in degrees.
     pub c_deg: Option<f64>,

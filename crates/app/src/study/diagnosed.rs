@@ -155,7 +155,7 @@ fn folder(run: &Utf8Path, round: usize) -> Utf8PathBuf {
 /// The newest diagnosis of a run, and how many there are.
 pub(super) fn latest(run: &Utf8Path) -> (Utf8PathBuf, usize) {
     let there = |round: &usize| folder(run, *round).join("diagnosis.json").is_file();
-    let rounds = (1..).take_while(there).count();
+    let rounds = (1..1000).take_while(there).count();
     (folder(run, rounds), rounds)
 }
 

@@ -169,7 +169,7 @@ pub fn lit(run: &Utf8Path, asked: &Asked) -> Result<Lit, Failure> {
     let (scene, stand) = base.posed(asked)?;
     let solved = simulate::solve(&scene, Method::Inverse)?;
     let pixel = simulate::solve(&base.pixel(&scene, &stand), Method::Inverse)?;
-    let unit = simulate::unit(&solved.facts);
+    let unit = solved.facts.unit.symbol();
     Ok(Lit {
         asked: stand,
         unit,
@@ -281,7 +281,7 @@ pub fn convergence(run: &Utf8Path, asked: &Asked) -> Result<Convergence, Failure
         })
     });
     Ok(Convergence {
-        unit: simulate::unit(&exact),
+        unit: exact.unit.symbol(),
         pixels: exact.pixels,
         noise_free: [exact.mean, exact.max],
         rays: rays.collect::<Result<_, Failure>>()?,
