@@ -120,24 +120,24 @@ export class Grid {
     const { pen, colours } = this;
     const [c, gamma] = [this.c.get(point.c_deg), this.gamma.get(point.gamma_deg)];
     const [x0, x1, y0, y1] = [this.#x(c[0]), this.#x(c[1]), this.#y(gamma[0]), this.#y(gamma[1])];
+    // Within the map: what it lies over can then be drawn again without the labels.
+    pen.save();
+    pen.beginPath();
+    pen.rect(MARGIN.left, MARGIN.top, this.width - MARGIN.left - MARGIN.right, HEIGHT - MARGIN.top - MARGIN.bottom);
+    pen.clip();
     pen.strokeStyle = colours.now;
     pen.lineWidth = 2;
     pen.beginPath();
     pen.arc((x0 + x1) / 2, (y0 + y1) / 2, Math.max(4, Math.min(x1 - x0, y1 - y0) / 2 + 1), 0, 2 * Math.PI);
     pen.stroke();
+    pen.restore();
   }
 
-  /** Takes the ring of a point away, with what it lies over; the labels too where it reaches over the edge. */
+  /** What lies below the ring of a point is drawn again. */
   #erase(point) {
     const [c, gamma] = [this.c.get(point.c_deg), this.gamma.get(point.gamma_deg)];
     const [x, y] = [(this.#x(c[0]) + this.#x(c[1])) / 2, (this.#y(gamma[0]) + this.#y(gamma[1])) / 2];
     const r = Math.max(4, Math.min(this.#x(c[1]) - this.#x(c[0]), this.#y(gamma[1]) - this.#y(gamma[0])) / 2 + 1) + 2;
-    const inside = x - r > MARGIN.left && x + r < this.width - MARGIN.right && y - r > MARGIN.top && y + r < HEIGHT - MARGIN.bottom;
-    if (!inside) {
-      this.shown.clear();
-      this.#axes();
-      return;
-    }
     for (const other of this.points) {
       const [from, to] = this.c.get(other.c_deg);
       if (this.#x(to) < x - r || this.#x(from) > x + r) continue;
