@@ -26,7 +26,6 @@ use isolux_sim::sensor::{Pose, Sensor};
 use isolux_sim::setup::Setup;
 use isolux_sim::source::{Shape, Source};
 use isolux_sim::table::Table;
-use isolux_units::Lumen;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let given: Vec<String> = std::env::args()
@@ -211,5 +210,5 @@ fn lamp(rough: f64) -> Result<IntensityDistribution, Box<dyn std::error::Error>>
             intensity_cd.push(cos.max(0.0).powf(n) * ellipse * reading);
         }
     }
-    Ok(IntensityDistribution::new(c_deg, gamma_deg, intensity_cd)?.scaled_to_flux(Lumen::new(337.0)?)?)
+    Ok(IntensityDistribution::new(c_deg, gamma_deg, intensity_cd)?.scaled_to_flux_lm(337.0)?)
 }

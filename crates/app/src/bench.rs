@@ -2,6 +2,7 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_device::{Axis, AxisScale, AxisSettings, Coordinate, Identity, OpenError, Sense};
+use isolux_record::disk::sha256;
 use isolux_record::document::{self, Fault};
 use isolux_record::run::RunHeader;
 use isolux_record::spectra::{SpectralCalibration, parse_calibration};
@@ -9,7 +10,6 @@ use isolux_record::station::{self, Access};
 use isolux_record::{Plan, Station};
 use isolux_scan::{CalibratedSpectro, Devices, TwoState, spectrum};
 use isolux_units::Millimetre;
-use sha2::{Digest, Sha256};
 
 use crate::catalogue::{Catalogue, open_failure};
 use crate::{Failure, roles};
@@ -163,9 +163,7 @@ impl Source {
                 .fold(String::new(), |text, factor| text + &format!("{factor:e}\n"));
             ("device", text, factors)
         };
-        let sha256 = Sha256::digest(bytes.as_bytes())
-            .iter()
-            .fold(String::new(), |sum, byte| sum + &format!("{byte:02x}"));
+        let sha256 = sha256(bytes.as_bytes());
         let calibration = SpectralCalibration {
             file: name.to_owned(),
             sha256,

@@ -12,6 +12,7 @@ use isolux_record::observation::{Need, Observations, open};
 pub use isolux_report::answer::{Answer, brief, words};
 use isolux_report::diagnosis_page::report;
 use sha2::{Digest as _, Sha256};
+use similar::{ChangeTag, TextDiff};
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
@@ -185,10 +186,7 @@ fn fingerprint(path: &Utf8Path) -> Result<String, Failure> {
     if table != file && table.exists() {
         hash.update(files::read(&table)?);
     }
-    Ok(hash.finalize().iter().fold(String::new(), |mut text, byte| {
-        let _ = std::fmt::Write::write_fmt(&mut text, format_args!("{byte:02x}"));
-        text
-    }))
+    Ok(hex::encode(hash.finalize()))
 }
 
 /// `ring.model.toml` → `ring.model.v2.toml`; `ring.v2.toml` → `ring.v3.toml`.
@@ -234,30 +232,11 @@ fn write(request: &Request, out: &Utf8Path, model: &Model, found: &Diagnosis, di
 /// work.
 fn diff(old: &str, new: &str) -> Vec<String> {
     let (old, new): (Vec<&str>, Vec<&str>) = (old.lines().collect(), new.lines().collect());
-    let mut common = vec![vec![0_usize; new.len() + 1]; old.len() + 1];
-    for i in (0..old.len()).rev() {
-        for j in (0..new.len()).rev() {
-            common[i][j] = if old[i] == new[j] {
-                common[i + 1][j + 1] + 1
-            } else {
-                common[i + 1][j].max(common[i][j + 1])
-            };
-        }
-    }
-    let (mut i, mut j, mut lines) = (0, 0, Vec::new());
-    while i < old.len() || j < new.len() {
-        if i < old.len() && j < new.len() && old[i] == new[j] {
-            i += 1;
-            j += 1;
-        } else if j < new.len() && (i == old.len() || common[i][j + 1] >= common[i + 1][j]) {
-            lines.push(format!("+ {}", new[j]));
-            j += 1;
-        } else {
-            lines.push(format!("- {}", old[i]));
-            i += 1;
-        }
-    }
-    lines
+    TextDiff::from_slices(&old, &new)
+        .iter_all_changes()
+        .filter(|change| change.tag() != ChangeTag::Equal)
+        .map(|change| format!("{} {}", change.tag(), change.value()))
+        .collect()
 }
 
 #[cfg(test)]

@@ -4,14 +4,13 @@
 //! While something runs that has axes to stop, a signal is its affair ([`OnSignals`]). At all other times the program
 //! ends at once, for every file is written completely or not at all.
 
-use std::io::Write as _;
 use std::ops::Deref;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
 
 use isolux_scan::Cancel;
 
-use crate::{Failure, FailureKind};
+use crate::Failure;
 
 /// What is asked to end by a signal instead of the whole program, until this is dropped.
 #[derive(Debug)]
@@ -131,14 +130,20 @@ fn received(name: &str) {
     for (_, cancel) in listeners.iter() {
         cancel.cancel(name);
     }
-    if listeners.is_empty() {
-        // The front end is in the middle of a computation and cannot say it.
-        let _ = writeln!(
-            std::io::stderr(),
-            "isolux: interrupted ({name}); every file that was written is complete"
-        );
-        std::process::exit(i32::from(FailureKind::Interrupted.exit_code()));
+    if listeners.is_empty()
+        && let Some(act) = OTHERWISE.get()
+    {
+        // The front end is in the middle of a computation and cannot ask.
+        act(name);
     }
+}
+
+/// What is done with the name of a signal while nothing listens for signals.
+static OTHERWISE: OnceLock<fn(&str)> = OnceLock::new();
+
+/// Says what a signal does while nothing listens for signals; the first call counts.
+pub fn otherwise(act: fn(&str)) {
+    let _ = OTHERWISE.set(act);
 }
 
 /// Whether the program was started with SIGHUP ignored (`nohup`): it stays so.

@@ -205,10 +205,7 @@ fn inputs(sweep: &str, scene: &Utf8Path, vary: &Table) -> Result<String, Failure
         sum.update(format!("\n{name} {}\n", bytes.len()));
         sum.update(bytes);
     }
-    Ok(sum
-        .finalize()
-        .iter()
-        .fold(String::new(), |text, byte| text + &format!("{byte:02x}")))
+    Ok(hex::encode(sum.finalize()))
 }
 
 /// Every file in `folder` that a text of `value` names, by that name, and the files that a model among them names.

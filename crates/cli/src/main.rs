@@ -7,7 +7,7 @@ mod terminal;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser};
-use isolux_app::log;
+use isolux_app::{Failure, FailureKind, log, signals};
 
 use crate::commands::Command;
 
@@ -36,6 +36,16 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(told) => return explained(&told),
     };
+    signals::otherwise(|name| {
+        let message = format!("interrupted ({name}); every file that was written is complete");
+        let failure = Failure {
+            kind: FailureKind::Interrupted,
+            message,
+            help: None,
+        };
+        screen::report_failure(&failure);
+        std::process::exit(i32::from(failure.kind.exit_code()));
+    });
     let directives = std::env::var(log::VARIABLE).ok();
     let began = log::begin(arguments.verbose, directives.as_deref());
     match began.and_then(|()| commands::run(arguments.command)) {

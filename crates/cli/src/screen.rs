@@ -61,17 +61,14 @@ impl Progress for Bars {
         let mut current = self.current.borrow_mut();
         match event {
             Event::Began { step, total } => {
-                let bar = match total {
-                    Some(total) => {
-                        ProgressBar::new(total).with_style(style("{prefix:>12} [{bar:32}] {pos}/{len} {wide_msg}"))
-                    }
-                    None => {
-                        let spinner =
-                            ProgressBar::new_spinner().with_style(style("{prefix:>12} {spinner} {elapsed} {wide_msg}"));
-                        // Work that counts nothing still shows that it goes on.
-                        spinner.enable_steady_tick(TICK);
-                        spinner
-                    }
+                let bar = if let Some(total) = total {
+                    ProgressBar::new(total).with_style(style("{prefix:>12} [{bar:32}] {pos}/{len} {wide_msg}"))
+                } else {
+                    let spinner =
+                        ProgressBar::new_spinner().with_style(style("{prefix:>12} {spinner} {elapsed} {wide_msg}"));
+                    // Work that counts nothing still shows that it goes on.
+                    spinner.enable_steady_tick(TICK);
+                    spinner
                 };
                 bar.set_prefix(step.to_owned());
                 *current = Some((bar, step.to_owned()));

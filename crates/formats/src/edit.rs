@@ -154,19 +154,19 @@ impl Distribution {
         let angles = grid("γ", first, last - first, gamma_step)?;
         let at = |c: f64| angles.iter().map(move |gamma| old.intensity_cd_at(c, *gamma));
         let rows = planes.iter().flat_map(|&c| at(c)).collect();
-        let before = old.flux().value();
+        let before = old.flux_lm();
         self.relight(planes, angles, rows)?;
         Ok(format!(
             "resampled at {}° of C and {}° of γ, bilinear; the flux went from {} to {} lm",
             significant(c_step, 6),
             significant(gamma_step, 6),
             significant(before, 6),
-            significant(self.intensity.flux().value(), 6)
+            significant(self.intensity.flux_lm(), 6)
         ))
     }
 
     fn scale_flux(&mut self, flux_lm: f64) -> Result<String, Finding> {
-        let own = self.intensity.flux().value();
+        let own = self.intensity.flux_lm();
         let factor = flux_lm / own;
         if !(factor.is_finite() && factor > 0.0 && own > 0.0) {
             let message = format!("{own} lm cannot be scaled to {flux_lm} lm");
@@ -194,7 +194,7 @@ impl Distribution {
         self.intensity = grid.map_err(|error| refused(error.to_string(), "leave this edit out"))?;
         self.symmetry = self
             .intensity
-            .detect_symmetry(1e-9 * self.intensity.peak().intensity.value().abs());
+            .detect_symmetry(1e-9 * self.intensity.peak().intensity_cd.abs());
         self.native = None;
         if let Some(document) = &mut self.eulumdat {
             // What follows from the light is computed anew.

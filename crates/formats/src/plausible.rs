@@ -122,7 +122,7 @@ pub(crate) fn flux(
     findings: &mut Findings,
 ) {
     let Some(lamp) = lamp_flux_lm else { return };
-    let integral = grid.flux().value();
+    let integral = grid.flux_lm();
     if let Some((lorl, line)) = lorl_percent {
         let stated = lamp * lorl / 100.0;
         if lorl > 0.0 && (integral - stated).abs() > FLUX_APART * stated {

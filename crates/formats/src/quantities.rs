@@ -16,21 +16,18 @@ impl Distribution {
     pub fn quantities(&self) -> Map<String, Value> {
         let grid = &self.intensity;
         // A table of type A or B has its own flux and peak; the rest is of the light over C-γ.
-        let (over_grid, peak) = (grid.flux().value(), grid.peak());
+        let (over_grid, peak) = (grid.flux_lm(), grid.peak());
         let own = self.native.as_ref().map_or(
             OwnLight {
                 flux_lm: over_grid,
-                peak_cd: peak.intensity.value(),
-                peak_c_deg: peak.c.degrees(),
-                peak_gamma_deg: peak.gamma.degrees(),
+                peak_cd: peak.intensity_cd,
+                peak_c_deg: peak.c_deg,
+                peak_gamma_deg: peak.gamma_deg,
             },
             Native::own_light,
         );
         let flux = own.flux_lm;
-        let (down, up) = (
-            grid.flux_between(0.0, 90.0).value(),
-            grid.flux_between(90.0, 180.0).value(),
-        );
+        let (down, up) = (grid.flux_between_lm(0.0, 90.0), grid.flux_between_lm(90.0, 180.0));
         let angles = |of: fn(&IntensityDistribution, usize) -> Option<f64>| -> Vec<Option<f64>> {
             (0..grid.c_deg().len()).map(|plane| of(grid, plane)).collect()
         };

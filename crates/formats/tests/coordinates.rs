@@ -170,7 +170,7 @@ fn flux_and_peak_are_those_of_the_files_own_angles() {
             let there = read.intensity.toward(photometry.direction(10.0, horizontal));
             assert!((there / 1e5 - 1.0).abs() < 1e-3, "{there} at H {horizontal}");
         }
-        assert!((read.intensity.flux().value() / flux - 1.0).abs() < 5e-3);
+        assert!((read.intensity.flux_lm() / flux - 1.0).abs() < 5e-3);
     }
 }
 
@@ -194,7 +194,7 @@ fn light_that_resampling_changes_by_more_than_a_hundredth_is_a_warning() {
         panic!("a table")
     };
     let own = read.quantities()["flux_lm"].as_f64().unwrap();
-    let off = read.intensity.flux().value() / own - 1.0;
+    let off = read.intensity.flux_lm() / own - 1.0;
     assert!(off.abs() >= 0.01, "{off}");
     assert_eq!(finding.severity, isolux_formats::Severity::Warning);
     assert!(

@@ -54,8 +54,8 @@ fn golden_files_give_their_findings() {
                 writeln!(found, "    {} {} line {line}", finding.severity.word(), finding.code).unwrap();
             }
             if let Some(Content::Distribution(d)) = &parsed.document {
-                let peak = d.intensity.peak().intensity.value();
-                let flux = d.intensity.flux().value();
+                let peak = d.intensity.peak().intensity_cd;
+                let flux = d.intensity.flux_lm();
                 writeln!(
                     found,
                     "    {} planes, {} γ, peak {peak:.3} cd, {flux:.2} lm",
@@ -79,7 +79,7 @@ fn golden_files_give_their_findings() {
 
 /// Absolute candela in the directions of `a`, within 1e-6 of each value or of a billionth of the peak.
 fn same_light(a: &Distribution, b: &Distribution, what: &str) {
-    let peak = a.intensity.peak().intensity.value().abs();
+    let peak = a.intensity.peak().intensity_cd.abs();
     for (plane, &c) in a.intensity.c_deg().iter().enumerate() {
         for (&gamma, &candela) in a.intensity.gamma_deg().iter().zip(a.intensity.row(plane)) {
             let other = b.intensity.intensity_cd_at(c, gamma);

@@ -61,7 +61,7 @@ impl Luminaire {
     /// Luminous efficacy of radiation in lm/W, where it is known.
     pub fn ler_lm_per_w(&self) -> Option<f64> {
         match &self.spectral {
-            Spectral::Spectrum(spectrum) => spectrum.ler_lm_per_w().map(isolux_units::LumenPerWatt::value),
+            Spectral::Spectrum(spectrum) => spectrum.ler_lm_per_w(),
             Spectral::Efficacy(ler) => Some(*ler),
             Spectral::None => None,
         }
@@ -208,16 +208,10 @@ impl Lookup {
             .iter()
             .enumerate()
             .all(|(i, c)| (c - c_step * i as f64).abs() < 1e-9);
-        let mean = |at: f64| {
-            let (Ok(c), Ok(gamma)) = (isolux_units::CPlane::new(0.0), isolux_units::Gamma::new(at)) else {
-                return 0.0;
-            };
-            distribution.at(c, gamma).value()
-        };
         Self {
             gamma_step_deg: even.then_some(step),
             c_step_deg: around.then_some(c_step),
-            pole_cd: [mean(0.0), mean(180.0)],
+            pole_cd: [distribution.pole_cd(0.0), distribution.pole_cd(180.0)],
         }
     }
 

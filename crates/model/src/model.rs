@@ -5,7 +5,6 @@ use std::sync::Arc;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_photometry::DistributionError;
 use isolux_record::document::{DocumentError, Fault, Source, read_text};
-use isolux_units::Lumen;
 
 use crate::document::{
     LuminaireDocument, MODEL_FORMAT, ModelDocument, NoiseDocument, Trust, Uncertainty, UncertaintyScale,
@@ -95,9 +94,8 @@ impl Model {
             .map_err(|error| fault("luminaire.distribution", error.to_string()))?;
         if let Some(flux_lm) = document.flux_lm {
             reader.within("luminaire.flux_lm", flux_lm, 1e-9, MOST_FLUX_LM)?;
-            let flux = Lumen::new(flux_lm).map_err(|error| fault("luminaire.flux_lm", error.to_string()))?;
             distribution = distribution
-                .scaled_to_flux(flux)
+                .scaled_to_flux_lm(flux_lm)
                 .map_err(|error: DistributionError| fault("luminaire.flux_lm", error.to_string()))?;
         }
         let emitter = document

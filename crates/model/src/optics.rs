@@ -237,7 +237,7 @@ pub(crate) fn read(source: Source<'_>, tables: &Tables<'_>) -> Result<Optics, Do
             return Err(reader.fault(&format!("colour.{index}.gamma_deg"), "angles must rise"));
         }
         let spectrum = reader.spectrum(&format!("colour.{index}.spectrum"), &entry.spectrum)?;
-        if spectrum.ler_lm_per_w().is_none_or(|ler| ler.value() <= 0.0) {
+        if spectrum.ler_lm_per_w().is_none_or(|ler| ler <= 0.0) {
             return Err(reader.fault(&format!("colour.{index}.spectrum"), "holds no visible light"));
         }
         colour.push((entry.gamma_deg, spectrum));

@@ -107,7 +107,7 @@ fn a_model_is_written_whole_and_read_back_the_same() {
     let model = Model::parse(&folder.path("m.toml"), &text).unwrap();
     assert_eq!(model.trust().shape, ShapeTrust::Smooth);
     assert_eq!(model.u_scale(), UncertaintyScale::Fit);
-    assert!((model.luminaire().distribution().flux().value() - 337.0).abs() < 1e-9);
+    assert!((model.luminaire().distribution().flux_lm() - 337.0).abs() < 1e-9);
     let refined = Refined {
         ln_shape: vec![0.01, -0.02],
         gamma_max_deg: 70.0,

@@ -92,10 +92,7 @@ mod tests {
             .collect();
         assert_eq!(vendored.len(), 3);
         for asset in vendored {
-            let sum = Sha256::digest(asset.bytes);
-            let sum = sum
-                .iter()
-                .fold(String::new(), |text, byte| text + &format!("{byte:02x}"));
+            let sum = hex::encode(Sha256::digest(asset.bytes));
             let name = asset.path.trim_start_matches("vendor/");
             assert!(sums.contains(&format!("{sum}  {name}\n")), "{name}: {sum}");
         }

@@ -40,9 +40,7 @@ fn secret() -> Result<String, Failure> {
     let mut bytes = [0_u8; 24];
     getrandom::fill(&mut bytes)
         .map_err(|error| Failure::instrument(format!("the system gives no random numbers: {error}")))?;
-    Ok(bytes
-        .iter()
-        .fold(String::new(), |text, byte| text + &format!("{byte:02x}")))
+    Ok(hex::encode(bytes))
 }
 
 fn equal(given: &str, expected: &str) -> bool {

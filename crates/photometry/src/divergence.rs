@@ -1,7 +1,5 @@
 //! Beam and field angle, half-peak divergence.
 
-use isolux_units::Degrees;
-
 use crate::IntensityDistribution;
 
 /// The two edges of a beam in the plane that a half-plane and its opposite form, as signed γ (negative: the opposite
@@ -9,15 +7,15 @@ use crate::IntensityDistribution;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Divergence {
     /// Edge on the side of C + 180°, signed γ in degrees.
-    pub from: Degrees,
+    pub from_deg: f64,
     /// Edge on the side of C, signed γ in degrees.
-    pub to: Degrees,
+    pub to_deg: f64,
 }
 
 impl Divergence {
     /// Full angle between the edges, in degrees.
     pub fn full_angle_deg(&self) -> f64 {
-        self.to.value() - self.from.value()
+        self.to_deg - self.from_deg
     }
 }
 
@@ -59,8 +57,8 @@ impl IntensityDistribution {
         let from = crossing(profile.outwards(top, false), level)?;
         let turn = if from < -180.0 { 360.0 } else { 0.0 };
         Some(Divergence {
-            from: Degrees::new(from + turn).ok()?,
-            to: Degrees::new(to + turn).ok()?,
+            from_deg: from + turn,
+            to_deg: to + turn,
         })
     }
 
@@ -192,7 +190,7 @@ mod tests {
                 (beam.full_angle_deg() - 120.0).abs() < 1e-9,
                 "{first} {below}: {beam:?}"
             );
-            assert!((beam.from.value() - 120.0).abs() < 1e-9 && (beam.to.value() - 240.0).abs() < 1e-9);
+            assert!((beam.from_deg - 120.0).abs() < 1e-9 && (beam.to_deg - 240.0).abs() < 1e-9);
         }
         // cos 84.26° = 0.1, linear between 80° (0.17365) and 85° (0.08716).
         let edge = 80.0 + 5.0 * (0.173_648_178 - 0.1) / (0.173_648_178 - 0.087_155_743);
@@ -225,7 +223,7 @@ mod tests {
         let (c, g): (Vec<f64>, Vec<f64>) = (vec![0.0, 180.0], (0..=90).map(f64::from).collect());
         let values = c.iter().flat_map(|&c| g.iter().map(move |&g| triangle(c, g))).collect();
         let beam = IntensityDistribution::new(c, g, values).unwrap().beam_angle(0).unwrap();
-        assert!((beam.from.value() - 20.0).abs() < 1e-9 && (beam.to.value() - 40.0).abs() < 1e-9);
+        assert!((beam.from_deg - 20.0).abs() < 1e-9 && (beam.to_deg - 40.0).abs() < 1e-9);
         let opposite = IntensityDistribution::new(vec![0.0, 180.0], vec![0.0, 90.0], vec![0.0; 4]).unwrap();
         assert_eq!(opposite.beam_angle(0), None, "a dark plane has no beam");
     }

@@ -21,18 +21,12 @@ pub struct DiskError {
 
 /// SHA-256 of `bytes` in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
-    hexadecimal(&Sha256::digest(bytes))
+    hex::encode(Sha256::digest(bytes))
 }
 
 /// Line ends in `bytes`.
 pub(crate) fn lines(bytes: &[u8]) -> u64 {
     bytes.split(|byte| *byte == b'\n').count() as u64 - 1
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes
-        .iter()
-        .fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
 }
 
 /// Writes `path` whole or not at all: a temporary file beside it, synced, renamed, its folder synced.
@@ -151,7 +145,7 @@ impl Appended {
 
     /// SHA-256 of everything that was written.
     pub(crate) fn sha256(&self) -> String {
-        hexadecimal(&self.hash.clone().finalize())
+        hex::encode(self.hash.clone().finalize())
     }
 
     fn give_up(&mut self, action: &'static str, source: io::Error) -> DiskError {

@@ -56,7 +56,7 @@ impl Headline {
         if flux.value <= 0.0 {
             return Err(ReduceError::NoFlux { flux_lm: flux.value });
         }
-        let between = interpolation::u_of(distribution, Kind::Integral, |thin| thin.flux().value())?;
+        let between = interpolation::u_of(distribution, Kind::Integral, IntensityDistribution::flux_lm)?;
         let flux = flux
             .with_part("interpolation", between)
             .lacking(missing.iter().cloned().chain(outside(distribution)));

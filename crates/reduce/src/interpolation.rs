@@ -106,7 +106,7 @@ pub fn above_the_largest_cd(distribution: &IntensityDistribution) -> f64 {
 /// What of the distribution the grid cannot show, one phrase each.
 pub fn unresolved(distribution: &IntensityDistribution) -> Vec<String> {
     let gammas = distribution.gamma_deg();
-    let largest = distribution.peak().intensity.value();
+    let largest = distribution.peak().intensity_cd;
     let planes: Vec<&[f64]> = (0..distribution.c_deg().len())
         .map(|plane| distribution.row(plane))
         .collect();

@@ -61,7 +61,7 @@ mod tests {
         let grid = rehearsed("c_range = [0.0, 360.0, 30.0]\ngamma_range = [0.0, 90.0, 5.0]").unwrap();
         assert_eq!((grid.c_deg().len(), grid.gamma_deg().len()), (12, 19));
         assert!(
-            (grid.flux().value() - std::f64::consts::TAU).abs() < 1e-2,
+            (grid.flux_lm() - std::f64::consts::TAU).abs() < 1e-2,
             "1 cd over a hemisphere"
         );
         let grid = rehearsed("c_deg = [0.0, 90.0]\ngamma_range = [-90.0, 90.0, 10.0]").unwrap();

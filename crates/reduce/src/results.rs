@@ -5,6 +5,7 @@ mod model_file;
 mod photometric;
 
 use isolux_photometry::IntensityDistribution;
+use isolux_record::disk::sha256;
 use isolux_record::run::Run;
 use serde_json::{Value, json};
 
@@ -14,7 +15,7 @@ pub use photometric::photometric;
 use crate::error::ReduceError;
 use crate::{Reduction, SENSOR_MM};
 pub use file::file_name;
-use file::{hashes, sha256};
+use file::hashes;
 use model_file::model_toml;
 use photometric::{header, ies, ldt, spectral_files, xml};
 
@@ -111,7 +112,7 @@ fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
             "levels": reduction.levels,
         },
         "negative_points_written_as_zero": reduction.grid.distribution.intensity_cd().iter().filter(|cd| **cd < 0.0).count(),
-        "flux_added_by_them_lm": shown.flux().value() - reduction.grid.distribution.flux().value(),
+        "flux_added_by_them_lm": shown.flux_lm() - reduction.grid.distribution.flux_lm(),
         "smoothing": reduction.grid.smoothed.as_ref().map(|(_, facts)| facts),
         "drift": reduction.drift,
         "closing_plane": reduction.closing,

@@ -44,7 +44,7 @@ impl Unmeasured {
     /// What is left in the readings, by the bounds that the station states.
     pub fn of(station: &Station, done: &Done<'_>) -> Self {
         let bench = station.bench();
-        let peak_lx = done.distribution.peak().intensity.value() / (done.distance_mm * 1e-3).powi(2);
+        let peak_lx = done.distribution.peak().intensity_cd / (done.distance_mm * 1e-3).powi(2);
         let [offset, ambient, stray] = done.levels.left(done.corrected);
         let mut unmeasured = Self::default();
         let mut bounded = |left: f64, bound_lx: Option<f64>, by_model: bool, what: &str| -> f64 {

@@ -42,7 +42,7 @@ fn main() -> std::io::Result<()> {
     let Ok(s) = Spectrum::new(nm, led) else { return Ok(()) };
     let options = PolarOptions {
         title: "Street light, made up".into(),
-        per_lamp_flux_lm: Some(d.flux().value()),
+        per_lamp_flux_lm: Some(d.flux_lm()),
         doubtful_cd: None,
     };
     let spectrum = SpectrumOptions {

@@ -215,27 +215,8 @@ pub fn difference(a: (f64, f64), b: (f64, f64)) -> Difference {
     let sigma = if a.0 == b.0 { 0.0 } else { (a.0 - b.0) / a.1.hypot(b.1) };
     Difference {
         sigma,
-        p_value: erfc(sigma.abs() / std::f64::consts::SQRT_2),
+        p_value: libm::erfc(sigma.abs() / std::f64::consts::SQRT_2),
     }
-}
-
-/// Complementary error function (Numerical Recipes' Chebyshev fit, relative error below 1.2e-7).
-fn erfc(x: f64) -> f64 {
-    let t = 1.0 / (1.0 + 0.5 * x);
-    let series = [
-        -1.26551223,
-        1.00002368,
-        0.37409196,
-        0.09678418,
-        -0.18628806,
-        0.27886807,
-        -1.13520398,
-        1.48851587,
-        -0.82215223,
-        0.17087277,
-    ];
-    let polynomial = series.iter().rev().fold(0.0, |sum, c| sum * t + c);
-    t * (-x * x + polynomial).exp()
 }
 
 #[cfg(test)]

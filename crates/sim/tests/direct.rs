@@ -59,7 +59,7 @@ fn run(sampling: Sampling, rays: u64, seed: u64, inverse_lx: &[f64]) -> Counts {
 #[test]
 fn the_emission_holds_the_whole_flux() {
     let (source, sensor) = scene();
-    let flux = lobe().flux().value();
+    let flux = lobe().flux_lm();
     let emission = Emission::new(&source, &sensor);
     assert!(
         (emission.flux_lm() / flux - 1.0).abs() < 1e-12,

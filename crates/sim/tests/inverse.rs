@@ -155,7 +155,7 @@ fn agrees_with_brute_force_tilted_shifted_and_across_kinks() {
 fn a_closed_box_receives_the_flux() {
     // Six sensors round the lamp, each pixel's mean times its area: nothing may be lost between the faces.
     let distribution = rough();
-    let flux = distribution.flux().value();
+    let flux = distribution.flux_lm();
     for radius in [0.0, 5.0] {
         let source = if radius == 0.0 {
             Source::single(Arc::new(Table::new(&distribution)), Shape::Point(DVec3::ZERO))

@@ -69,7 +69,7 @@ pub fn quantities(data: &Spectrum) -> Quantities {
     Quantities {
         integral: spectrum.integral(),
         luminous_integral: spectrum.luminous_integral(),
-        ler_lm_per_w: spectrum.ler_lm_per_w().map(isolux_units::LumenPerWatt::value),
+        ler_lm_per_w: spectrum.ler_lm_per_w(),
         x: chromaticity.map(|c| c.x),
         y: chromaticity.map(|c| c.y),
         u_prime: uv.map(|uv| uv.0),

@@ -1,15 +1,10 @@
-//! Quantities and angles of goniophotometry as types.
+//! Quantities that an instrument is told or tells, as types, and the digits that a number deserves.
 //!
-//! A unit is a meaning: cd is not cd/klm, a C half-plane wraps and a γ does not, an axis never wraps because its
-//! cable does not. Every type holds a finite `f64`; negative values are data (dark-subtracted noise), not errors.
-//! There is no blanket arithmetic between quantities: the physics that links them is a named function.
+//! Where a wrong unit would move an axis or falsify a reading, at the traits of instruments, a number is a type of this
+//! crate: a finite `f64` with one meaning. An axis never wraps, because its cable does not; negative values are data
+//! (dark-subtracted noise), not errors.
 
-mod angle;
 pub mod digits;
 mod quantity;
 
-pub use angle::{AxisAngle, CPlane, Degrees, Gamma, GammaOutOfRange};
-pub use quantity::{
-    Candela, CandelaPerKilolumen, Celsius, Lumen, LumenPerWatt, Lux, Millimetre, Nanometre, NotFinite, Second,
-    WattPerSquareMetre,
-};
+pub use quantity::{AxisAngle, Celsius, Lux, Millimetre, NotFinite};

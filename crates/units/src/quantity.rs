@@ -1,7 +1,5 @@
 //! Scalar quantities, one type a meaning.
 
-use serde::{Deserialize, Serialize};
-
 /// A number that was to become a quantity is NaN or infinite.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("{value} is not a finite number of {unit}")]
@@ -15,8 +13,7 @@ pub struct NotFinite {
 macro_rules! quantity {
     ($(#[$doc:meta])* $name:ident, $unit:literal) => {
         $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
-        #[serde(try_from = "f64", into = "f64")]
+        #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
         pub struct $name(f64);
 
         impl $name {
@@ -59,88 +56,23 @@ macro_rules! quantity {
     };
 }
 
-pub(crate) use quantity;
-
 quantity!(
     /// Illuminance in lux (lm/m²). May be negative: a dark-subtracted reading.
     Lux, "lx"
-);
-quantity!(
-    /// Luminous intensity in candela (lm/sr).
-    Candela, "cd"
-);
-quantity!(
-    /// Luminous intensity per kilolumen of lamp flux, the unit of EULUMDAT.
-    CandelaPerKilolumen, "cd/klm"
-);
-quantity!(
-    /// Luminous flux in lumen.
-    Lumen, "lm"
-);
-quantity!(
-    /// Irradiance in watt per square metre.
-    WattPerSquareMetre, "W/m²"
-);
-quantity!(
-    /// Luminous efficacy of radiation in lumen per watt (not of a lamp's electrical power).
-    LumenPerWatt, "lm/W"
 );
 quantity!(
     /// Length in millimetre.
     Millimetre, "mm"
 );
 quantity!(
-    /// Wavelength in nanometre.
-    Nanometre, "nm"
-);
-quantity!(
-    /// Time in seconds.
-    Second, "s"
-);
-quantity!(
     /// Temperature in degrees Celsius.
     Celsius, "°C"
 );
 
-impl Lux {
-    /// The intensity that makes this illuminance at `distance`, perpendicular to it: I = E·d² (inverse square law,
-    /// valid in the far field alone).
-    ///
-    /// # Errors
-    /// [`NotFinite`] when the product overflows.
-    pub fn intensity_at(self, distance: Millimetre) -> Result<Candela, NotFinite> {
-        let metres = distance.value() * 1e-3;
-        Candela::new(self.0 * metres * metres)
-    }
-
-    /// The irradiance of light with luminous efficacy of radiation `ler`: E_e = E_v / K.
-    ///
-    /// # Errors
-    /// [`NotFinite`] when `ler` is zero.
-    pub fn irradiance(self, ler: LumenPerWatt) -> Result<WattPerSquareMetre, NotFinite> {
-        WattPerSquareMetre::new(self.0 / ler.value())
-    }
-}
-
-impl Candela {
-    /// This intensity referred to a lamp flux of 1000 lm.
-    ///
-    /// # Errors
-    /// [`NotFinite`] when the lamp flux is zero.
-    pub fn per_kilolumen_of(self, lamp: Lumen) -> Result<CandelaPerKilolumen, NotFinite> {
-        CandelaPerKilolumen::new(self.0 * 1000.0 / lamp.value())
-    }
-}
-
-impl CandelaPerKilolumen {
-    /// The absolute intensity with a lamp of `lamp` lumen.
-    ///
-    /// # Errors
-    /// [`NotFinite`] when the product overflows.
-    pub fn with_lamp(self, lamp: Lumen) -> Result<Candela, NotFinite> {
-        Candela::new(self.0 * lamp.value() / 1000.0)
-    }
-}
+quantity!(
+    /// The position of a motor axis in degrees. Never wraps: 360° and 0° differ by a turn of cable.
+    AxisAngle, "°"
+);
 
 #[cfg(test)]
 mod tests {
@@ -158,16 +90,5 @@ mod tests {
         );
         assert_eq!(Lux::new(-0.02).map(Lux::value), Ok(-0.02));
         assert_eq!(Lux::new(3.4).unwrap().to_string(), "3.4 lx");
-    }
-
-    #[test]
-    fn the_case_of_the_ring_illuminator() {
-        // 337 cd at 10 m give 3.37 lx; 1000 cd/klm of 337 lm are 337 cd.
-        let lamp = Lumen::new(337.0).unwrap();
-        let peak = CandelaPerKilolumen::new(1000.0).unwrap().with_lamp(lamp).unwrap();
-        assert_eq!(peak.value(), 337.0);
-        let far = Millimetre::new(10_000.0).unwrap();
-        assert_eq!(Lux::new(3.37).unwrap().intensity_at(far).unwrap().value(), 337.0);
-        assert_eq!(peak.per_kilolumen_of(lamp).unwrap().value(), 1000.0);
     }
 }

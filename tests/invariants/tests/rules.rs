@@ -227,7 +227,7 @@ fn front_ends_reach_the_rest_through_app_alone() {
     }
 }
 
-/// The arrows: units ← photometry, spectrum ← formats ← model ← sim, reduce ← diagnose ← report ← app.
+/// The arrows: photometry, spectrum ← formats ← model ← sim, reduce ← diagnose ← report ← app.
 #[test]
 fn arrows_point_one_way() {
     let workspace = Workspace::new();

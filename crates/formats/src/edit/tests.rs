@@ -77,7 +77,7 @@ fn a_turn_moves_the_light_and_the_sizes_and_back_again() {
     // Between the half-planes: the old ones are kept.
     let (between, _) = lamp.edited(&[Edit::RotateC(7.0)]).unwrap();
     assert_eq!(between.intensity.c_deg(), lamp.intensity.c_deg());
-    let flux = |of: &Distribution| of.intensity.flux().value();
+    let flux = |of: &Distribution| of.intensity.flux_lm();
     assert!((flux(&between) / flux(&lamp) - 1.0).abs() < 1e-9);
 }
 
@@ -104,7 +104,7 @@ fn symmetry_is_a_mean_and_keeps_the_flux() {
     ] {
         let (even, _) = lamp.edited(&[Edit::Symmetrize(symmetry)]).unwrap();
         assert_eq!(even.symmetry, symmetry);
-        let ratio = even.intensity.flux().value() / lamp.intensity.flux().value();
+        let ratio = even.intensity.flux_lm() / lamp.intensity.flux_lm();
         assert!((ratio - 1.0).abs() < 1e-9, "{symmetry:?}: {ratio}");
     }
 }
@@ -121,7 +121,7 @@ fn flux_grid_and_description() {
     let (edited, notes) = lamp.edited(&edits).unwrap();
     assert_eq!(notes.len(), 4);
     let file = written(&edited);
-    assert!((file.intensity.flux().value() - 800.0).abs() < 0.01);
+    assert!((file.intensity.flux_lm() - 800.0).abs() < 0.01);
     assert_eq!(
         (file.intensity.c_deg().len(), file.intensity.gamma_deg().len()),
         (12, 73)

@@ -24,7 +24,7 @@ impl Distribution {
     /// luminaire's own flux: lamp count −1, LORL 100.
     pub fn eulumdat_header(&self) -> Header {
         let luminaire = &self.luminaire;
-        let integral = self.intensity.flux().value();
+        let integral = self.intensity.flux_lm();
         let (count, flux, lorl) = match self.lamp_flux_lm {
             Some(flux) if self.absolute => (-luminaire.lamp_count.unwrap_or(1.0), flux, None),
             Some(flux) => (luminaire.lamp_count.unwrap_or(1.0), flux, None),

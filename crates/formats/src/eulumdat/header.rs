@@ -62,7 +62,7 @@ pub(super) fn check(document: &Document, intensity: &IntensityDistribution, text
     if let Some(lorl) = header.lorl_percent
         && lorl <= 0.0
         && !header.fractions_unstated()
-        && intensity.flux().value() > 0.0
+        && intensity.flux_lm() > 0.0
     {
         let message = format!("the light output ratio is {lorl} %, though there is light");
         warn(
@@ -99,7 +99,7 @@ pub(super) fn check(document: &Document, intensity: &IntensityDistribution, text
             warn(first + 5, "ldt-power", message, "write the power with gear in W");
         }
     }
-    if header.fractions_unstated() && intensity.flux().value() > 0.0 {
+    if header.fractions_unstated() && intensity.flux_lm() > 0.0 {
         let message = "light output ratio and downward flux fraction are zero, though there is light";
         findings.push(Finding::note("ldt-unstated", message).at(22, 1).assumed("not stated"));
     }

@@ -31,7 +31,7 @@ pub fn write(intensity: &IntensityDistribution, header: &Header) -> Result<Writt
                 "EULUMDAT needs a lamp flux above zero that cd/klm refer to",
             )
         })?;
-    let tolerance = intensity.peak().intensity.value().abs() * 1e-9;
+    let tolerance = intensity.peak().intensity_cd.abs() * 1e-9;
     let detected = intensity.detect_symmetry(tolerance);
     let c_deg = intensity.c_deg();
     let symmetry = if storable(detected, c_deg) {
@@ -109,8 +109,8 @@ fn storable(symmetry: Symmetry, c_deg: &[f64]) -> bool {
 /// LORL and DFF from the integral, the steps from the angles, where they are blank.
 fn completed(header: &Header, intensity: &IntensityDistribution, flux: f64) -> Header {
     let mut header = header.clone();
-    let integral = intensity.flux().value();
-    let down = intensity.flux_between(0.0, 90.0).value();
+    let integral = intensity.flux_lm();
+    let down = intensity.flux_between_lm(0.0, 90.0);
     if integral > 0.0 {
         if header.fractions_unstated() {
             (header.lorl_percent, header.dff_percent) = (None, None);

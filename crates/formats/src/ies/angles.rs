@@ -104,8 +104,8 @@ impl Native<'_> {
         let intensity = IntensityDistribution::new(c_deg, gamma_deg, candela)?;
         let off = |value: f64, own: f64| (own > 0.0).then(|| value / own - 1.0);
         Ok(Resampled {
-            flux_off: off(intensity.flux().value(), own.flux_lm),
-            peak_off: off(intensity.peak().intensity.value(), own.peak_cd),
+            flux_off: off(intensity.flux_lm(), own.flux_lm),
+            peak_off: off(intensity.peak().intensity_cd, own.peak_cd),
             intensity,
             step_deg,
         })
@@ -272,9 +272,9 @@ mod tests {
                 .unwrap()
                 .intensity
             };
-            assert_eq!(native(&right).peak().c.degrees(), 0.0);
-            assert_eq!(native(&right).peak().gamma.degrees(), 30.0);
-            assert_eq!(native(&up).peak().c.degrees(), 90.0);
+            assert_eq!(native(&right).peak().c_deg, 0.0);
+            assert_eq!(native(&right).peak().gamma_deg, 30.0);
+            assert_eq!(native(&up).peak().c_deg, 90.0);
         }
     }
 
@@ -305,7 +305,7 @@ mod tests {
             let (c, gamma) = (up.atan2(right).to_degrees(), axis.acos().to_degrees());
             let (peak, at) = (converted.peak(), converted.intensity_cd_at(c, gamma));
             assert!((at - 100.0).abs() < 5.0, "type A {type_a}: {at} at C{c} γ{gamma}");
-            assert!((peak.c.degrees() - c).abs() < 2.0 && (peak.gamma.degrees() - gamma).abs() < 2.0);
+            assert!((peak.c_deg - c).abs() < 2.0 && (peak.gamma_deg - gamma).abs() < 2.0);
         }
     }
 }

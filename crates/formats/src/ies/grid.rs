@@ -58,7 +58,7 @@ impl<'g> Grid<'g> {
     /// C–γ turned into type A or B over the half-space in front, at the smallest step of γ; what lies behind is lost,
     /// and said. Where left and right agree the horizontal angles begin at 0, LM-63's class for lateral symmetry.
     pub fn turned(intensity: &IntensityDistribution, photometry: Photometry, findings: &mut Findings) -> Self {
-        let (behind, all) = (intensity.flux_between(90.0, 180.0).value(), intensity.flux().value());
+        let (behind, all) = (intensity.flux_between_lm(90.0, 180.0), intensity.flux_lm());
         if behind.abs() > 1e-9 * all.abs() {
             let message = format!(
                 "{behind:.4} lm of {all:.4} lm go behind the plane of the luminaire, where type {} has no angles",
@@ -91,7 +91,7 @@ impl<'g> Grid<'g> {
             .filter(|&angle| angle < 0.0)
             .map(row)
             .collect();
-        let tolerance = 1e-9 * intensity.peak().intensity.value().abs();
+        let tolerance = 1e-9 * intensity.peak().intensity_cd.abs();
         let same = |a: &Vec<f64>, b: &Vec<f64>| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance);
         let lateral = left
             .iter()
@@ -115,7 +115,7 @@ impl<'g> Grid<'g> {
 /// Plane indices and horizontal angles to write: 0, 0–90, 0–180 or 0–360 with C0 repeated at 360.
 fn stored(intensity: &IntensityDistribution, findings: &mut Findings) -> (Vec<usize>, Vec<f64>) {
     let c_deg = intensity.c_deg();
-    let tolerance = intensity.peak().intensity.value().abs() * 1e-9;
+    let tolerance = intensity.peak().intensity_cd.abs() * 1e-9;
     let has = |angle: f64| c_deg.contains(&angle);
     let last = match intensity.detect_symmetry(tolerance) {
         Symmetry::Rotational => 0.0,

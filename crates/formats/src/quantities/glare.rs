@@ -103,8 +103,8 @@ impl<'d> Source<'d> {
             area_m2,
             side_m2,
             rounding,
-            down_lm: grid.flux_between(0.0, 90.0).value(),
-            up_lm: grid.flux_between(90.0, 180.0).value(),
+            down_lm: grid.flux_between_lm(0.0, 90.0),
+            up_lm: grid.flux_between_lm(90.0, 180.0),
             ratios: direct_shares(grid)?,
         })
     }

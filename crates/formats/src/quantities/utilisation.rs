@@ -10,12 +10,12 @@ const CODE_GAMMA_DEG: [f64; 3] = [41.409_622_109_270_86, 60.0, 75.522_487_814_07
 /// N1 … N5 of the CIE flux code (CIE 52), in %: shares of the downward flux up to 41.4°, 60° and 75.5°, share of the
 /// downward in the whole flux, and light output ratio (none without a lamp flux; 100 for absolute photometry).
 pub(crate) fn cie_flux_code(grid: &IntensityDistribution, lamp_flux_lm: Option<f64>) -> Option<[f64; 5]> {
-    let down = grid.flux_between(0.0, 90.0).value();
-    let all = grid.flux().value();
+    let down = grid.flux_between_lm(0.0, 90.0);
+    let all = grid.flux_lm();
     if down <= 0.0 || all <= 0.0 {
         return None;
     }
-    let [n1, n2, n3] = CODE_GAMMA_DEG.map(|gamma| 100.0 * grid.flux_between(0.0, gamma).value() / down);
+    let [n1, n2, n3] = CODE_GAMMA_DEG.map(|gamma| 100.0 * grid.flux_between_lm(0.0, gamma) / down);
     let n5 = lamp_flux_lm
         .filter(|&lamp| lamp > 0.0)
         .map_or(100.0, |lamp| 100.0 * all / lamp);
@@ -31,7 +31,7 @@ pub(crate) fn cie_flux_code(grid: &IntensityDistribution, lamp_flux_lm: Option<f
 /// missed by up to
 /// 0.57 if it does not.
 pub(crate) fn direct_ratios(grid: &IntensityDistribution) -> Option<[f64; 10]> {
-    let (down, all) = (grid.flux_between(0.0, 90.0).value(), grid.flux().value());
+    let (down, all) = (grid.flux_between_lm(0.0, 90.0), grid.flux_lm());
     let shares = direct_shares(grid)?;
     (all > 0.0).then(|| shares.map(|share| share * down / all))
 }

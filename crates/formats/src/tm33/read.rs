@@ -217,7 +217,7 @@ fn symmetry_claimed(table: &Table, grid: &IntensityDistribution, findings: &mut 
         "bi90" => Symmetry::C90C270,
         _ => return,
     };
-    let found = grid.detect_symmetry(SAME * grid.peak().intensity.value());
+    let found = grid.detect_symmetry(SAME * grid.peak().intensity_cd);
     let there = found == claimed
         || found == Symmetry::Rotational
         || (found == Symmetry::Quadrant && claimed != Symmetry::Rotational);

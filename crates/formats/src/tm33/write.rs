@@ -202,7 +202,7 @@ fn stored(distribution: &Distribution) -> (Vec<usize>, bool) {
             .filter(|&plane| (from..=to).contains(&c_deg[plane]))
             .collect()
     };
-    match grid.detect_symmetry(grid.peak().intensity.value().abs() * 1e-9) {
+    match grid.detect_symmetry(grid.peak().intensity_cd.abs() * 1e-9) {
         Symmetry::Rotational => (vec![0], false),
         Symmetry::Quadrant if has(0.0) && has(90.0) => (within(0.0, 90.0), false),
         Symmetry::C0C180 if has(0.0) && has(180.0) => (within(0.0, 180.0), false),

@@ -5,10 +5,12 @@ use std::collections::HashMap;
 use camino::{Utf8Path, Utf8PathBuf};
 use serde::Deserialize;
 
+use super::error::{ObservationError, Problem};
 use super::image::read_image;
+use super::need::Need;
+use super::pair::OneOrTwo;
 
 use super::table::{Fields, Table, line_of, parse_toml, read_text};
-use super::{Need, ObservationError, OneOrTwo, Problem};
 use crate::document::{Fault, Source};
 
 /// Most bins of all maps of a file: beyond it they do not fit into memory.

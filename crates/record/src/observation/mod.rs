@@ -6,6 +6,7 @@
 mod error;
 mod image;
 mod maps;
+mod need;
 mod pair;
 mod readings;
 mod spectra;
@@ -15,18 +16,10 @@ use camino::Utf8Path;
 
 pub use error::{ObservationError, Problem};
 pub use maps::{Cell, MapPose, MapSet, MapUnit};
+pub use need::Need;
 pub use pair::OneOrTwo;
 pub use readings::{ReadingCoordinates, ReadingRow, Readings};
 pub use spectra::{SpectraSet, SpectrumRow};
-
-/// What a file of observations must hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Need {
-    /// Where and when alone is enough: `predict`.
-    Coordinates,
-    /// Measured values with their uncertainties: `diagnose`.
-    Values,
-}
 
 /// Observations of one kind from one place.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use camino::{Utf8Path, Utf8PathBuf};
 
+use super::error::{ObservationError, Problem};
+use super::need::Need;
 use super::table::{Fields, Table, read_text};
-use super::{Need, ObservationError, Problem};
 use crate::run::Run;
 use crate::{Quality, ReadingKind};
 

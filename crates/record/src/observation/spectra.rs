@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use camino::{Utf8Path, Utf8PathBuf};
 use serde::Deserialize;
 
+use super::error::{ObservationError, Problem};
+use super::need::Need;
 use super::table::{Fields, Table, parse_toml, read_text};
-use super::{Need, ObservationError, Problem};
 use crate::ReadingKind;
 use crate::document::{Fault, Source};
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use camino::Utf8Path;
 
-use super::{ObservationError, Problem};
+use super::error::{ObservationError, Problem};
 use crate::document::Source;
 use crate::file::{self, LARGEST_TABLE};
 

@@ -4,7 +4,7 @@
 use camino::Utf8Path;
 use serde::{Deserialize, Serialize};
 
-use super::RunError;
+use super::error::{RunError, vacant};
 use crate::disk::sha256;
 use crate::document::{Source, read_text};
 use crate::plan::Plan;
@@ -254,7 +254,7 @@ impl RunHeader {
         if !file.is_file() {
             return Err(RunError::NoRun {
                 path: path.to_owned(),
-                unfinished: path.exists() && super::vacant(path),
+                unfinished: path.exists() && vacant(path),
             });
         }
         Self::parse(&file, &read_text(&file)?)

@@ -6,8 +6,8 @@ use std::io::ErrorKind;
 
 use camino::{Utf8Path, Utf8PathBuf};
 
+use super::error::RunError;
 use super::header::{FORMAT_1, RunHeader, SpectrumEntry, StopHow};
-use super::{Run, RunError};
 use crate::disk::{failed, lines, sha256};
 use crate::file::{self, FileError, LARGEST_TABLE};
 use crate::plan::{Instrument, Order};
@@ -316,4 +316,29 @@ fn spectrum_files(run: &Utf8Path) -> Result<Vec<String>, RunError> {
     }
     names.sort();
     Ok(names)
+}
+
+/// A run as it stands on disk.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// The folder.
+    pub path: Utf8PathBuf,
+    /// run.toml.
+    pub header: RunHeader,
+    /// readings.csv: rows, and the torn tail if a crash left one.
+    pub readings: readings::Readings,
+    /// spectra/, by index.
+    pub spectra: Vec<SpectrumRecord>,
+    /// What a person should know of the record, one sentence each: everything that reads a run passes them on.
+    pub notices: Vec<String>,
+}
+
+impl Run {
+    /// Reads a run directory, whole or broken off, and compares it with what was recorded of it.
+    ///
+    /// # Errors
+    /// [`RunError`] with file and line; [`RunError::Damaged`] for files that are not what was recorded.
+    pub fn read(path: &Utf8Path) -> Result<Self, RunError> {
+        Ok(Survey::of(path)?.whole()?.run)
+    }
 }

@@ -71,7 +71,7 @@ fn on_grid(shape: &Shape, c_step: f64, gamma_step: f64) -> IntensityDistribution
 
 #[test]
 fn the_flux_of_known_distributions_lies_within_two_u_or_the_grid_is_too_coarse() {
-    let flux = |distribution: &IntensityDistribution| distribution.flux().value();
+    let flux = |distribution: &IntensityDistribution| distribution.flux_lm();
     let shapes = shapes();
     let truth: Vec<f64> = shapes.iter().map(|shape| flux(&on_grid(shape, 5.0, 0.5))).collect();
     for (c_step, gamma_step, least_resolved) in [
@@ -128,7 +128,7 @@ fn the_largest_intensity_between_directions_is_allowed_for() {
                 if !unresolved(&grid).is_empty() {
                     continue;
                 }
-                let off = 1.0 - grid.peak().intensity.value();
+                let off = 1.0 - grid.peak().intensity_cd;
                 let u = above_the_largest_cd(&grid);
                 assert!(
                     off <= 2.0 * u + 1e-9,

@@ -1,7 +1,7 @@
 //! A file of `results/` and its hash.
 
 use isolux_record::Run;
-use sha2::{Digest, Sha256};
+use isolux_record::disk::sha256;
 
 use crate::Reduction;
 
@@ -23,12 +23,6 @@ pub fn hashes(files: &[(String, Vec<u8>)]) -> Vec<(String, String)> {
         .iter()
         .map(|(name, bytes)| (name.clone(), sha256(bytes)))
         .collect()
-}
-
-pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
 }
 
 /// The name of a result: `luminaire.partial.ldt` where the scan is not finished.

@@ -72,13 +72,7 @@ pub(crate) fn sweeps(book: &mut Book) {
     )];
     for (name, spectrum) in spectra() {
         if let Some(ler) = spectrum.ler_lm_per_w() {
-            spectral.push(lit(
-                &format!("{name}: {:.1} lm/W", ler.value()),
-                ler.value(),
-                &round,
-                &standard,
-                ler.value(),
-            ));
+            spectral.push(lit(&format!("{name}: {ler:.1} lm/W"), ler, &round, &standard, ler));
         }
     }
     for ler in [305.0, 319.0] {

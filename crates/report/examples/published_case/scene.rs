@@ -9,7 +9,6 @@ use isolux_sim::sensor::{Pose, Sensor};
 use isolux_sim::source::{Shape, Source};
 use isolux_sim::table::Table;
 use isolux_spectrum::Spectrum;
-use isolux_units::Lumen;
 
 use crate::Book;
 
@@ -87,7 +86,7 @@ pub(crate) fn lamp(c_step: f64, gamma_step: f64, askew: f64) -> IntensityDistrib
         }
     }
     IntensityDistribution::new(c_deg, gamma_deg, intensity)
-        .and_then(|lamp| lamp.scaled_to_flux(Lumen::new(FLUX_LM).expect("finite")))
+        .and_then(|lamp| lamp.scaled_to_flux_lm(FLUX_LM))
         .expect("a lobe")
 }
 
@@ -133,9 +132,7 @@ pub(crate) fn efficacy(book: &mut Book) {
     }
     text.push_str("\nSpectra, summed at 1 nm over 360–830 nm, and the irradiance that the same 1348 lx would be with each:\n\n| spectrum | K | irradiance |\n|---|---|---|\n");
     for (name, spectrum) in spectra() {
-        let ler = spectrum
-            .ler_lm_per_w()
-            .map_or(f64::NAN, isolux_units::LumenPerWatt::value);
+        let ler = spectrum.ler_lm_per_w().unwrap_or(f64::NAN);
         let _ = writeln!(text, "| {name} | {ler:.1} lm/W | {:.3} W/m² |", lux(1.0) / ler);
     }
     text.push_str(

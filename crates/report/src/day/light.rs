@@ -147,9 +147,9 @@ pub fn flux(day_results: &DayResults) -> Section {
     let shown = &reduction.grid.distribution;
     let mut section = Section::new("Luminous flux");
     section.paragraph(format!("Luminous flux {}.", reduction.flux.stated()));
-    let total = shown.flux().value();
+    let total = shown.flux_lm();
     let row = |name: &str, from: f64, to: f64| {
-        let lm = shown.flux_between(from, to).value();
+        let lm = shown.flux_between_lm(from, to);
         vec![
             name.to_owned(),
             format!("{} lm", flux_digits(lm, day_results)),
@@ -267,7 +267,7 @@ pub fn tables(day_results: &DayResults) -> Section {
     const STEP_DEG: f64 = 5.0;
     let shown = &day_results.reduction.grid.distribution;
     let mut section = Section::new("Table of luminous intensity");
-    let high = shown.peak().intensity.value();
+    let high = shown.peak().intensity_cd;
     let gammas: Vec<f64> = shown
         .gamma_deg()
         .iter()

@@ -42,7 +42,7 @@ fn edges(distribution: &IntensityDistribution) -> Option<[[f64; 2]; 2]> {
         let plane =
             (planes.iter().position(|c| (c - c_deg).abs() < 1e-9)).or(distribution.is_rotational().then_some(0))?;
         let beam = distribution.beam_angle(plane)?;
-        let edges = [beam.from.value(), beam.to.value()];
+        let edges = [beam.from_deg, beam.to_deg];
         edges.iter().all(|edge| edge.abs() <= WIDEST_DEG).then_some(edges)
     };
     Some([of(0.0)?, of(90.0)?])

@@ -14,7 +14,7 @@ pub fn isocandela(distribution: &IntensityDistribution, options: &PolarOptions) 
     let (factor, unit) = options.scale();
     let last = shown::shown_gamma(distribution);
     let peak = distribution.peak();
-    let high = peak.intensity.value() * factor;
+    let high = peak.intensity_cd * factor;
     let mut svg = Svg::new(760.0, 470.0, &format!("Isocandela diagram {}", options.title));
     svg.text((372.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
     let frame = Frame {
@@ -49,8 +49,8 @@ pub fn isocandela(distribution: &IntensityDistribution, options: &PolarOptions) 
     let at = format!(
         "I max {} {unit} at C {}°, γ {}°",
         number((high * 100.0).round() / 100.0),
-        number(peak.c.degrees()),
-        number(peak.gamma.degrees())
+        number(peak.c_deg),
+        number(peak.gamma_deg)
     );
     svg.text((78.0, 450.0), 12.0, Anchor::Start, colour::INK, &at);
     svg.finish()

@@ -4,7 +4,7 @@ use isolux_photometry::IntensityDistribution;
 
 /// Whether light goes above γ = 90°: more than 0.5 % of the largest intensity.
 pub fn upper_light(distribution: &IntensityDistribution) -> bool {
-    let peak = distribution.peak().intensity.value();
+    let peak = distribution.peak().intensity_cd;
     distribution.c_deg().iter().enumerate().any(|(plane, _)| {
         distribution
             .gamma_deg()
@@ -26,7 +26,7 @@ pub fn shown_gamma(distribution: &IntensityDistribution) -> f64 {
 
 /// Whether all planes are alike to a millionth of the largest intensity.
 pub fn alike(distribution: &IntensityDistribution) -> bool {
-    let near = 1e-6 * distribution.peak().intensity.value().abs();
+    let near = 1e-6 * distribution.peak().intensity_cd.abs();
     (1..distribution.c_deg().len()).all(|plane| {
         let rows = distribution.row(plane).iter().zip(distribution.row(0));
         rows.into_iter().all(|(a, b)| (a - b).abs() <= near)

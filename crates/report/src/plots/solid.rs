@@ -12,7 +12,7 @@ use crate::svg::{Anchor, Stroke, Svg, colour};
 /// luminaire's (x, y, z) becomes the right-handed (x, y, −z) of the room.
 pub fn solid(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
     let (factor, unit) = options.scale();
-    let high = distribution.peak().intensity.value();
+    let high = distribution.peak().intensity_cd;
     let last = shown::shown_gamma(distribution);
     let mut svg = Svg::new(600.0, 600.0, &format!("Photometric solid {}", options.title));
     svg.text((300.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);

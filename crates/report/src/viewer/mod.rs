@@ -129,7 +129,7 @@ impl View<'_> {
 
     /// The photometric solid with `size` mm at its peak, every 15° in C and 5° in γ.
     fn solid(&self, size: f64) -> Vec<Quad> {
-        let peak = self.distribution.peak().intensity.value();
+        let peak = self.distribution.peak().intensity_cd;
         if peak <= 0.0 {
             return Vec::new();
         }

@@ -8,9 +8,10 @@ use isolux_record::{ReadingKind, Role};
 use serde_json::{Value, json};
 use tokio::time::Instant;
 
+use super::around::{Engine, ScanSummary};
 use super::progress::Progress;
 use super::reference::References;
-use super::{Engine, ScanSummary};
+
 use crate::clock::{RunClock, microseconds};
 use crate::devices::{Devices, TwoState};
 use crate::error::ScanError;

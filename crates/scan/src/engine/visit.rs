@@ -208,7 +208,7 @@ impl Session<'_> {
             integration_s: Some(microseconds(
                 light.ended.saturating_duration_since(light.began).as_secs_f64(),
             )),
-            raw: hexadecimal(&light.evidence),
+            raw: hex::encode(&light.evidence),
             session: 0,
             burning: None,
             electrical: Electrical::default(),
@@ -257,10 +257,4 @@ impl Session<'_> {
             && block.reference_every.is_some()
             && self.references.first(self.distance_mm).is_none()
     }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes
-        .iter()
-        .fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
 }

@@ -13,12 +13,10 @@ use crate::patch::Scratch;
 use crate::sensor::Sensor;
 use crate::source::Source;
 
+pub use self::prepared::{DIM, Route};
 pub use crate::bound::Bound;
 pub use crate::rules::Estimate;
 pub use isolux_model::Accuracy;
-
-/// Share of the map's largest pixel below which the error that an accuracy allows no longer falls with the pixel.
-pub const DIM: f64 = 1e-3;
 
 /// Error that an accuracy allows a pixel, relative to it.
 pub fn allowed(accuracy: Accuracy) -> f64 {
@@ -53,17 +51,6 @@ pub fn solve_into(source: &Source, sensor: &Sensor, accuracy: Accuracy, map: &mu
         sensor,
         map,
     )
-}
-
-/// How a single pixel is computed, where that is to be checked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Route {
-    /// As in a map whose pixels are computed by themselves.
-    Chosen,
-    /// Flat emitters along their outline wherever that applies, no product rules.
-    Outlines,
-    /// Chords of pixel and emitter, or lines across the pixel for points.
-    Chords,
 }
 
 /// The mean over one pixel in lx with its bound, to errors `share` times those of a map of this accuracy.

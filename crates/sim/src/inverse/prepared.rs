@@ -6,7 +6,6 @@ use glam::DVec3;
 use isolux_model::Accuracy;
 
 use super::trust::Trusts;
-use super::{DIM, Route};
 use crate::angles::Lanes;
 use crate::bound::Allowed;
 use crate::patch::{self, Light, Patch, Scratch};
@@ -16,6 +15,20 @@ use crate::rules::Estimate;
 use crate::sensor::Sensor;
 use crate::source::{Shape, Source};
 use crate::table::Table;
+
+/// Share of the map's largest pixel below which the error that an accuracy allows no longer falls with the pixel.
+pub const DIM: f64 = 1e-3;
+
+/// How a single pixel is computed, where that is to be checked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Route {
+    /// As in a map whose pixels are computed by themselves.
+    Chosen,
+    /// Flat emitters along their outline wherever that applies, no product rules.
+    Outlines,
+    /// Chords of pixel and emitter, or lines across the pixel for points.
+    Chords,
+}
 
 /// Radii of the emitter over which a kink counts as sharp.
 const KINK_BLUR: f64 = 4.0;

@@ -11,12 +11,15 @@
 //! crossings of grid lines, all of which have closed forms.
 
 mod outline;
+mod tables;
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DVec2, DVec3};
 
 use self::outline::Sight;
+pub(crate) use self::tables::Polar;
+use self::tables::{POWERS, Run, Strip};
 use crate::angles::atan2;
 use crate::patch::Patch;
 use crate::polynomial::{self, Fit, TERMS};
@@ -28,44 +31,6 @@ const WIDEST: f64 = 0.1;
 const NEAR_HORIZON: f64 = 0.15;
 /// Angle from the emitter's plane below which the tables end, rad.
 const HORIZON: f64 = 1e-3;
-
-/// Powers of an antiderivative of [`TERMS`] terms times x.
-const POWERS: usize = TERMS + 2;
-
-/// The integrals over γ of one table.
-#[derive(Debug, Clone)]
-pub(crate) struct Polar<'a> {
-    table: &'a Table,
-    /// Rising; the table's lines and others between them, none beyond [`HORIZON`].
-    gamma: Vec<f64>,
-    search: Search,
-    strips: Vec<Strip>,
-    /// `[half-plane * strips + strip]`.
-    runs: Vec<Run>,
-    /// Whether directions beyond the last line are dark (else they are unknown here).
-    dark_beyond: bool,
-    /// Squares of tan γ at the kinks below the horizon.
-    cones: Vec<f64>,
-    /// Directions of the half-planes with a kink.
-    planes: Vec<DVec2>,
-}
-
-/// Antiderivatives from the start of a strip, in s from −1 to 1 across it: of sin γ, x·sin γ, tan γ sin γ, x·tan γ sin
-/// γ, where x is the angle from the start. `[power][function]`.
-#[derive(Debug, Clone)]
-struct Strip {
-    per_gamma: f64,
-    of: [[f64; 4]; POWERS],
-}
-
-/// A half-plane at the start of a strip: integrals from the first γ up to here, intensity and slope.
-#[derive(Debug, Clone, Copy, Default)]
-struct Run {
-    sine: f64,
-    tangent: f64,
-    cd: f64,
-    slope: f64,
-}
 
 impl<'a> Polar<'a> {
     /// `None` for a table without light below 90°.

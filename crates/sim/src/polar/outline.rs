@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::Polar;
+use super::tables::Polar;
 use crate::angles::atan2;
 use crate::rules;
 use crate::sines::sin_cos;

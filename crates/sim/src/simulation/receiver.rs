@@ -81,7 +81,7 @@ impl<'a> Receiver<'a> {
     /// Luminous efficacy of the light that arrives, in lm/W; `stated` where there is no spectrum.
     pub fn efficacy(&self, stated: Option<f64>) -> Option<f64> {
         match &self.spectrum {
-            Some(spectrum) => spectrum.ler_lm_per_w().map(isolux_units::LumenPerWatt::value),
+            Some(spectrum) => spectrum.ler_lm_per_w(),
             None => stated,
         }
     }

@@ -68,7 +68,7 @@ pub(super) fn facts(scene: &Scene, setup: &Setup, receiver: &Receiver<'_>, metho
         flux_lm: scene
             .model
             .distribution()
-            .map_or(f64::NAN, |distribution| distribution.flux().value()),
+            .map_or(f64::NAN, |distribution| distribution.flux_lm()),
         ler_lm_per_w: setup.ler_lm_per_w,
         pixels: scene.sensor.pixels,
         size_mm: scene.sensor.size_mm,

@@ -386,7 +386,7 @@ mod tests {
     fn another_colour_at_an_angle_has_another_power_per_lumen() {
         let line = |nm: f64| Spectrum::new(vec![nm - 1.0, nm, nm + 1.0], vec![0.0, 1.0, 0.0]).unwrap();
         let (green, red) = (line(555.0), line(650.0));
-        let k = |spectrum: &Spectrum| spectrum.ler_lm_per_w().unwrap().value();
+        let k = |spectrum: &Spectrum| spectrum.ler_lm_per_w().unwrap();
         let optics = Optics {
             colour: vec![(0.0, green.clone()), (40.0, red.clone())],
             ..Optics::default()

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::Table;
+use super::rough::Rough;
 
 /// What may lead a rule astray within reach of a direction, candela.
 #[derive(Debug, Clone, Copy)]
@@ -14,20 +15,6 @@ pub(crate) struct Bends {
     /// Slopes about the pole axis times the reach: the tip of a cone where the axis is in reach, a smooth bend beside
     /// it.
     pub pole: f64,
-}
-
-/// How the interpolant runs at one line of constant γ and in the cells above it, the worst over C.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Rough {
-    /// Change of slope in γ, cd/rad.
-    jump: f64,
-    /// Slope in γ above the line, cd/rad.
-    steep: f64,
-    /// Slope in C over sin γ, cd/rad.
-    turn: f64,
-    /// Largest change of slope in C, and their sum round the circle, cd/rad.
-    jump_c: f64,
-    round: f64,
 }
 
 impl Table {

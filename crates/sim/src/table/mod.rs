@@ -1,6 +1,7 @@
 //! The intensity distribution as the solvers read it: radians, one look-up, and the list of its kinks.
 
 mod kinks;
+mod rough;
 mod search;
 
 use std::f64::consts::{PI, TAU};
@@ -9,7 +10,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 
-use self::kinks::Rough;
+use self::rough::Rough;
 pub(crate) use self::search::Search;
 use crate::angles::{LANES, Lanes};
 
