@@ -13,7 +13,7 @@ use crate::document::{
 };
 use crate::forward::{Forward, Hypothesis};
 use crate::noise::NoiseTest;
-use crate::search::{Label, Outcome};
+use crate::search::{Label, Outcome, Ranked, Rivalry};
 
 /// Members of the 95 % set of each effect: its own name left out.
 pub(super) fn effect_entries(assumed: &AssumedModel, outcome: &Outcome) -> Vec<EffectEntry> {
@@ -129,39 +129,24 @@ fn wrapped(difference: f64) -> f64 {
 }
 
 pub(super) fn ranked(assumed: &AssumedModel, outcome: &Outcome) -> Vec<Vec<RankedEntry>> {
-    outcome
-        .rivalries
-        .iter()
-        .map(|rivalry| {
-            let mut rows: Vec<RankedEntry> = rivalry
-                .ranked
-                .iter()
-                .enumerate()
-                .filter(|(rank, ranked)| *rank < 8 || ranked.posterior >= 0.01)
-                .map(|(_, ranked)| RankedEntry {
-                    name: label(assumed, ranked.label),
-                    posterior: ranked.posterior,
-                    significance_sigma: ranked.sigma,
-                    ln_evidence: ranked.ln_evidence,
-                })
-                .collect();
-            // The row without a name is always there.
-            if !rows.iter().any(|row| row.name.starts_with("unnamed"))
-                && let Some(unnamed) = rivalry
-                    .ranked
-                    .iter()
-                    .find(|ranked| matches!(ranked.label, Label::Unnamed(_)))
-            {
-                rows.push(RankedEntry {
-                    name: label(assumed, unnamed.label),
-                    posterior: unnamed.posterior,
-                    significance_sigma: unnamed.sigma,
-                    ln_evidence: unnamed.ln_evidence,
-                });
-            }
-            rows
-        })
-        .collect()
+    let is_unnamed = |ranked: &&Ranked| matches!(ranked.label, Label::Unnamed(_));
+    let of_one = |rivalry: &Rivalry| {
+        let listed = |(rank, ranked): &(usize, &Ranked)| *rank < 8 || ranked.posterior >= 0.01;
+        let rows = rivalry.ranked.iter().enumerate().filter(listed);
+        let mut rows: Vec<&Ranked> = rows.map(|(_, ranked)| ranked).collect();
+        // The row without a name is always there.
+        if !rows.iter().any(|row| is_unnamed(&row)) {
+            rows.extend(rivalry.ranked.iter().find(is_unnamed));
+        }
+        let entry = |ranked: &Ranked| RankedEntry {
+            name: label(assumed, ranked.label),
+            posterior: ranked.posterior,
+            significance_sigma: ranked.sigma,
+            ln_evidence: ranked.ln_evidence,
+        };
+        rows.into_iter().map(entry).collect()
+    };
+    outcome.rivalries.iter().map(of_one).collect()
 }
 
 /// The test of the noise.
