@@ -18,6 +18,7 @@ use crate::search::{Outcome, Settings, search};
 use crate::table::Row;
 
 pub use isolux_model::digits;
+pub use plain::along as along_words;
 
 use entries::{blind_spots, effect_entries, noise_test, places, ranked};
 use gap::gap;

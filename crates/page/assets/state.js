@@ -21,7 +21,8 @@ export function add(model, event) {
     case "state":
       [model.state, model.sentence] = [event.state, event.sentence];
       if (event.state === "warming_up") [model.stable, model.warmUps] = [false, []];
-      if (event.state === "scanning") model.stable = true;
+      // A plan that begins in the dark has not looked at the lamp yet.
+      if (event.state === "scanning") model.stable = model.warmUps.length > 0;
       break;
     case "warm_up": model.warmUps.push(event); break;
     case "reading": reading(model, event); break;

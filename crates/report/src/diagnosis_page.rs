@@ -1,14 +1,15 @@
-//! The page and the pictures of a diagnosis.
+//! The page and the pictures of a diagnosis: what was found in plain sentences, its values, the gap before and after;
+//! the statistics behind it are folded.
 
-use std::collections::BTreeMap;
+mod panels;
 
-use isolux_diagnose::diagnosis::{Diagnosis, digits};
-use isolux_diagnose::document::{Independence, Verdict};
-use isolux_diagnose::table::{Coordinate, Light, Row, Source};
+use isolux_diagnose::diagnosis::{Diagnosis, along_words, digits};
+use isolux_diagnose::document::{Document, EffectEntry, Independence, NoiseEntry, RankedEntry, Verdict};
+use isolux_model::effects;
 
 use crate::answer::{SAME_RECORD, reached_by_chance, with_uncertainty};
 use crate::axes::number;
-use crate::diagnosis::{Panel, gap_bars, residual_maps, residuals_along};
+use crate::diagnosis::{gap_bars, residual_maps};
 use crate::html::{Page, Tile};
 
 /// The pictures and the page that holds them all.
@@ -31,12 +32,164 @@ pub fn report(found: &Diagnosis, diff: &[String]) -> Report {
     });
     let good = matches!(document.verdict, Verdict::Consistent | Verdict::Named);
     page.verdict(&document.plain, good);
-    page.paragraph(&capitalised(&document.sentence));
     if same_record {
         page.paragraph(&capitalised(SAME_RECORD));
     }
+    for effect in &document.effects {
+        values(&mut page, effect);
+    }
+    unexplained(&mut page, document);
+    gap(&mut page, document, &mut pictures);
+    residuals(&mut page, found, &mut pictures);
+    next(&mut page, document);
+    page.open_fold("Statistics");
+    page.paragraph(&capitalised(&document.sentence));
+    page.tiles(&tiles(document));
+    places(&mut page, document);
+    for (effect, ranked) in document.effects.iter().zip(&document.ranked) {
+        rivals(&mut page, effect, ranked);
+    }
+    noise(&mut page, &document.noise);
+    blind_spots(&mut page, document);
+    page.close_fold();
+    if !diff.is_empty() {
+        page.details("Change of the model file", &diff.join("\n"));
+    }
+    for note in &document.notes {
+        page.paragraph(note);
+    }
+    Report {
+        pictures,
+        page: page.finish(),
+    }
+}
+
+/// An effect as standards call it; the name of a pattern without one says along what it runs.
+fn standard_name(name: &str) -> String {
+    match name.strip_prefix("unnamed:") {
+        Some(coordinate) => format!("no name, along {}", along_words(coordinate)),
+        None => effects::by_name(name).map_or_else(|| words(name), |spec| spec.standard_name.to_owned()),
+    }
+}
+
+/// A key in words; its unit stands beside its value.
+fn words(key: &str) -> String {
+    const UNITS: [&str; 12] = [
+        "_rel", "_deg", "_mm", "_s", "_lx", "_nm", "_px", "_hz", "_c", "_cd", "_per_k", "_k",
+    ];
+    let stem = UNITS.iter().find_map(|unit| key.strip_suffix(unit)).unwrap_or(key);
+    stem.replace('_', " ")
+}
+
+/// What was fitted of an effect.
+fn values(page: &mut Page, effect: &EffectEntry) {
+    page.heading(&capitalised(effect.standard_name).replace('.', ""));
+    let rows: Vec<Vec<String>> = effect
+        .parameters
+        .iter()
+        .map(|(key, parameter)| {
+            let plausible = format!("{} … {}", parameter.plausible[0], parameter.plausible[1]);
+            let flag = if parameter.implausible { "outside" } else { "" };
+            let before = parameter.before.map_or_else(String::new, |before| digits(before, 4));
+            vec![
+                words(key),
+                with_uncertainty(parameter),
+                before,
+                plausible,
+                flag.to_owned(),
+                format!("{}: {key}", effect.name),
+            ]
+        })
+        .collect();
+    page.table(
+        &[
+            "",
+            "value ± U (k = 2)",
+            "in the model",
+            "plausible",
+            "",
+            "key of the model file",
+        ],
+        &rows,
+    );
+}
+
+fn unexplained(page: &mut Page, document: &Document) {
+    let Some(unexplained) = &document.unexplained else {
+        return;
+    };
+    page.heading("Without a name");
+    page.paragraph(&format!(
+        "{}, along {} between {} and {}: {:.1} σ, {:.0} % of the squared gap.",
+        unexplained.note,
+        along_words(unexplained.coordinate),
+        digits(unexplained.range[0], 4),
+        digits(unexplained.range[1], 4),
+        unexplained.significance_sigma,
+        100.0 * unexplained.share_of_gap
+    ));
+}
+
+fn gap(page: &mut Page, document: &Document, pictures: &mut Vec<(&'static str, String)>) {
     let gap = &document.gap;
-    let noise = &document.noise;
+    page.heading("Gap between model and measurement");
+    let mut bars = vec![("fitted readings", gap.before, gap.after, gap.floor)];
+    if let Some(held) = &gap.held_out {
+        bars.push(("held-out readings", held.before, held.after, held.floor));
+    }
+    let svg = gap_bars(&bars);
+    page.figure(&svg, &gap.held_out_note);
+    pictures.push(("gap.svg", svg));
+}
+
+fn residuals(page: &mut Page, found: &Diagnosis, pictures: &mut Vec<(&'static str, String)>) {
+    page.heading("Where");
+    if let Some((coordinate, svg)) = panels::along(found) {
+        let caption = format!(
+            "Residuals of the baseline along {}, with what was found.",
+            along_words(coordinate.name())
+        );
+        page.figure(&svg, &caption);
+        pictures.push(("coordinate.svg", svg));
+    }
+    let (panels, x, y) = panels::panels(found);
+    if !panels.is_empty() {
+        let svg = residual_maps(&panels, x, y);
+        page.figure(
+            &svg,
+            "Residuals before and after, (measured − predicted)/(s·u), on one fixed scale.",
+        );
+        pictures.push(("residuals.svg", svg));
+    }
+}
+
+fn next(page: &mut Page, document: &Document) {
+    if document.next_measurement.is_empty() {
+        return;
+    }
+    page.heading("Measure next");
+    let rows: Vec<Vec<String>> = document
+        .next_measurement
+        .iter()
+        .map(|next| {
+            vec![
+                next.what.replace('_', " "),
+                format!(
+                    "{} | {}",
+                    standard_name(&next.splits[0]),
+                    standard_name(&next.splits[1])
+                ),
+                format!("{:.1} σ", next.expected_sigma),
+                format!("{:.0} min", next.minutes),
+                next.plan.clone().unwrap_or_default(),
+            ]
+        })
+        .collect();
+    page.table(&["do", "tells apart", "by", "takes", "plan"], &rows);
+}
+
+fn tiles(document: &Document) -> Vec<Tile> {
+    let (gap, noise) = (&document.gap, &document.noise);
     let tile = |name: &str, value: String, note: String| Tile {
         name: name.to_owned(),
         value,
@@ -54,61 +207,43 @@ pub fn report(found: &Diagnosis, diff: &[String]) -> Report {
             format!("{:.3} expected of noise", gap.floor),
         ),
     ];
-    if let Some(held) = &gap.held_out {
-        let note = format!("{:.3} → {:.3} on {} readings", held.before, held.after, held.readings);
-        tiles.push(tile(
+    tiles.extend(gap.held_out.as_ref().map(|held| {
+        tile(
             "removed, held out",
             format!("{:.1} %", 100.0 * held.removed),
-            note,
-        ));
-    }
-    if let Some(k) = reached_by_chance(noise) {
-        tiles.push(tile(
+            format!("{:.3} → {:.3} on {} readings", held.before, held.after, held.readings),
+        )
+    }));
+    tiles.extend(reached_by_chance(noise).map(|k| {
+        tile(
             "disagreement",
             format!("{k} of {}", noise.n_null),
             "simulated noise-only scans reach it".to_owned(),
-        ));
-    }
+        )
+    }));
     tiles.push(tile(
         "noise",
         format!("{:.3} × stated", noise.scale),
         format!("autocorrelation {:.2}", noise.autocorrelation),
     ));
-    if let Some(test) = &noise.test {
-        tiles.push(tile(
+    tiles.extend(noise.test.as_ref().map(|test| {
+        tile(
             "what is left is noise",
             format!("p = {:.3}", test.p_value),
             format!("scatter {:.2} × stated", test.scatter),
-        ));
-    }
-    page.tiles(&tiles);
+        )
+    }));
+    tiles
+}
 
-    page.heading("Where");
-    let (panels, x, y) = panels(found);
-    if !panels.is_empty() {
-        let svg = residual_maps(&panels, x, y);
-        page.figure(
-            &svg,
-            "Residuals before and after, (measured − predicted)/(s·u), on one fixed scale.",
-        );
-        pictures.push(("residuals.svg", svg));
-    }
-    if let Some((coordinate, svg)) = along(found) {
-        let caption = format!(
-            "Residuals of the baseline along {}, with what was found.",
-            coordinate.name()
-        );
-        page.figure(&svg, &caption);
-        pictures.push(("coordinate.svg", svg));
-    }
+fn places(page: &mut Page, document: &Document) {
     let rows: Vec<Vec<String>> = document
         .places
         .iter()
         .map(|place| {
-            let range = format!("{} … {}", digits(place.range[0], 4), digits(place.range[1], 4));
             vec![
-                place.coordinate.to_owned(),
-                range,
+                along_words(place.coordinate).to_owned(),
+                format!("{} … {}", digits(place.range[0], 4), digits(place.range[1], 4)),
                 format!("{:.1}", place.significance_sigma),
                 place.note.clone(),
             ]
@@ -117,109 +252,54 @@ pub fn report(found: &Diagnosis, diff: &[String]) -> Report {
     if !rows.is_empty() {
         page.table(&["along", "range", "σ", "pattern"], &rows);
     }
+}
 
-    for (effect, ranked) in document.effects.iter().zip(&document.ranked) {
-        page.heading(&format!("{} — {}", effect.name, effect.standard_name));
-        let rows: Vec<Vec<String>> = ranked
-            .iter()
-            .map(|row| {
-                let name = match row.name.strip_prefix("unnamed:") {
-                    Some(coordinate) => format!("no name, along {coordinate}"),
-                    None => row.name.clone(),
-                };
-                vec![
-                    name,
-                    format!("{:.1} %", 100.0 * row.posterior),
-                    format!("{:.1}", row.significance_sigma),
-                ]
-            })
-            .collect();
-        page.table(&["who", "probability", "σ"], &rows);
-        let rows: Vec<Vec<String>> = effect
-            .parameters
-            .iter()
-            .map(|(key, parameter)| {
-                let plausible = format!("{} … {}", parameter.plausible[0], parameter.plausible[1]);
-                let flag = if parameter.implausible { "outside" } else { "" };
-                let before = parameter.before.map_or_else(String::new, |before| digits(before, 4));
-                vec![
-                    (*key).to_owned(),
-                    with_uncertainty(parameter),
-                    before,
-                    plausible,
-                    flag.to_owned(),
-                ]
-            })
-            .collect();
-        page.table(
-            &["parameter", "value ± U (k = 2)", "in the model", "plausible", ""],
-            &rows,
-        );
-    }
-    if let Some(unexplained) = &document.unexplained {
-        page.heading("Without a name");
-        page.paragraph(&format!(
-            "{}, along {} between {} and {}: {:.1} σ, {:.0} % of the squared gap.",
-            unexplained.note,
-            unexplained.coordinate,
-            digits(unexplained.range[0], 4),
-            digits(unexplained.range[1], 4),
-            unexplained.significance_sigma,
-            100.0 * unexplained.share_of_gap
-        ));
-    }
-    if let Some(test) = noise.test.as_ref().filter(|test| !test.findings.is_empty()) {
-        let rows: Vec<Vec<String>> = test
-            .findings
-            .iter()
-            .map(|finding| {
-                let period = match (finding.period, finding.coordinate) {
-                    (Some(period), "time_s") => format!("{} s", digits(period, 3)),
-                    (Some(period), _) => format!("{} readings", digits(period, 3)),
-                    (None, _) => String::new(),
-                };
-                vec![
-                    finding.note.clone(),
-                    finding.coordinate.to_owned(),
-                    format!("{} … {}", digits(finding.range[0], 4), digits(finding.range[1], 4)),
-                    period,
-                    format!("{:.1e}", finding.p_value),
-                ]
-            })
-            .collect();
-        page.table(
-            &["what is no noise", "along", "range", "period", "p of this test"],
-            &rows,
-        );
-    }
+/// What else could be behind a pattern.
+fn rivals(page: &mut Page, effect: &EffectEntry, ranked: &[RankedEntry]) {
+    page.paragraph(&format!("What could be taken for {}:", effect.standard_name));
+    let rows: Vec<Vec<String>> = ranked
+        .iter()
+        .map(|row| {
+            vec![
+                standard_name(&row.name),
+                format!("{:.1} %", 100.0 * row.posterior),
+                format!("{:.1}", row.significance_sigma),
+            ]
+        })
+        .collect();
+    page.table(&["cause", "probability", "σ"], &rows);
+}
 
-    page.heading("Gap");
-    let mut bars = vec![("fitted readings", gap.before, gap.after, gap.floor)];
-    if let Some(held) = &gap.held_out {
-        bars.push(("held-out readings", held.before, held.after, held.floor));
-    }
-    let svg = gap_bars(&bars);
-    page.figure(&svg, &gap.held_out_note);
-    pictures.push(("gap.svg", svg));
+fn noise(page: &mut Page, noise: &NoiseEntry) {
+    let Some(test) = noise.test.as_ref().filter(|test| !test.findings.is_empty()) else {
+        return;
+    };
+    let rows: Vec<Vec<String>> = test
+        .findings
+        .iter()
+        .map(|finding| {
+            let period = match (finding.period, finding.coordinate) {
+                (Some(period), "time_s") => format!("{} s", digits(period, 3)),
+                (Some(period), _) => format!("{} readings", digits(period, 3)),
+                (None, _) => String::new(),
+            };
+            vec![
+                finding.note.clone(),
+                along_words(finding.coordinate).to_owned(),
+                format!("{} … {}", digits(finding.range[0], 4), digits(finding.range[1], 4)),
+                period,
+                format!("{:.1e}", finding.p_value),
+            ]
+        })
+        .collect();
+    page.table(
+        &["what is no noise", "along", "range", "period", "p of this test"],
+        &rows,
+    );
+}
 
-    if !document.next_measurement.is_empty() {
-        page.heading("Measure next");
-        let rows: Vec<Vec<String>> = document
-            .next_measurement
-            .iter()
-            .map(|next| {
-                vec![
-                    next.what.to_owned(),
-                    format!("{} | {}", next.splits[0], next.splits[1]),
-                    format!("{:.1} σ", next.expected_sigma),
-                    format!("{:.0} min", next.minutes),
-                    next.plan.clone().unwrap_or_default(),
-                ]
-            })
-            .collect();
-        page.table(&["do", "tells apart", "by", "takes", "plan"], &rows);
-    }
-    page.heading("Blind spots");
+fn blind_spots(page: &mut Page, document: &Document) {
+    page.paragraph("What these data could show of each effect, and what they could not:");
     let rows: Vec<Vec<String>> = document
         .blind_spots
         .iter()
@@ -227,31 +307,26 @@ pub fn report(found: &Diagnosis, diff: &[String]) -> Report {
             let amplitude = spot
                 .amplitude_at_5_sigma
                 .map_or_else(|| "never".to_owned(), |a| digits(a, 2));
-            let flag = if spot.blind { "blind" } else { "" };
             vec![
-                spot.effect.to_owned(),
-                spot.parameter.to_owned(),
+                standard_name(spot.effect),
+                words(spot.parameter),
                 amplitude,
                 number(spot.plausible_max),
-                flag.to_owned(),
+                unit(spot.effect, spot.parameter),
+                if spot.blind { "blind" } else { "" }.to_owned(),
             ]
         })
         .collect();
     page.table(
-        &["effect", "parameter", "shows at 5 σ from", "plausible up to", ""],
+        &["effect", "", "shows at 5 σ from", "plausible up to", "unit", ""],
         &rows,
     );
-    if !diff.is_empty() {
-        page.heading("Change of the model file");
-        page.preformatted(&diff.join("\n"));
-    }
-    for note in &document.notes {
-        page.paragraph(note);
-    }
-    Report {
-        pictures,
-        page: page.finish(),
-    }
+}
+
+fn unit(effect: &str, key: &str) -> String {
+    let spec = effects::by_name(effect);
+    let found = spec.and_then(|spec| spec.parameters.iter().find(|parameter| parameter.key == key));
+    found.map_or_else(String::new, |parameter| parameter.unit.to_owned())
 }
 
 /// A sentence with its first letter large and its full stop.
@@ -261,116 +336,4 @@ pub fn capitalised(text: &str) -> String {
         .next()
         .map_or_else(String::new, |first| first.to_uppercase().collect());
     format!("{first}{}.", letters.as_str())
-}
-
-/// Panels of half-planes (one a distance, rows in order of measurement) or of maps.
-fn panels(found: &Diagnosis) -> (Vec<Panel>, &'static str, &'static str) {
-    let rows = &found.rows;
-    if rows.iter().any(|row| row.source == Source::Bin) {
-        let mut groups: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
-        for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.source == Source::Bin) {
-            groups.entry((row.file, row.group)).or_default().push(i);
-        }
-        let panels = groups
-            .values()
-            .take(12)
-            .map(|indices| {
-                let row = &rows[indices[0]];
-                let name = match row.light {
-                    Light::Capped => "capped".to_owned(),
-                    Light::LampOff => "lamp off".to_owned(),
-                    _ => format!("{} mm, exposure {}", row.distance_mm, row.exposure),
-                };
-                panel(name, found, indices, |row| row.x_mm, |row| row.y_mm)
-            })
-            .collect();
-        return (panels, "x in mm", "y in mm (as the lamp sees the sensor)");
-    }
-    let mut distances: Vec<f64> = rows
-        .iter()
-        .map(|row| row.distance_mm)
-        .filter(|d| d.is_finite())
-        .collect();
-    distances.sort_by(f64::total_cmp);
-    distances.dedup();
-    let panels = distances
-        .iter()
-        .filter_map(|&distance| {
-            let pick: Vec<usize> = (0..rows.len())
-                .filter(|&i| rows[i].distance_mm == distance && rows[i].light == Light::Lit && rows[i].travel != 0.0)
-                .collect();
-            (pick.len() > 4).then(|| {
-                panel(
-                    format!("{distance} mm"),
-                    found,
-                    &pick,
-                    |row| row.gamma_deg,
-                    |row| row.c_deg,
-                )
-            })
-        })
-        .collect();
-    (panels, "signed γ in degrees", "C in degrees")
-}
-
-fn panel(name: String, found: &Diagnosis, indices: &[usize], x: fn(&Row) -> f64, y: fn(&Row) -> f64) -> Panel {
-    let places = |f: fn(&Row) -> f64| {
-        let mut values: Vec<f64> = indices.iter().map(|&i| f(&found.rows[i])).collect();
-        values.sort_by(f64::total_cmp);
-        values.dedup();
-        values
-    };
-    let (xs, ys) = (places(x), places(y));
-    let mut before = vec![f64::NAN; xs.len() * ys.len()];
-    let mut after = before.clone();
-    for &i in indices {
-        let row = &found.rows[i];
-        let column = xs.partition_point(|value| *value < x(row));
-        let line = ys.partition_point(|value| *value < y(row));
-        before[line * xs.len() + column] = found.before[i];
-        after[line * xs.len() + column] = found.left[i];
-    }
-    Panel {
-        name,
-        columns: xs.len(),
-        rows: ys.len(),
-        before,
-        after,
-        x: xs,
-        y: ys,
-    }
-}
-
-/// Residuals against the coordinate of the strongest pattern.
-fn along(found: &Diagnosis) -> Option<(Coordinate, String)> {
-    const ALL: [Coordinate; 16] = [
-        Coordinate::TimeS,
-        Coordinate::GammaDeg,
-        Coordinate::CDeg,
-        Coordinate::DistanceMm,
-        Coordinate::Travel,
-        Coordinate::Range,
-        Coordinate::AmbientC,
-        Coordinate::Level,
-        Coordinate::XMm,
-        Coordinate::YMm,
-        Coordinate::RadiusMm,
-        Coordinate::IncidenceDeg,
-        Coordinate::Exposure,
-        Coordinate::WavelengthNm,
-        Coordinate::Index,
-        Coordinate::Noise,
-    ];
-    let document = &found.document;
-    let wanted = document
-        .unexplained
-        .as_ref()
-        .map(|unexplained| unexplained.coordinate)
-        .or_else(|| document.places.first().map(|place| place.coordinate))?;
-    let coordinate = ALL.into_iter().find(|coordinate| coordinate.name() == wanted)?;
-    let place = |i: usize| found.rows[i].coordinate(coordinate, found.level[i]);
-    let pick: Vec<usize> = (0..found.rows.len()).filter(|&i| place(i).is_finite()).collect();
-    let points: Vec<(f64, f64)> = pick.iter().map(|&i| (place(i), found.before[i])).collect();
-    let fit: Vec<(f64, f64)> = pick.iter().map(|&i| (place(i), found.explained[i])).collect();
-    (!points.is_empty()).then(|| (coordinate, residuals_along(wanted, &points, &fit)))
 }

@@ -139,6 +139,16 @@ impl Page {
         );
     }
 
+    /// Begins a part that is closed until somebody wants it.
+    pub fn open_fold(&mut self, summary: &str) {
+        let _ = writeln!(self.body, "<details><summary>{}</summary>", escape(summary));
+    }
+
+    /// Ends the part.
+    pub fn close_fold(&mut self) {
+        self.body.push_str("</details>\n");
+    }
+
     /// Adds a list of files beside the page, each with what it is.
     pub fn files(&mut self, files: &[(&str, &str)]) {
         self.body.push_str("<ul class=\"files\">\n");

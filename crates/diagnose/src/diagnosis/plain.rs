@@ -5,7 +5,7 @@ use isolux_model::effects;
 use crate::document::{EffectEntry, GapEntry, Independence, UnexplainedEntry, Verdict};
 
 /// Where a pattern runs along, in words.
-fn along(coordinate: &str) -> &str {
+pub fn along(coordinate: &str) -> &str {
     match coordinate {
         "time_s" => "time",
         "gamma_deg" => "γ",
