@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use isolux_diagnose::diagnosis::Diagnosis;
+use isolux_diagnose::diagnosis::{Diagnosis, along_words};
 use isolux_diagnose::table::{Coordinate, Light, Row, Source};
 
 use crate::diagnosis::{Panel, residuals_along};
@@ -85,6 +85,16 @@ fn panel(name: String, found: &Diagnosis, indices: &[usize], x: fn(&Row) -> f64,
     }
 }
 
+/// A coordinate in words, with its unit.
+fn axis_label(coordinate: &str) -> String {
+    let words = along_words(coordinate);
+    let units = [("_s", "s"), ("_deg", "°"), ("_mm", "mm"), ("_c", "°C"), ("_nm", "nm")];
+    match units.iter().find(|(suffix, _)| coordinate.ends_with(suffix)) {
+        Some((_, unit)) => format!("{words} in {unit}"),
+        None => words.to_owned(),
+    }
+}
+
 /// Residuals against the coordinate of the strongest pattern.
 pub fn along(found: &Diagnosis) -> Option<(Coordinate, String)> {
     const ALL: [Coordinate; 16] = [
@@ -116,5 +126,5 @@ pub fn along(found: &Diagnosis) -> Option<(Coordinate, String)> {
     let pick: Vec<usize> = (0..found.rows.len()).filter(|&i| place(i).is_finite()).collect();
     let points: Vec<(f64, f64)> = pick.iter().map(|&i| (place(i), found.before[i])).collect();
     let fit: Vec<(f64, f64)> = pick.iter().map(|&i| (place(i), found.explained[i])).collect();
-    (!points.is_empty()).then(|| (coordinate, residuals_along(wanted, &points, &fit)))
+    (!points.is_empty()).then(|| (coordinate, residuals_along(&axis_label(wanted), &points, &fit)))
 }
