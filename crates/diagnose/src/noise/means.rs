@@ -1,8 +1,9 @@
 //! Means of readings that belong together and wander more than independent readings let them.
 
+use super::finding::{Finding, Kind, Strongest};
 use super::limits::{MEANS, PIECES};
 use super::series::Series;
-use super::{Finding, Kind, Strongest, Test};
+use super::statistic::Test;
 use crate::table::Coordinate;
 
 /// Means of successive readings that wander more than independent readings let them.

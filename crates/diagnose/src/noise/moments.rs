@@ -1,8 +1,9 @@
 //! Periods that come, go or change: a periodogram of each stretch of the record, its peak wherever it lies.
 
+use super::finding::{Finding, Kind, Strongest, digits};
 use super::limits::{SQUARE_CLIP, STRETCHES};
 use super::series::Series;
-use super::{Finding, Kind, Strongest, Test, digits};
+use super::statistic::Test;
 use crate::table::Coordinate;
 
 /// Steps of the table of sines: phases are looked up, or long records would take gigabytes.

@@ -7,9 +7,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
 
+use super::finding::Strongest;
+use super::left::Left;
 use super::limits::{FEWEST_NULLS, NULL_VALUES, NULLS, TOGETHER};
 use super::series::Series;
-use super::{Left, Strongest, Test};
+use super::statistic::Test;
 use crate::whitening::MOST_CORRELATED;
 
 /// The simulated records are others than those of the scan.

@@ -5,9 +5,10 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use super::finding::{Finding, Kind, Strongest, digits};
 use super::limits::{CENTRES, EVERY, EVERY_VISIT, PATCH_DEG, PATCH_SHARE, RUNS};
 use super::series::Series;
-use super::{Finding, Kind, Strongest, Test, digits};
+use super::statistic::Test;
 use crate::table::{Coordinate, Light};
 
 /// Cells whose rows may be off together, with weights such that the whole has unit length.

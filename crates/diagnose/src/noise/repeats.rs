@@ -3,9 +3,10 @@
 
 use std::collections::HashMap;
 
+use super::finding::{Finding, Kind, Strongest, digits};
+use super::left::Left;
 use super::limits::{REPEATS, REPEATS_AT_ONCE, SCALE};
 use super::series::{Series, hold};
-use super::{Finding, Kind, Left, Strongest, digits};
 use crate::table::{Coordinate, Light, Row, Source};
 use crate::whitening::Sequence;
 

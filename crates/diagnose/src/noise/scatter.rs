@@ -1,8 +1,9 @@
 //! Whether all readings scatter alike: from block to block, along a coordinate, and from one to the next.
 
+use super::finding::{Finding, Kind, Strongest, digits};
 use super::limits::{PARTS, SCALE, SQUARE_CLIP, STEPS};
 use super::series::Series;
-use super::{Finding, Kind, Strongest, Test, digits};
+use super::statistic::Test;
 use crate::table::{Coordinate, Light, Source};
 
 /// Squares, outliers held, with their mean and variance.

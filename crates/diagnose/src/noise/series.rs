@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::Left;
+use super::left::Left;
 use super::limits::{CLIP, ROUNDED};
 use crate::table::{Row, Source};
 

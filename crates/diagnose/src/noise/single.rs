@@ -1,9 +1,10 @@
 //! Single readings: one that is further off than outliers are, and values that come again where noise would change
 //! them.
 
+use super::finding::{Finding, Kind, Strongest, digits};
+use super::left::Left;
 use super::limits::{OUTLIERS, TIES, WIDEST};
 use super::series::{Series, robust};
-use super::{Finding, Kind, Left, Strongest, digits};
 use crate::table::{Coordinate, Light};
 
 fn finding(kind: Kind, range: [f64; 2], sigma: f64, p_value: f64, note: String) -> Finding {

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
+use super::finding::{Finding, Kind, Strongest, digits};
 use super::limits::CELLS;
 use super::series::Series;
-use super::{Finding, Kind, Strongest, Test};
+use super::statistic::Test;
 use crate::table::Coordinate;
 
 /// Power at every frequency, for an error that multiplies the light and for one that is added to it.
@@ -150,8 +151,8 @@ impl Test for Spectrum {
             _ => "an added error",
         };
         let note = match self.coordinate {
-            Coordinate::TimeS => format!("{what} with a period of {} s", super::digits(period)),
-            _ => format!("{what} with a period of {} readings", super::digits(period)),
+            Coordinate::TimeS => format!("{what} with a period of {} s", digits(period)),
+            _ => format!("{what} with a period of {} readings", digits(period)),
         };
         Finding::new(Kind::Periodic, self.coordinate, self.range, strongest, note)
             .with_period(period)

@@ -1,0 +1,180 @@
+//! What a test of the noise finds.
+
+use super::limits::SCALE;
+use crate::table::Coordinate;
+
+/// What the test of the noise found.
+#[derive(Debug, Clone)]
+pub struct NoiseTest {
+    /// Probability of the strongest of all tests under noise alone.
+    pub p_value: f64,
+    /// Standard deviation of the residuals, outliers held, in units of the stated uncertainties.
+    pub scatter: f64,
+    /// The largest scatter that counts as noise here.
+    pub limit: f64,
+    /// Scatter of the repeats of one pose, and their degrees of freedom, where there are enough.
+    pub repeats: Option<(f64, f64)>,
+    /// What is no noise, strongest first; empty where all is.
+    pub findings: Vec<Finding>,
+    /// The strongest periods, and the significance (σ) of each alone.
+    pub spectrum: Vec<Peak>,
+}
+
+/// A peak of a periodogram.
+#[derive(Debug, Clone, Copy)]
+pub struct Peak {
+    /// Over what: time or number.
+    pub coordinate: Coordinate,
+    /// In seconds or readings.
+    pub period: f64,
+    /// √ of what it explains, in σ.
+    pub sigma: f64,
+}
+
+/// The kind of a finding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// More scatter than stated.
+    Scatter,
+    /// More scatter than repeats of a pose show.
+    Repeats,
+    /// Neighbours in time are correlated.
+    Correlation,
+    /// A period in time or number.
+    Periodic,
+    /// Every n-th reading.
+    Every,
+    /// A run of successive readings.
+    Run,
+    /// Means of successive readings wander.
+    Means,
+    /// Neighbouring directions or bins.
+    Patch,
+    /// One reading is further off than outliers are.
+    Outlier,
+    /// Readings repeat the value before.
+    Repeated,
+    /// One block scatters more than the others.
+    Blocks,
+    /// The scatter grows along a coordinate.
+    Trend,
+}
+
+/// One way in which the residuals are no noise.
+#[derive(Debug, Clone)]
+pub struct Finding {
+    /// Which.
+    pub kind: Kind,
+    /// Where: `noise` for a scatter, else the coordinate.
+    pub coordinate: Coordinate,
+    /// The part of the coordinate; numbers of readings for `noise`.
+    pub range: [f64; 2],
+    /// Its period, in seconds or readings.
+    pub period: Option<f64>,
+    /// C, γ and width of a patch of directions, in degrees.
+    pub direction: Option<[f64; 3]>,
+    /// Significance in σ.
+    pub sigma: f64,
+    /// What it makes of the squared residuals, in σ².
+    pub explained: f64,
+    /// Probability of this test alone under noise.
+    pub p_value: f64,
+    /// In words.
+    pub note: String,
+}
+
+impl Finding {
+    pub(super) fn new(kind: Kind, coordinate: Coordinate, range: [f64; 2], strongest: Strongest, note: String) -> Self {
+        let explained = 2.0 * strongest.half_square;
+        Self {
+            kind,
+            coordinate,
+            range,
+            period: None,
+            direction: None,
+            sigma: explained.sqrt(),
+            explained,
+            p_value: 1.0,
+            note,
+        }
+    }
+
+    pub(super) fn with_period(self, period: f64) -> Self {
+        Self {
+            period: Some(period),
+            ..self
+        }
+    }
+
+    /// The same, when so much of the squared residuals is its, outliers and all.
+    pub(super) fn explaining(self, explained: f64) -> Self {
+        Self { explained, ..self }
+    }
+}
+
+impl NoiseTest {
+    /// Whether something is left that is no noise.
+    pub fn disagrees(&self) -> bool {
+        !self.findings.is_empty()
+    }
+
+    /// What the strongest finding makes of the squared residuals, in σ².
+    pub fn explained(&self) -> f64 {
+        self.findings
+            .iter()
+            .map(|finding| finding.explained)
+            .fold(0.0, f64::max)
+    }
+
+    /// The same, when what was found does not matter.
+    #[must_use]
+    pub fn without_findings(self) -> Self {
+        Self {
+            findings: Vec::new(),
+            ..self
+        }
+    }
+
+    /// What is left, in words.
+    pub fn note(&self) -> String {
+        let mut parts = Vec::new();
+        if self.scatter > SCALE {
+            parts.push(format!(
+                "the readings scatter {:.1} times as much as stated",
+                self.scatter
+            ));
+        }
+        let said = |kind: Kind| kind == Kind::Scatter && !parts.is_empty();
+        let more: Vec<String> = self
+            .findings
+            .iter()
+            .filter(|finding| !said(finding.kind))
+            .take(2)
+            .map(|finding| finding.note.clone())
+            .collect();
+        parts.extend(more);
+        parts.join(", ")
+    }
+}
+
+/// The strongest place of one test.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Strongest {
+    /// Half of the squared significance.
+    pub half_square: f64,
+    /// Which place.
+    pub place: usize,
+}
+
+impl Strongest {
+    pub fn raise(&mut self, half_square: f64, place: usize) {
+        if half_square > self.half_square {
+            *self = Self { half_square, place };
+        }
+    }
+}
+
+/// A number with three digits, and no minus before a zero.
+pub(super) fn digits(value: f64) -> String {
+    isolux_model::digits(value + 0.0, 3)
+}
