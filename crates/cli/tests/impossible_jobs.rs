@@ -65,7 +65,7 @@ fn a_day_that_cannot_be_is_refused_before_anything_moves() {
         ),
         (
             &[distance("distance_mm = \"500\"")],
-            "a number is needed, as in distance_mm = 1.5",
+            "a number is needed, as in distance_mm = 500",
         ),
         (
             &[distance("distance_mm = 500.0\ntilt_x_deg = 180.0")],
