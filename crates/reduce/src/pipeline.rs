@@ -121,11 +121,10 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Red
     // What a model takes out was learnt from such readings too: their noise and digit stay in the budget.
     let common = common(run, &levels, corrected, &drift, &grid, distance_mm, &unmeasured);
     let own_distance = own.is_none_or(|own_mm| own_mm == distance_mm);
-    let missing: Vec<String> = unmeasured
-        .missing
+    let missing: Vec<String> = partial
         .iter()
-        .cloned()
-        .chain(partial.as_ref().map(Partial::words))
+        .map(Partial::words)
+        .chain(unmeasured.missing.iter().cloned())
         .chain(accepted.is_some().then(|| finding::ACCEPTED.to_owned()))
         .chain(station.bench().u_distance_mm.is_none().then(|| NO_DISTANCE.to_owned()))
         .chain((!own_distance).then(|| "not corrected for the distance of the readings".to_owned()))
