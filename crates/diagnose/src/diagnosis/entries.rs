@@ -135,7 +135,7 @@ pub(super) fn ranked(assumed: &AssumedModel, outcome: &Outcome) -> Vec<Vec<Ranke
         let rows = rivalry.ranked.iter().enumerate().filter(listed);
         let mut rows: Vec<&Ranked> = rows.map(|(_, ranked)| ranked).collect();
         // The row without a name is always there.
-        if !rows.iter().any(|row| is_unnamed(&row)) {
+        if !rows.iter().any(is_unnamed) {
             rows.extend(rivalry.ranked.iter().find(is_unnamed));
         }
         let entry = |ranked: &Ranked| RankedEntry {
