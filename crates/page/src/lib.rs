@@ -1,7 +1,7 @@
 //! The local page: what the bench does, live, and the operator's commands, on the loopback interface.
 //!
 //! One process serves one desk. Everything that moves an axis goes through [`isolux_app`]; this crate holds no physics
-//! and opens no instrument. The order of the checks before a route is in [`guard`].
+//! and opens no instrument. The order of the checks before a route is in `guard.rs`.
 
 mod asked;
 mod assets;

@@ -1,4 +1,4 @@
-//! A report as PDF, with its fonts inside and without a browser: the pages of [`crate::paper`] drawn by krilla.
+//! A report as PDF, with its fonts inside and without a browser: the pages of `paper` drawn by krilla.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

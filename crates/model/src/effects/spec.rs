@@ -151,7 +151,7 @@ pub struct EffectSpec {
     pub name: &'static str,
     /// The term of the standards.
     pub standard_name: &'static str,
-    /// What it does, in one sentence for somebody who has never read of it: placeholders as in [`super::sentence`].
+    /// What it does, in one sentence for somebody who has never read of it: placeholders as in `sentence.rs`.
     pub sentence: &'static str,
     /// What it is a property of.
     pub belongs_to: &'static [BelongsTo],

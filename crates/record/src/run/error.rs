@@ -74,7 +74,7 @@ pub enum RunError {
     },
 }
 
-/// Whether a run can begin in `path`: it is not there, is empty, or holds nothing but what [`RunDir::create`] writes
+/// Whether a run can begin in `path`: it is not there, is empty, or holds nothing but what [`RunDir::create`](super::RunDir::create) writes
 /// before run.toml, left by a program that was killed.
 pub fn vacant(path: &Utf8Path) -> bool {
     if !path.exists() {
