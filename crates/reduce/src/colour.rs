@@ -41,12 +41,14 @@ impl Colour {
         let centre = numbers(spectrum);
         let change = |changed: Option<Spectrum>| changes(&centre, changed.as_ref());
         let shape = change(shape_changed(spectrum, known.shape_rel));
+        let bow = change(bow_changed(spectrum, known.shape_rel));
         let wavelength = change(wavelengths_changed(spectrum, known.wavelength_nm));
         let noise = noise(spectrum, u_w_m2_nm, &centre);
         let quantity = |number: usize, unit| {
             let parts = [
                 ("noise", noise[number]),
                 ("calibration_shape", shape[number]),
+                ("calibration_bow", bow[number]),
                 ("wavelength", wavelength[number]),
             ];
             let value = centre[number]?;
@@ -116,13 +118,20 @@ fn changes(centre: &[Option<f64>; COUNT], changed: Option<&Spectrum>) -> [f64; C
 
 /// The spectrum with a calibration whose ratio of 700 nm to 400 nm is off by `rel`, linear in the wavelength.
 pub fn shape_changed(spectrum: &Spectrum, rel: f64) -> Option<Spectrum> {
-    let factor = |nm: f64| 1.0 + rel * (nm - 550.0) / 300.0;
+    scaled(spectrum, |nm| 1.0 + rel * (nm - 550.0) / 300.0)
+}
+
+/// The spectrum with a calibration whose ratio of 550 nm to 400 nm and 700 nm is off by `rel`, along a parabola. A tilt
+/// alone moves the light along the Planckian locus, and Duv and colour rendering would look better than they are.
+pub fn bow_changed(spectrum: &Spectrum, rel: f64) -> Option<Spectrum> {
+    let factor = |nm: f64| 1.0 + 0.5 * rel * (1.0 - 8.0 * ((nm - 550.0) / 300.0).powi(2));
+    scaled(spectrum, factor)
+}
+
+fn scaled(spectrum: &Spectrum, factor: impl Fn(f64) -> f64) -> Option<Spectrum> {
     let pairs = spectrum.wavelength_nm().iter().zip(spectrum.value());
-    Spectrum::new(
-        spectrum.wavelength_nm().to_vec(),
-        pairs.map(|(nm, value)| value * factor(*nm)).collect(),
-    )
-    .ok()
+    let value = pairs.map(|(nm, value)| value * factor(*nm)).collect();
+    Spectrum::new(spectrum.wavelength_nm().to_vec(), value).ok()
 }
 
 /// The spectrum on a wavelength scale that is off by `nm`, at the wavelengths that it had.

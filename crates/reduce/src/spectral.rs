@@ -7,7 +7,7 @@ use isolux_record::spectra::{DarkSubtraction, SpectrumRecord};
 use isolux_spectrum::Spectrum;
 use isolux_spectrum::cie;
 
-use crate::colour::{Colour, shape_changed, wavelengths_changed};
+use crate::colour::{Colour, bow_changed, shape_changed, wavelengths_changed};
 use crate::error::ReduceError;
 use crate::known::Known;
 use crate::quantity::Quantity;
@@ -135,6 +135,7 @@ fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Kno
     };
     // What a number of the spectrum changes by when its shape or its wavelengths are wrong by their uncertainty.
     let shaped = shape_changed(&spectrum, known.shape_rel);
+    let bowed = bow_changed(&spectrum, known.shape_rel);
     let shifted = wavelengths_changed(&spectrum, known.wavelength_nm);
     let noise_of_ler = squares(&|place| (683.0 * v_lambda[place] - ler) / integral);
     let ler_change = |changed: &Option<Spectrum>| {
@@ -146,6 +147,7 @@ fn result(spectrum: Spectrum, u_w_m2_nm: Vec<f64>, distance_mm: f64, known: &Kno
     let parts = [
         ("noise", noise_of_ler),
         ("calibration_shape", ler_change(&shaped)),
+        ("calibration_bow", ler_change(&bowed)),
         ("wavelength", ler_change(&shifted)),
     ];
     SpectralResult {
@@ -266,6 +268,9 @@ mod tests {
             .sum::<f64>()
             .sqrt();
         assert!((x.parts["noise"] / exact - 1.0).abs() < 0.01, "{x:?} {exact}");
+        // A bow of the calibration moves Duv more than a tilt does, which runs along the Planckian locus.
+        let duv = colour.duv.as_ref().unwrap();
+        assert!(duv.parts["calibration_bow"] > duv.parts["calibration_shape"], "{duv:?}");
         for (quantity, low, high) in [
             (&colour.ra, 0.001, 2.0),
             (&colour.duv, 1e-6, 1e-3),

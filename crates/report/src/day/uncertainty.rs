@@ -104,7 +104,8 @@ fn value_words(quantity: &Quantity) -> String {
 fn source(part: &str) -> &str {
     match part {
         "calibration" => "calibration of the meter",
-        "calibration_shape" => "spectral shape of the calibration",
+        "calibration_shape" => "spectral shape of the calibration, tilt",
+        "calibration_bow" => "spectral shape of the calibration, bow",
         "dark_digit" => "rounding of the readings without light",
         "dark_noise" => "scatter of the readings without light",
         "digit" => "rounding of the display",
