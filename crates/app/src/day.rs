@@ -40,7 +40,7 @@ pub struct Options {
     pub plan: DayPlan,
     /// The folder of the day; without one a fresh `day`, `day-2`, ….
     pub out: Option<Utf8PathBuf>,
-    /// Whether `out` is a day that broke off, to be taken up again.
+    /// Whether `out` is a day that broke off, to be resumed.
     pub resume: bool,
     /// Whether what is damaged in its record is set aside and read again.
     pub reread: bool,

@@ -6,6 +6,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Model;
 use isolux_record::{Run, Subject};
 use isolux_reduce::{Correction, Options, ReduceError, Reduction, reduce};
+use serde_json::Value;
 
 use crate::files::{self, Overwrite};
 use crate::{Failure, record};
@@ -114,6 +115,25 @@ pub fn run(run: &Utf8Path, request: &Request<'_>, overwrite: Overwrite) -> Resul
         folder,
         files: made.into_iter().map(|file| file.name).collect(),
     })
+}
+
+/// With which options the results were made beside which `budget` lies; none where it is not there.
+///
+/// # Errors
+/// Bad input (exit 2) for a file that is no budget.
+pub(crate) fn options_of(budget: &Utf8Path) -> Result<Option<Options>, Failure> {
+    if !budget.is_file() {
+        return Ok(None);
+    }
+    let wrong = |error: &dyn std::fmt::Display| Failure::bad_input(format!("{budget}: {error}"));
+    let found: Value = serde_json::from_slice(&files::read(budget)?).map_err(|error| wrong(&error))?;
+    let words = found["without"].as_array().into_iter().flatten();
+    let without = words
+        .map(|word| word.as_str().unwrap_or_default().parse::<Correction>())
+        .collect::<Result<_, _>>()
+        .map_err(|error| wrong(&error))?;
+    let accept_drift = found["accepted_drift"]["reason"].as_str().map(str::to_owned);
+    Ok(Some(Options { without, accept_drift }))
 }
 
 /// Where the results of a run lie: those of a scan that is not finished in a folder of their own, so that nothing takes

@@ -2,6 +2,7 @@
 
 use camino::Utf8Path;
 use isolux_scan::BenchState;
+use serde::Deserialize as _;
 use serde_json::Value;
 
 /// How lamp, shutter, baffle and axes were left by the run directory `run`, and how the lamp is switched off; none
@@ -12,23 +13,16 @@ pub fn left_behind(run: &Utf8Path) -> Option<String> {
     if last["event"] != "stopped" {
         return None;
     }
-    let left = last["left"].as_object()?;
-    let (number, flag) = (
-        |key: &str| left.get(key)?.as_f64(),
-        |key: &str| left.get(key)?.as_bool(),
-    );
-    let left = BenchState {
-        c_deg: number("c_deg"),
-        gamma_deg: number("gamma_deg"),
-        axes_at_rest: flag("axes_at_rest")?,
-        lamp_is_on: flag("lamp_is_on"),
-        shutter_is_open: flag("shutter_is_open"),
-        baffle_is_in: flag("baffle_is_in"),
+    let left = BenchState::deserialize(&last["left"]).ok()?;
+    Some(sentence(&left, Some(Utf8Path::new("STATION.toml"))))
+}
+
+/// The same as a sentence; `station` is the file of a bench that goes on existing after the scan.
+pub(crate) fn sentence(left: &BenchState, station: Option<&Utf8Path>) -> String {
+    let lamp = match (left.lamp_is_on, station) {
+        (Some(true), Some(station)) => format!(". To switch the lamp off: isolux switch {station} --lamp off"),
+        (None, Some(_)) => ". The lamp is not switched by the station: look at it".to_owned(),
+        _ => String::new(),
     };
-    let off = match left.lamp_is_on {
-        Some(true) => ". To switch the lamp off: isolux switch STATION.toml --lamp off",
-        Some(false) => "",
-        None => ". The lamp is not switched by the station: look at it",
-    };
-    Some(format!("The bench is left as it is: {left}{off}"))
+    format!("The bench is left as it is: {left}{lamp}")
 }

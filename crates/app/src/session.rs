@@ -1,5 +1,5 @@
-//! A session with instruments: real links and real time, twins among them perhaps; or the virtual darkroom alone and a clock
-//! that runs as fast as it can.
+//! A session with instruments: real links and real time, twins among them perhaps; or the virtual darkroom alone and a
+//! clock that runs as fast as it can.
 
 use std::future::Future;
 use std::sync::Arc;

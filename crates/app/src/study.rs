@@ -1,5 +1,5 @@
-//! A run that is shown, worked on: reduced with other corrections, lit in other poses, its diagnosis taken over into the
-//! model, the next measurement prepared. Nothing here moves an axis.
+//! A run that is shown, worked on: reduced with other corrections, lit in other poses, its diagnosis taken over into
+//! the model, the next measurement prepared. Nothing here moves an axis.
 
 pub mod diagnosed;
 pub mod next;
@@ -28,7 +28,7 @@ impl Figure {
 
 /// A number as the report states it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Said {
+pub struct StatedNumber {
     /// What it is.
     pub name: String,
     /// The number with unit and expanded uncertainty, or with what is missing in it.

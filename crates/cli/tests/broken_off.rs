@@ -1,5 +1,5 @@
 //! Days that break off: by SIGINT and kill in the scan and after it, by faults of the instruments. What was
-//! read stays readable, the axes stand, and the day is taken up again to its end.
+//! read stays readable, the axes stand, and the day is resumed to its end.
 
 #![cfg(unix)]
 

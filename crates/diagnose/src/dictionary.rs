@@ -32,7 +32,7 @@ pub struct Dictionary<'a> {
 enum Column<'a> {
     /// A difference of predictions.
     Tangent(DVector<f64>),
-    /// An oscillation of all light: its change for frequency nought, the times, the frequency, sine or cosine.
+    /// An oscillation of all light: its change for frequency zero, the times, the frequency, sine or cosine.
     Wave(Arc<DVector<f64>>, &'a [f64], f64, fn(f64) -> f64),
     /// A pattern without a name.
     Generic(Pattern),
@@ -296,7 +296,7 @@ fn change<F: Forward + ?Sized>(
     column.iter().all(|value| value.is_finite()).then_some(column)
 }
 
-/// The [`tangent`]s of all frequencies of an oscillation of the light: what one of frequency nought changes, times sine
+/// The [`tangent`]s of all frequencies of an oscillation of the light: what one of frequency zero changes, times sine
 /// and cosine.
 fn oscillations<'a, F: Forward + ?Sized>(
     forward: &'a F,

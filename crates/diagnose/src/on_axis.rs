@@ -141,8 +141,8 @@ pub fn gap_words(gap_rel: f64, sigma: Option<f64>) -> String {
     format!("{:+.2} %{sigma}", 100.0 * gap_rel)
 }
 
-/// Compares; none without a spectrum. `simulated_w_m2` is the irradiance at a distance in mm on the axis, with the light
-/// leaving from a ring of so many mm radius or, without one, from the model's own emitter.
+/// Compares; none without a spectrum. `simulated_w_m2` is the irradiance at a distance in mm on the axis, with the
+/// light leaving from a ring of so many mm radius or, without one, from the model's own emitter.
 ///
 /// # Errors
 /// What `simulated_w_m2` refuses.

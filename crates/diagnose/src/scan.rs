@@ -141,7 +141,7 @@ impl Scan {
     }
 
     /// Orthonormal directions of some candidates, readings × directions, and which of them the data can see, their
-    /// directions counted from nought.
+    /// directions counted from zero.
     fn directions(&self, whitened: Whitened<'_>, candidates: Range<usize>) -> (DMatrix<f64>, Vec<Seen>) {
         let numbers: Vec<usize> = self.candidates[candidates.clone()]
             .iter()

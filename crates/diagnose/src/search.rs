@@ -1,5 +1,5 @@
-//! From residuals to a set of effects, stage by stage: `estimate` (the baseline), `scanned`, `select`, `compete`. Each is a
-//! function of what the one before found; the report of a diagnosis ([`crate::diagnosis`]) is the last.
+//! From residuals to a set of effects, stage by stage: `estimate` (the baseline), `scanned`, `select`, `compete`. Each
+//! is a function of what the one before found; the report of a diagnosis ([`crate::diagnosis`]) is the last.
 
 mod candidates;
 mod compete;

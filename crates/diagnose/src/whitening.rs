@@ -215,23 +215,8 @@ pub(crate) fn without(v: &[(usize, f64)], column: &mut [f64]) {
 
 #[cfg(test)]
 mod tests {
+    use super::correlation::tests::correlated;
     use super::*;
-    use rand::{RngExt as _, SeedableRng};
-    use rand_distr::StandardNormal;
-
-    fn correlated(n: usize, rho: f64, seed: u64) -> DVector<f64> {
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-        let mut last = 0.0;
-        DVector::from_fn(n, |i, _| {
-            let fresh: f64 = rng.sample(StandardNormal);
-            last = if i == 0 {
-                fresh
-            } else {
-                rho * last + (1.0 - rho * rho).sqrt() * fresh
-            };
-            last
-        })
-    }
 
     #[test]
     fn whitening_leaves_no_correlation_and_unit_variance() {

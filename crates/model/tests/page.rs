@@ -1,5 +1,5 @@
-//! The book's page of the effects is made from their files: `WRITE_PAGE=1 cargo test -p isolux-model --test page` writes
-//! it. What stands before its first section is written by hand and kept.
+//! The book's page of the effects is made from their files: `WRITE_PAGE=1 cargo test -p isolux-model --test page`
+//! writes it. What stands before its first section is written by hand and kept.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;

@@ -3,7 +3,7 @@
 import { Chart, axis, line } from "./charts.js";
 import { command, study } from "./commands.js";
 import { $, facts, make, picture } from "./dom.js";
-import { keyWords, significant } from "./words.js";
+import { significant } from "./words.js";
 
 class Curves extends Chart {
   draw(curve) {
@@ -81,8 +81,8 @@ export class Diagnosis {
 
   #effects(told) {
     $("effects").replaceChildren(...told.effects.flatMap((effect) => {
-      const others = effect.equivalents.length ? [make("p", { className: "caption", textContent: `These readings cannot tell it from ${effect.equivalents.map(keyWords).join(", ")}.` })] : [];
-      return [make("h3", { textContent: effect.name }), facts(effect.parameters.map((one) => [keyWords(one.name), one.value])), ...others];
+      const others = effect.equivalents.length ? [make("p", { className: "caption", textContent: `These readings cannot tell it from ${effect.equivalents.join(", ")}.` })] : [];
+      return [make("h3", { textContent: effect.name }), facts(effect.parameters.map((one) => [one.name, one.value])), ...others];
     }));
     $("no-effects").hidden = told.effects.length > 0;
     $("add").disabled = told.effects.length === 0 || Boolean(told.added);
@@ -94,7 +94,7 @@ export class Diagnosis {
     $("proposals").replaceChildren(...next.map((one, number) => {
       const show = make("button", { type: "button", textContent: "Show its plan", disabled: !one.plan });
       show.addEventListener("click", () => this.#plan(number));
-      const words = `${one.what}: ${one.splits.map(keyWords).join(" and ")} would lie ${one.expected_sigma.toFixed(1)} σ apart${one.plan ? "" : " (poses of a camera: no plan of the axes)"}`;
+      const words = `${one.what}: ${one.splits.join(" and ")} would lie ${one.expected_sigma.toFixed(1)} σ apart${one.plan ? "" : " (poses of a camera: no plan of the axes)"}`;
       return make("li", {}, make("span", { textContent: words }), show);
     }));
     $("no-proposals").hidden = next.length > 0;

@@ -9,11 +9,6 @@ export function significant(value, digits = 4) {
   return value.toFixed(Math.max(0, digits - 1 - magnitude));
 }
 
-/** The key of a model file as words: its unit stands beside the number. */
-export function keyWords(key) {
-  return key.replace(/_(deg|rel|mm|lx|s|nm|lm_per_w|per_k|c|v)$/, "").replaceAll("_", " ");
-}
-
 /** Value ± U (k = 2) of a standard uncertainty u: the digits by the rule of the report (crates/units/src/digits.rs). */
 export function withU(value, u, unit) {
   if (value === null || value === undefined) return "no number";

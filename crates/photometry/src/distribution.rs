@@ -156,7 +156,8 @@ impl IntensityDistribution {
         self.c_deg.len() == 1
     }
 
-    /// Intensity in a direction in candela: bilinear in (C, γ), periodic in C, zero outside the γ range; `gamma_deg` ≥ 0.
+    /// Intensity in a direction in candela: bilinear in (C, γ), periodic in C, zero outside the γ range; `gamma_deg` ≥
+    /// 0.
     pub fn intensity_cd_at(&self, c_deg: f64, gamma_deg: f64) -> f64 {
         let Some((row, v)) = bracket(&self.gamma_deg, gamma_deg) else {
             return 0.0;

@@ -206,7 +206,7 @@ pub struct Reading {
     pub quality: Quality,
     /// Why it was taken.
     pub role: Role,
-    /// Number of the point in the plan (over all blocks, from 0), so that a scan can be taken up again.
+    /// Number of the point in the plan (over all blocks, from 0), so that a scan can be resumed.
     pub point: u64,
     /// Number of the repeat at this visit, from 0.
     pub repeat: u32,

@@ -1,5 +1,5 @@
-//! Colour of the spectrum on the axis, with uncertainty: every number is computed again from the spectrum with one thing
-//! after the other moved, by its standard uncertainty or by a small step (JCGM 100, 5.1.3, note 2).
+//! Colour of the spectrum on the axis, with uncertainty: every number is computed again from the spectrum with one
+//! thing after the other moved, by its standard uncertainty or by a small step (JCGM 100, 5.1.3, note 2).
 
 use isolux_spectrum::Spectrum;
 use serde::Serialize;
@@ -67,8 +67,8 @@ impl Colour {
     }
 }
 
-/// What the scatter of the values leaves in each number. Its slope is taken every [`EVERY`] values and held between them:
-/// colour matching functions and test colours are tens of nanometres wide.
+/// What the scatter of the values leaves in each number. Its slope is taken every [`EVERY`] values and held between
+/// them: colour matching functions and test colours are tens of nanometres wide.
 fn noise(spectrum: &Spectrum, u_w_m2_nm: &[f64], centre: &[Option<f64>; COUNT]) -> [f64; COUNT] {
     let largest = spectrum
         .value()

@@ -1,8 +1,9 @@
 //! The answer of a diagnosis in lines for a person.
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_diagnose::diagnosis::digits;
+use isolux_diagnose::diagnosis::{along_words, digits};
 use isolux_diagnose::document::{Document, Independence, NoiseEntry, ParameterEntry};
+use isolux_model::effects;
 use isolux_units::digits::stated;
 
 /// What was found, and where it was written.
@@ -27,6 +28,36 @@ pub const SAME_RECORD: &str = "the model was made from these readings, so this c
 pub fn reached_by_chance(noise: &NoiseEntry) -> Option<usize> {
     let scans = (noise.p_global? * (noise.n_null + 1) as f64).round() as usize;
     Some(scans.saturating_sub(1))
+}
+
+/// An effect as standards call it; the name of a pattern without one says along what it runs.
+pub fn effect_words(name: &str) -> String {
+    match name.strip_prefix("unnamed:") {
+        Some(coordinate) => format!("no name, along {}", along_words(coordinate)),
+        None => effects::by_name(name).map_or_else(|| key_words(name), |spec| spec.standard_name.to_owned()),
+    }
+}
+
+/// A key of the model file in words; its unit stands beside its value.
+pub fn key_words(key: &str) -> String {
+    const UNITS: [&str; 14] = [
+        "_lm_per_w",
+        "_per_k",
+        "_rel",
+        "_deg",
+        "_mm",
+        "_lx",
+        "_nm",
+        "_px",
+        "_hz",
+        "_cd",
+        "_s",
+        "_c",
+        "_k",
+        "_v",
+    ];
+    let stem = UNITS.iter().find_map(|unit| key.strip_suffix(unit)).unwrap_or(key);
+    stem.replace('_', " ")
 }
 
 /// `value ± U unit (k = 2)` of a parameter.

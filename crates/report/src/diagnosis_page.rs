@@ -7,7 +7,7 @@ use isolux_diagnose::diagnosis::{Diagnosis, along_words, digits};
 use isolux_diagnose::document::{Document, EffectEntry, Independence, NoiseEntry, RankedEntry, Verdict};
 use isolux_model::effects;
 
-use crate::answer::{SAME_RECORD, reached_by_chance, with_uncertainty};
+use crate::answer::{SAME_RECORD, effect_words, key_words, reached_by_chance, with_uncertainty};
 use crate::axes::number;
 use crate::diagnosis::{gap_bars, residual_maps};
 use crate::html::{Page, Tile};
@@ -64,23 +64,6 @@ pub fn report(found: &Diagnosis, diff: &[String]) -> Report {
     }
 }
 
-/// An effect as standards call it; the name of a pattern without one says along what it runs.
-fn standard_name(name: &str) -> String {
-    match name.strip_prefix("unnamed:") {
-        Some(coordinate) => format!("no name, along {}", along_words(coordinate)),
-        None => effects::by_name(name).map_or_else(|| words(name), |spec| spec.standard_name.to_owned()),
-    }
-}
-
-/// A key in words; its unit stands beside its value.
-fn words(key: &str) -> String {
-    const UNITS: [&str; 12] = [
-        "_rel", "_deg", "_mm", "_s", "_lx", "_nm", "_px", "_hz", "_c", "_cd", "_per_k", "_k",
-    ];
-    let stem = UNITS.iter().find_map(|unit| key.strip_suffix(unit)).unwrap_or(key);
-    stem.replace('_', " ")
-}
-
 /// What was fitted of an effect.
 fn values(page: &mut Page, effect: &EffectEntry) {
     page.heading(&capitalised(effect.standard_name).replace('.', ""));
@@ -92,7 +75,7 @@ fn values(page: &mut Page, effect: &EffectEntry) {
             let flag = if parameter.implausible { "outside" } else { "" };
             let before = parameter.before.map_or_else(String::new, |before| digits(before, 4));
             vec![
-                words(key),
+                key_words(key),
                 with_uncertainty(parameter),
                 before,
                 plausible,
@@ -174,11 +157,7 @@ fn next(page: &mut Page, document: &Document) {
         .map(|next| {
             vec![
                 next.what.replace('_', " "),
-                format!(
-                    "{} | {}",
-                    standard_name(&next.splits[0]),
-                    standard_name(&next.splits[1])
-                ),
+                format!("{} | {}", effect_words(&next.splits[0]), effect_words(&next.splits[1])),
                 format!("{:.1} σ", next.expected_sigma),
                 format!("{:.0} min", next.minutes),
                 next.plan.clone().unwrap_or_default(),
@@ -261,7 +240,7 @@ fn rivals(page: &mut Page, effect: &EffectEntry, ranked: &[RankedEntry]) {
         .iter()
         .map(|row| {
             vec![
-                standard_name(&row.name),
+                effect_words(&row.name),
                 format!("{:.1} %", 100.0 * row.posterior),
                 format!("{:.1}", row.significance_sigma),
             ]
@@ -308,8 +287,8 @@ fn blind_spots(page: &mut Page, document: &Document) {
                 .amplitude_at_5_sigma
                 .map_or_else(|| "never".to_owned(), |a| digits(a, 2));
             vec![
-                standard_name(spot.effect),
-                words(spot.parameter),
+                effect_words(spot.effect),
+                key_words(spot.parameter),
                 amplitude,
                 number(spot.plausible_max),
                 unit(spot.effect, spot.parameter),

@@ -12,7 +12,7 @@ use crate::devices::{Devices, TwoState};
 const ANSWER_WITHIN: Duration = Duration::from_secs(2);
 
 /// The bench after a scan. What has no instrument, or one that gives no answer, is none.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct BenchState {
     /// Position of C in degrees.
     pub c_deg: Option<f64>,
@@ -28,24 +28,22 @@ pub struct BenchState {
     pub baffle_is_in: Option<bool>,
 }
 
-impl BenchState {
-    /// Asks the instruments.
-    pub async fn of(devices: &Devices, axes_at_rest: bool) -> Self {
-        let (c_deg, gamma_deg, lamp_is_on, shutter_is_open, baffle_is_in) = tokio::join!(
-            position(devices.axis_c.as_ref()),
-            position(devices.axis_gamma.as_ref()),
-            state(devices.lamp.as_ref()),
-            state(devices.shutter.as_ref()),
-            state(devices.baffle.as_ref()),
-        );
-        Self {
-            c_deg,
-            gamma_deg,
-            axes_at_rest,
-            lamp_is_on,
-            shutter_is_open,
-            baffle_is_in,
-        }
+/// Asks the instruments in what state the bench is.
+pub(crate) async fn ask(devices: &Devices, axes_at_rest: bool) -> BenchState {
+    let (c_deg, gamma_deg, lamp_is_on, shutter_is_open, baffle_is_in) = tokio::join!(
+        position(devices.axis_c.as_ref()),
+        position(devices.axis_gamma.as_ref()),
+        state(devices.lamp.as_ref()),
+        state(devices.shutter.as_ref()),
+        state(devices.baffle.as_ref()),
+    );
+    BenchState {
+        c_deg,
+        gamma_deg,
+        axes_at_rest,
+        lamp_is_on,
+        shutter_is_open,
+        baffle_is_in,
     }
 }
 

@@ -8,7 +8,7 @@ use isolux_record::plan::Plan;
 use isolux_record::run::{Run, RunDir, StopHow, Stopped};
 use serde_json::json;
 
-use crate::bench_state::BenchState;
+use crate::bench_state;
 use crate::cancel::Cancel;
 use crate::clock::RunClock;
 use crate::devices::Devices;
@@ -71,7 +71,7 @@ impl Engine<'_> {
         outcome: Result<(), ScanError>,
     ) -> Result<(), ScanError> {
         let rest = stop_all(devices).await;
-        let left = BenchState::of(devices, rest.is_ok()).await;
+        let left = bench_state::ask(devices, rest.is_ok()).await;
         let readings = run.len();
         let outcome = match outcome {
             Err(ScanError::Interrupted { reason, .. }) => Err(ScanError::Interrupted { reason, readings }),

@@ -264,7 +264,7 @@ fn answer(case: &Case) -> Answer {
 }
 
 /// Held-out gap removed, against noise-free truth: (before² − after²)/(before² − floor²), all in true σ, where `floor`
-/// is what a refitted baseline leaves in the same noise with nothing hidden; and the same with a floor of nought.
+/// is what a refitted baseline leaves in the same noise with nothing hidden; and the same with a floor of zero.
 fn gap(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<(f64, f64, (f64, f64))> {
     let residual = |model: &Model, name: &str, truth: &dyn Fn(usize) -> f64| -> f64 {
         let file = path.join(name);

@@ -79,7 +79,7 @@ pub fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Ve
     let (first, last) = (steps[0].at.time_s, steps[steps.len() - 1].at.time_s);
     let all = || 0..steps.len();
     match name {
-        // The amplifier hears the motor: so many degrees a period, another phase after each start.
+        // The amplifier picks up the motor: so many degrees a period, another phase after each start.
         "microphonics" => {
             let period_deg = draws.between(13.0, 45.0);
             let phases: Vec<f64> = all().map(|_| draws.between(0.0, turn)).collect();

@@ -135,7 +135,7 @@ pub(super) fn keep(day: &Utf8Path, job: &Job) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The job of a day that is taken up again without one; none where the built-in virtual darkroom played it.
+/// The job of a day that is resumed without one; none where the built-in virtual darkroom played it.
 ///
 /// # Errors
 /// Bad input (exit 2) for a day that had a job and does not hold it.

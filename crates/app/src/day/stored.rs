@@ -3,7 +3,7 @@
 
 use camino::Utf8Path;
 use isolux_record::Run;
-use isolux_reduce::{Correction, Options, Reduction};
+use isolux_reduce::Reduction;
 use isolux_report::day::{DayResults, Diagnosed};
 use serde_json::Value;
 
@@ -29,15 +29,7 @@ pub(super) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failu
     };
     record::check_results(&results)?;
     let budget = json(&file)?;
-    let without = budget["without"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .map(|word| word.as_str().unwrap_or_default().parse::<Correction>())
-        .collect::<Result<_, _>>()
-        .map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
-    let accept_drift = budget["accepted_drift"]["reason"].as_str().map(str::to_owned);
-    let options = Options { without, accept_drift };
+    let options = reduce::options_of(&file)?.unwrap_or_default();
     let with = reduce::kept_model(&results)?;
     for model in std::iter::once(None).chain(with.map(Some)) {
         if let Ok(reduction) = isolux_reduce::reduce(run, &options, model)

@@ -14,6 +14,7 @@ use jiff::Timestamp;
 use super::estimate::Estimate;
 use crate::live::{Left, Live, LiveReading, LiveSpectrum, Outline, State, WarmUp};
 use crate::progress::{Event, Progress, duration, ends, left_words};
+use crate::rest;
 
 /// What a screen shows of a spectrum.
 const SHOWN_PIXELS: usize = 400;
@@ -289,13 +290,7 @@ impl Observer for Narrator<'_> {
                 self.resuming.set(true);
                 self.state(State::Resuming, &sentence);
             }
-            ScanEvent::Ended(left) => {
-                let mut sentence = format!("the bench is left as it is: {left}");
-                if let Some(station) = self.station.as_ref().filter(|_| left.lamp_is_on == Some(true)) {
-                    sentence.push_str(&format!("; to switch the lamp off: isolux switch {station} --lamp off"));
-                }
-                self.journal(&sentence);
-            }
+            ScanEvent::Ended(left) => self.journal(&rest::sentence(left, self.station.as_deref())),
             ScanEvent::Note(sentence) => self.journal(sentence),
         }
     }

@@ -6,15 +6,15 @@ use std::collections::BTreeMap;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Model;
 use isolux_record::ReadingKind;
+use isolux_record::disk::sha256;
 use isolux_record::observation::{Need, Observations, open};
 use isolux_record::observation::{ReadingCoordinates, Readings};
-use isolux_report::answer::SAME_RECORD;
+use isolux_report::answer::{SAME_RECORD, effect_words, key_words};
 use isolux_units::digits::{significant, stated};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use sha2::{Digest as _, Sha256};
 
-use super::{Figure, Said, job, reduced_model};
+use super::{Figure, StatedNumber, job, reduced_model};
 use crate::Failure;
 use crate::diagnose;
 use crate::files::{self, Overwrite};
@@ -49,12 +49,12 @@ pub struct Diagnosed {
 /// An effect that was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Found {
-    /// The term of the standards, and its word in a model file.
+    /// The term of the standards.
     pub name: String,
     /// What else would explain the readings as well.
     pub equivalents: Vec<String>,
     /// Its parameters.
-    pub parameters: Vec<Said>,
+    pub parameters: Vec<StatedNumber>,
 }
 
 /// A pair of half-planes: signed γ, what was read and what the models say.
@@ -221,19 +221,19 @@ fn found(effect: &Value) -> Found {
             (Some(value), _) => format!("{} {unit}, no uncertainty", significant(value, 4)),
             _ => "no number".to_owned(),
         };
-        Said {
-            name: key.clone(),
+        StatedNumber {
+            name: key_words(key),
             value,
             reported: None,
         }
     });
     Found {
-        name: format!("{} ({})", text(&effect["standard_name"]), text(&effect["name"])),
+        name: text(&effect["standard_name"]),
         equivalents: effect["equivalents"]
             .as_array()
             .into_iter()
             .flatten()
-            .map(text)
+            .map(|label| effect_words(&text(label)))
             .collect(),
         parameters: parameters.collect(),
     }
@@ -244,7 +244,7 @@ fn proposal(next: &Value) -> Proposal {
     let plan = next["plan"].as_str().filter(|plan| plan.ends_with(".plan.toml"));
     Proposal {
         what: text(&next["do"]).replace('_', " "),
-        splits: [text(&next["splits"][0]), text(&next["splits"][1])],
+        splits: [0, 1].map(|k| effect_words(&text(&next["splits"][k]))),
         expected_sigma: next["expected_sigma"].as_f64().unwrap_or_default(),
         plan: plan.map(str::to_owned),
     }
@@ -342,12 +342,6 @@ fn add(pairs: &mut BTreeMap<(u64, u64), BTreeMap<i64, Sums>>, readings: &Reading
 struct Added {
     file: Utf8PathBuf,
     sha256: String,
-}
-
-pub(super) fn sha256(bytes: &[u8]) -> String {
-    let sum = Sha256::digest(bytes);
-    sum.iter()
-        .fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
 }
 
 fn added_record(run: &Utf8Path) -> Option<Added> {

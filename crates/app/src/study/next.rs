@@ -1,11 +1,12 @@
 //! The measurement that a diagnosis proposes: shown as a plan, and carried out after a second word.
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_record::disk::sha256;
 use isolux_record::{RunHeader, Station};
 use isolux_virtual::twins::Choice;
 use serde::Serialize;
 
-use super::diagnosed::{Case, Proposal, diagnosed, latest, sha256};
+use super::diagnosed::{Case, Proposal, diagnosed, latest};
 use super::job;
 use crate::control::Control;
 use crate::progress::Progress;

@@ -10,10 +10,9 @@ use isolux_report::plots::{
     IsoluxOptions, PolarOptions, SpectrumOptions, cartesian, isocandela, isolux, polar, spectrum, zones,
 };
 use serde::Serialize;
-use serde_json::Value;
 
-use super::{Figure, Said};
-use crate::reduce::kept_model;
+use super::{Figure, StatedNumber};
+use crate::reduce::{kept_model, options_of};
 use crate::{Failure, record};
 
 /// Step of the zones of flux, in degrees.
@@ -23,7 +22,7 @@ const ZONE_DEG: f64 = 10.0;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Results {
     /// The headline numbers.
-    pub numbers: Vec<Said>,
+    pub numbers: Vec<StatedNumber>,
     /// Every correction.
     pub corrections: Vec<Switch>,
     /// Whether the run ended before its plan did.
@@ -80,7 +79,8 @@ const fn what(correction: Correction) -> &'static str {
 /// for one whose drift is beyond the limits of its plan.
 pub fn results(run: &Utf8Path, without: Option<&[String]>) -> Result<Results, Failure> {
     let record = record::read(run)?;
-    let made = Made::of(run);
+    // As they were made; with every correction where there are none.
+    let made = options_of(&run.join("results/budget.json"))?.unwrap_or_default();
     let asked = match without {
         Some(words) => words.iter().map(|word| word.parse::<Correction>()).collect(),
         None => Ok(made.without.clone()),
@@ -104,7 +104,7 @@ pub fn results(run: &Utf8Path, without: Option<&[String]>) -> Result<Results, Fa
         let reported = before
             .map(|(_, before)| before.clone())
             .filter(|before| *before != value);
-        Said { name, value, reported }
+        StatedNumber { name, value, reported }
     });
     Ok(Results {
         numbers: numbers.collect(),
@@ -127,28 +127,6 @@ pub fn results(run: &Utf8Path, without: Option<&[String]>) -> Result<Results, Fa
 fn partial(record: &Run) -> bool {
     let stopped = record.header.stopped.as_ref();
     stopped.is_none_or(|stopped| stopped.how != StopHow::Completed)
-}
-
-/// How the results in the folder were made.
-#[derive(Default)]
-struct Made {
-    without: BTreeSet<Correction>,
-    accept_drift: Option<String>,
-}
-
-impl Made {
-    /// By `budget.json`; nothing left out where there is none.
-    fn of(run: &Utf8Path) -> Self {
-        let text = std::fs::read(run.join("results/budget.json")).unwrap_or_default();
-        let Ok(budget) = serde_json::from_slice::<Value>(&text) else {
-            return Self::default();
-        };
-        let words = budget["without"].as_array().into_iter().flatten();
-        Self {
-            without: words.filter_map(|word| word.as_str()?.parse().ok()).collect(),
-            accept_drift: budget["accepted_drift"]["reason"].as_str().map(str::to_owned),
-        }
-    }
 }
 
 /// Name and statement of each headline number.

@@ -7,7 +7,7 @@ use isolux_sim::simulation::{Facts, Method};
 use isolux_units::digits::{significant, stated};
 use serde::{Deserialize, Serialize};
 
-use super::{Said, diagnosed, reduced_model};
+use super::{StatedNumber, diagnosed, reduced_model};
 use crate::{Failure, scene, simulate};
 
 /// Pixels of the map along its longer edge.
@@ -43,7 +43,7 @@ pub struct Lit {
     /// The mean in `unit`.
     pub mean: f64,
     /// The numbers.
-    pub numbers: Vec<Said>,
+    pub numbers: Vec<StatedNumber>,
     /// What was lit, by which model.
     pub by: String,
     /// What a person should know.
@@ -184,8 +184,8 @@ pub fn lit(run: &Utf8Path, asked: &Asked) -> Result<Lit, Failure> {
     })
 }
 
-fn numbers(facts: &Facts, pixel: &Facts, stand: &Stand, unit: &str) -> Vec<Said> {
-    let said = |name: &str, value: String| Said {
+fn numbers(facts: &Facts, pixel: &Facts, stand: &Stand, unit: &str) -> Vec<StatedNumber> {
+    let said = |name: &str, value: String| StatedNumber {
         name: name.to_owned(),
         value,
         reported: None,

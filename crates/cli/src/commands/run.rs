@@ -19,8 +19,8 @@ to start from; `isolux run DIR/job.toml --out day` runs it. A day that was inter
 pub struct Run {
     /// The job: station, plan, scene.
     job: Option<Utf8PathBuf>,
-    /// Plan of the built-in virtual darkroom: at the distance that `isolux plan` proposes (default), or the published one
-    /// at 10 m.
+    /// Plan of the built-in virtual darkroom: at the distance that `isolux plan` proposes (default), or the published
+    /// one at 10 m.
     #[arg(long, value_parser = ["near", "published-10m"], conflicts_with_all = ["job", "resume"])]
     plan: Option<String>,
     /// Folder of the day; without it a fresh one beside where you are.

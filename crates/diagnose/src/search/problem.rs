@@ -85,8 +85,8 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
         })
     }
 
-    /// Directions of the parameters and of everything smooth, whitened. Blocks of a few columns until the limit, so that
-    /// the effort stays bounded.
+    /// Directions of the parameters and of everything smooth, whitened. Blocks of a few columns until the limit, so
+    /// that the effort stays bounded.
     pub(super) fn smooth_directions(&self, whitener: &Whitener<'_>, parameters: &DMatrix<f64>) -> Basis {
         let n = self.measured.len();
         let (most, share) = SMOOTH_COLUMNS;

@@ -135,12 +135,13 @@ impl Sequence {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use rand::{RngExt as _, SeedableRng};
     use rand_distr::StandardNormal;
 
-    fn correlated(n: usize, rho: f64, seed: u64) -> DVector<f64> {
+    /// Gaussian noise of unit variance whose neighbours are correlated.
+    pub(crate) fn correlated(n: usize, rho: f64, seed: u64) -> DVector<f64> {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
         let mut last = 0.0;
         DVector::from_fn(n, |i, _| {

@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_keep_their_digits_and_lose_their_noughts() {
+    fn numbers_keep_their_digits_and_lose_their_zeros() {
         assert_eq!(digits(0.0, 3), "0");
         assert_eq!(digits(0.000_123_456, 2), "0.00012");
         assert_eq!(digits(-12.34, 3), "-12.3");

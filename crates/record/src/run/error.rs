@@ -64,7 +64,7 @@ pub enum RunError {
         /// The folder.
         path: Utf8PathBuf,
     },
-    /// The run is not the one that is to be taken up again.
+    /// The run is not the one that is to be resumed.
     #[error("cannot resume {path}: {what} is not that of the run")]
     Changed {
         /// The folder.
@@ -74,8 +74,8 @@ pub enum RunError {
     },
 }
 
-/// Whether a run can begin in `path`: it is not there, is empty, or holds nothing but what [`RunDir::create`](super::RunDir::create) writes
-/// before run.toml, left by a program that was killed.
+/// Whether a run can begin in `path`: it is not there, is empty, or holds nothing but what
+/// [`RunDir::create`](super::RunDir::create) writes before run.toml, left by a program that was killed.
 pub fn vacant(path: &Utf8Path) -> bool {
     if !path.exists() {
         return true;

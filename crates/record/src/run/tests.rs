@@ -1,4 +1,4 @@
-//! A run directory is written, read and taken up again, and damage is found.
+//! A run directory is written, read and resumed, and damage is found.
 
 use super::*;
 use crate::plan::Plan;

@@ -1,0 +1,57 @@
+//! Scans that ended early.
+
+use super::*;
+
+#[test]
+fn a_scan_that_ended_early_gives_partial_results_that_say_so() {
+    let mut half = run(day(|lux| lux, 0.0));
+    let plan = PLAN.replace(
+        "c_deg = 0\ngamma_deg = 0",
+        "c_range = [0, 345, 15]\ngamma_range = [0, 180, 2]",
+    );
+    half.header.plan = Plan::parse(Utf8Path::new("p.toml"), &plan).unwrap();
+    assert!(reduce(&half, &Options::default(), None).is_ok());
+    // Six half-planes and a part of the seventh.
+    let mut early = half.clone();
+    early
+        .readings
+        .rows
+        .retain(|row| row.c_target_deg < 90.0 || row.c_target_deg == 90.0 && row.gamma_target_deg < 100.0);
+    let result = reduce(&early, &Options::default(), None).unwrap();
+    let partial = result.partial.clone().unwrap();
+    assert_eq!(partial.whole_c_deg, [0.0, 15.0, 30.0, 45.0, 60.0, 75.0]);
+    assert_eq!((partial.directions, partial.planned_directions), (6 * 91 + 50, 24 * 91));
+    let distribution = &result.grid.distribution;
+    assert_eq!(distribution.c_deg().len(), 24);
+    // Half-way round from C 75° to C 0°: the mean of the two.
+    let mean = 0.5 * (lamp(75.0, 40.0) + lamp(0.0, 40.0));
+    let between = 0.5 * (distribution.intensity_cd_at(210.0, 40.0) + distribution.intensity_cd_at(225.0, 40.0));
+    assert!((between / mean - 1.0).abs() < 1e-3, "{between} for {mean}");
+    assert!(result.grid.smoothed.is_none());
+    for quantity in [&result.flux, &result.i_max, &result.sensor_illuminance] {
+        assert!(
+            quantity.u.is_none() && quantity.missing[0].starts_with("partial: 6 of 24 half-planes"),
+            "{quantity:?}"
+        );
+    }
+    for file in crate::files(&result, &early, &[], "isolux test").unwrap() {
+        assert!(file.name.contains(".partial."), "{}", file.name);
+        let text = String::from_utf8_lossy(&file.bytes).to_lowercase();
+        assert!(text.contains("partial"), "{}", file.name);
+    }
+    early
+        .readings
+        .rows
+        .retain(|row| row.c_target_deg == 0.0 && row.gamma_target_deg < 100.0);
+    let error = reduce(&early, &Options::default(), None).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            ReduceError::Unfinished {
+                found: 50,
+                planned: 2184
+            }
+        ),
+        "{error}"
+    );
+}
