@@ -6,7 +6,7 @@ use isolux_record::{Plan, Reading, ReadingKind, Role};
 
 use crate::error::ReduceError;
 use crate::grid::is_pole;
-use crate::partial::Partial;
+use crate::partial::{Partial, unread_blocks};
 use crate::samples::unsigned;
 
 /// A direction (C, γ) as the plan has it, in degrees.
@@ -60,7 +60,7 @@ impl<'a> Chosen<'a> {
         let (there, elsewhere): (Vec<&Block<'_>>, Vec<&Block<'_>>) =
             blocks.iter().partition(|block| block.distance_mm == distance_mm);
         let (chosen, beside) = one_grid(&there);
-        let partial = unfinished(&chosen)?;
+        let partial = unfinished(run, &chosen)?;
         // In the order in which they were taken, whatever the order of the blocks.
         let mut rows: Vec<&Reading> = chosen.iter().flat_map(|block| block.rows.iter().copied()).collect();
         if let Some(partial) = &partial {
@@ -199,17 +199,18 @@ fn is_grid(blocks: &[&Block<'_>]) -> bool {
     planes.all(|plane| between(plane) == expected)
 }
 
-/// What was read of the directions that the plan asks of these blocks, in this block or in another of them; none where
-/// it is all.
-fn unfinished(chosen: &[&Block<'_>]) -> Result<Option<Partial>, ReduceError> {
+/// What was read of the directions that the plan asks of the blocks that were chosen, in this block or in another of
+/// them, and of the plan's other blocks; none where it is all.
+fn unfinished(run: &Run, chosen: &[&Block<'_>]) -> Result<Option<Partial>, ReduceError> {
     let read = once(chosen.iter().flat_map(|block| block.rows.iter().map(|row| target(row))));
     let is_read = |direction: &Direction| read.binary_search_by(|at| order(at, direction)).is_ok();
     let planned = once(chosen.iter().flat_map(|block| block.planned.iter().copied()));
     let found = planned.iter().filter(|direction| is_read(direction)).count();
-    if found == planned.len() {
+    let unread = unread_blocks(run, |name| chosen.iter().any(|block| block.name == name));
+    if found == planned.len() && unread.is_empty() {
         return Ok(None);
     }
-    match Partial::of(&planned, is_read) {
+    match Partial::of(&planned, is_read, unread) {
         Some(partial) => Ok(Some(partial)),
         None => Err(ReduceError::Unfinished {
             found,

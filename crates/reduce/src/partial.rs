@@ -1,16 +1,18 @@
-//! A scan that is not finished: its whole half-planes, and what stands for the others.
+//! A scan that is not finished: its whole half-planes, what stands for the others, and blocks that were not read.
 //!
 //! A part of the sphere is no luminaire. What was measured is worth showing all the same (is the lamp the right one, is
 //! it worth going on?), so the half-planes that are missing are interpolated over C between those that are whole. No
 //! result of it carries an uncertainty, and every one says that it is partial.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use isolux_record::plan::{Block, Instrument};
+use isolux_record::{Reading, Role, Run};
 use serde::Serialize;
 
 use crate::samples::{Sample, unsigned};
 
-/// What of the distribution was read.
+/// What was read of a scan that is not finished.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Partial {
     /// Half-planes whose every direction was read: C in degrees, rising.
@@ -21,12 +23,18 @@ pub struct Partial {
     pub directions: usize,
     /// Directions that the plan asks for.
     pub planned_directions: usize,
+    /// Blocks of the plan beside the distribution (dark, baffled, spectra, …) of which not every point was read.
+    pub unread_blocks: Vec<String>,
 }
 
 impl Partial {
-    /// From the directions (C, γ) that the plan asks for and those of them that were read; none where no half-plane is
-    /// whole.
-    pub fn of(planned: &[(f64, f64)], is_read: impl Fn(&(f64, f64)) -> bool) -> Option<Self> {
+    /// From the directions (C, γ) that the plan asks for, those of them that were read, and the other blocks that were
+    /// not read to their end; none where no half-plane is whole.
+    pub fn of(
+        planned: &[(f64, f64)],
+        is_read: impl Fn(&(f64, f64)) -> bool,
+        unread_blocks: Vec<String>,
+    ) -> Option<Self> {
         // By 10⁻⁶ degrees: C as a key.
         let mut planes: BTreeMap<i64, (f64, bool)> = BTreeMap::new();
         for direction in planned {
@@ -40,6 +48,7 @@ impl Partial {
             planned_c_deg: planes.values().map(|plane| plane.0).collect(),
             directions: planned.iter().filter(|direction| is_read(direction)).count(),
             planned_directions: planned.len(),
+            unread_blocks,
         };
         (!partial.whole_c_deg.is_empty()).then_some(partial)
     }
@@ -52,6 +61,9 @@ impl Partial {
 
     /// What is missing, as every result says it.
     pub fn words(&self) -> String {
+        if self.directions == self.planned_directions {
+            return format!("partial: {} not read to the end", self.blocks());
+        }
         format!(
             "partial: {} of {} half-planes were measured, the others are interpolated between them",
             self.whole_c_deg.len(),
@@ -59,8 +71,20 @@ impl Partial {
         )
     }
 
+    fn blocks(&self) -> String {
+        let (noun, verb) = if self.unread_blocks.len() == 1 {
+            ("block", "was")
+        } else {
+            ("blocks", "were")
+        };
+        format!("{noun} {} {verb}", self.unread_blocks.join(", "))
+    }
+
     /// The sentence for people.
     pub fn note(&self) -> String {
+        if self.directions == self.planned_directions {
+            return format!("{}; --resume reads the rest", self.words());
+        }
         format!(
             "{}; {} of {} directions of the plan were read, and --resume reads the rest",
             self.words(),
@@ -110,4 +134,32 @@ impl Partial {
         }
         samples.extend(measured.iter().filter(|sample| sample.closing));
     }
+}
+
+/// The blocks of the plan of which not every point was read, without those that `is_distribution` names.
+pub fn unread_blocks(run: &Run, is_distribution: impl Fn(&str) -> bool) -> Vec<String> {
+    let is_unread = |block: &&Block| {
+        let mut planned = block
+            .c_deg
+            .iter()
+            .flat_map(|&c| block.gamma_deg.iter().map(move |&gamma| (c, gamma)));
+        match block.instrument {
+            Instrument::Luxmeter => {
+                let rows = run.readings.rows.iter();
+                let rows: Vec<&Reading> = rows
+                    .filter(|row| row.role == Role::Point && row.block == block.name)
+                    .collect();
+                planned.any(|at| !rows.iter().any(|row| (row.c_target_deg, row.gamma_target_deg) == at))
+            }
+            // A spectrum states where it was taken, not where the plan sent it.
+            Instrument::Spectroradiometer => {
+                let spectra = run.spectra.iter().filter(|spectrum| spectrum.block == block.name);
+                let points: BTreeSet<u64> = spectra.map(|spectrum| spectrum.point).collect();
+                points.len() < planned.count()
+            }
+        }
+    };
+    let blocks = run.header.plan.blocks().iter();
+    let unread = blocks.filter(|block| !is_distribution(&block.name)).filter(is_unread);
+    unread.map(|block| block.name.clone()).collect()
 }

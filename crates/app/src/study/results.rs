@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 
 use camino::Utf8Path;
-use isolux_record::Run;
-use isolux_record::run::StopHow;
+
 use isolux_reduce::{Correction, Options, Quantity, Reduction, reduce};
 use isolux_report::plots::{
     IsoluxOptions, PolarOptions, SpectrumOptions, cartesian, isocandela, isolux, polar, spectrum, zones,
@@ -117,16 +116,11 @@ pub fn results(run: &Utf8Path, without: Option<&[String]>) -> Result<Results, Fa
                 on_in_report: !made.without.contains(&correction),
             })
             .collect(),
-        partial: partial(&record),
+        partial: now.partial.is_some(),
         notes: now.notes.clone(),
         figures: figures(&now),
         solid: solid(&now),
     })
-}
-
-fn partial(record: &Run) -> bool {
-    let stopped = record.header.stopped.as_ref();
-    stopped.is_none_or(|stopped| stopped.how != StopHow::Completed)
 }
 
 /// Name and statement of each headline number.

@@ -55,3 +55,25 @@ fn a_scan_that_ended_early_gives_partial_results_that_say_so() {
         "{error}"
     );
 }
+
+#[test]
+fn a_whole_distribution_without_the_dark_of_the_plan_is_partial_too() {
+    let mut late = run(day(|lux| lux, 0.0));
+    let plan = format!("{PLAN}[[block]]\nname = \"dark\"\nkind = \"capped\"\nc_deg = 0\ngamma_deg = [0, 10]\n");
+    late.header.plan = Plan::parse(Utf8Path::new("p.toml"), &plan).unwrap();
+    let result = reduce(&late, &Options::default(), None).unwrap();
+    assert_eq!(result.partial.as_ref().unwrap().unread_blocks, ["dark"]);
+    assert!(result.flux.u.is_none());
+    assert_eq!(result.flux.missing[0], "partial: block dark was not read to the end");
+    for gamma_deg in [0.0, 10.0] {
+        late.readings.rows.push(Reading {
+            kind: ReadingKind::Capped,
+            role: Role::Point,
+            block: "dark".to_owned(),
+            c_target_deg: 0.0,
+            gamma_target_deg: gamma_deg,
+            ..late.readings.rows[0].clone()
+        });
+    }
+    assert!(reduce(&late, &Options::default(), None).unwrap().partial.is_none());
+}
