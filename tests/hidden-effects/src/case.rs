@@ -41,6 +41,8 @@ pub struct Case {
     pub truth: Vec<(f64, f64)>,
     /// The same readings in the same noise with nothing hidden: what the refitted terms alone leave on held-out rows.
     pub without: Without,
+    /// The readings without noise, their true standard deviations beside them; empty for maps.
+    pub noise_free: String,
     /// Strength of each hidden effect over its plausible maximum (0 outside the catalogue).
     pub strength: Vec<f64>,
     /// Squared deviation, in σ², that even the best fit is expected to leave on the held-out readings; none for maps
@@ -55,6 +57,31 @@ pub struct Without {
     pub values: String,
     /// Noise-free truth of the held-out rows.
     pub truth: Vec<f64>,
+}
+
+/// `count` further draws, on the day of an order, of the first thing that is hidden there and has no name: its change
+/// of every reading that the operator sees, in true standard deviations. None where the day cannot be made.
+pub fn further_draws(order: &Order, count: u64) -> Option<Vec<Vec<f64>>> {
+    let (name, _) = order.hidden.first()?;
+    let day = day(order, &mut Draws::new(order.seed, 1))?;
+    let draw = |k: u64| {
+        let change = unnamed(name, &day.steps, &day.plain, &mut Draws::new(order.seed, 1000 + k));
+        let rows = day.steps.iter().zip(change).zip(&day.plain);
+        let seen = rows.filter(|((step, _), _)| !step.held_out);
+        seen.map(|((_, change), lx)| change / day.noise.sigma(*lx)).collect()
+    };
+    Some((0..count).map(draw).collect())
+}
+
+/// What a kind that no catalogue has changes at strength 1.
+fn unnamed(name: &str, steps: &[Step], plain: &[f64], draws: &mut Draws) -> Vec<f64> {
+    if no_noise::has(name) {
+        no_noise::gonio(name, steps, plain, draws)
+    } else if unforeseen::has(name) {
+        unforeseen::gonio(name, steps, plain, draws)
+    } else {
+        outside::gonio(name, steps, plain, draws)
+    }
 }
 
 /// Makes a case; none where an effect cannot reach the ordered significance within four times its plausible range.
@@ -239,15 +266,7 @@ pub(crate) fn day(order: &Order, draws: &mut Draws) -> Option<Day> {
             let changed = truth::readings(truth::with_effects(room.clone(), setting), setting, &steps);
             changed.iter().zip(&plain).map(|(a, b)| a - b).collect()
         },
-        |name, draws| {
-            if no_noise::has(name) {
-                no_noise::gonio(name, &steps, &plain, draws)
-            } else if unforeseen::has(name) {
-                unforeseen::gonio(name, &steps, &plain, draws)
-            } else {
-                outside::gonio(name, &steps, &plain, draws)
-            }
-        },
+        |name, draws| unnamed(name, &steps, &plain, draws),
     )?;
     let flawed = truth::with_effects(room.clone(), &hidden.settings);
     let mut clean = truth::readings(flawed, &hidden.settings, &steps);
@@ -301,7 +320,8 @@ fn gonio(order: &Order) -> Option<Case> {
     let day = day(order, &mut draws)?;
     let noise = unit_noise(day.steps.len(), order, &mut draws);
     let header = format!("{COLUMNS},illuminance_lx,u_lx\n");
-    let (mut seen_csv, mut without_csv, mut held_csv) = (header.clone(), header, format!("{COLUMNS}\n"));
+    let (mut seen_csv, mut without_csv, mut held_csv) = (header.clone(), header.clone(), format!("{COLUMNS}\n"));
+    let mut noise_free = header;
     let mut held_truth = Vec::new();
     let mut held_plain = Vec::new();
     for (i, step) in day.steps.iter().enumerate() {
@@ -315,6 +335,7 @@ fn gonio(order: &Order) -> Option<Case> {
             let (noise, u) = (sigma * noise[i], day.noise.ratio * sigma);
             let _ = writeln!(seen_csv, "{place},{:.6},{u:.6}", day.clean[i] + noise);
             let _ = writeln!(without_csv, "{place},{:.6},{u:.6}", day.plain[i] + noise);
+            let _ = writeln!(noise_free, "{place},{:.9},{sigma:.9}", day.clean[i]);
         }
     }
     let named = !day.settings.is_empty() && day.settings.len() == order.hidden.len();
@@ -338,6 +359,7 @@ fn gonio(order: &Order) -> Option<Case> {
             values: without_csv,
             truth: held_plain,
         },
+        noise_free,
         strength: day.strengths,
     })
 }
@@ -504,6 +526,7 @@ fn sensor(order: &Order) -> Option<Case> {
             values: without_csv,
             truth: held_plain,
         },
+        noise_free: String::new(),
         strength: day.strengths,
     })
 }
