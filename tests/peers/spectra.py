@@ -4,7 +4,7 @@
     pip install 'numpy<2.3' colour-science==0.4.7 luxpy==1.12.5 matplotlib
     python tests/peers/spectra.py path/to/isolux [folder with more spectra as .csv: wavelength_nm,value]
 
-Not needed to build. Each spectrum is handed to the libraries at 1 nm, by the rule that isolux integrates by (decision 0020)
+Not needed to build. Each spectrum is handed to the libraries at 1 nm, by the rule that isolux integrates by (decision 0004)
 written a second time here; so a difference is a difference of method, not of interpolation. Prints the largest distance to the
 interval that the two libraries span, for every quantity, and exits 1 where it passes the limit.
 """
