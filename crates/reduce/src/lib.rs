@@ -20,6 +20,7 @@ mod floor;
 mod gate;
 mod grid;
 mod headline;
+mod intensity;
 mod interpolation;
 mod known;
 mod levels;

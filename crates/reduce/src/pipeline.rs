@@ -2,7 +2,7 @@
 
 use isolux_record::Run;
 use isolux_record::spectra::DarkSubtraction;
-use isolux_record::{Quality, Reading, ReadingKind};
+use isolux_record::{Quality, Reading, Station};
 
 use crate::apparent;
 use crate::bench::Bench;
@@ -18,11 +18,12 @@ use crate::finding::{self, Accepted, Finding};
 use crate::gate;
 use crate::grid::Grid;
 use crate::headline::Headline;
+use crate::intensity::Conversion;
 use crate::levels::{Levels, Subtract};
 use crate::notes;
 use crate::partial::Partial;
 use crate::reference::Reference;
-use crate::samples::{self, Corrected};
+use crate::samples::{self, Corrected, Sample};
 use crate::smooth;
 use crate::spectral;
 use crate::unmeasured::{Done, Unmeasured};
@@ -43,64 +44,17 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Red
         notes: left_out,
     } = blocks::Chosen::of(run)?;
     let station = &run.header.station;
-    let own = if on(Correction::InverseSquare) {
-        None
-    } else {
-        Some(station.bench().distance_mm)
-    };
     let levels = Levels::of(all, distance_mm);
-    let taken = bench.map(Bench::takes_over);
-    let corrected = Subtract {
-        dark: on(Correction::Dark),
-        ambient: on(Correction::Ambient),
-        stray: on(Correction::Stray),
-    };
-    let subtract = Subtract {
-        dark: corrected.dark && !taken.is_some_and(|taken| taken.dark),
-        ambient: corrected.ambient && !taken.is_some_and(|taken| taken.ambient),
-        stray: corrected.stray && !taken.is_some_and(|taken| taken.stray),
-    };
-    let by_model = match bench {
-        Some(bench) => Some(inverted(bench, all, &levels, subtract)?),
-        None => None,
-    };
-    let light = |row: &Reading, lux: f64| -> Corrected {
-        if let Some(corrected) = by_model.as_ref().and_then(|corrected| corrected[row.index as usize]) {
-            return corrected;
-        }
-        let metres = own.unwrap_or(row.distance_mm) * 1e-3;
-        let cd_per_lx = metres * metres;
-        let intensity_cd = (lux - levels.subtracted_lx(row.gamma_deg, subtract)) * cd_per_lx;
-        Corrected {
-            intensity_cd,
-            cd_per_lx,
-            c_deg: row.c_deg,
-            gamma_deg: row.gamma_deg,
-        }
-    };
-    let limits = run.header.plan.limits();
-    let reference = Reference::of(all, &rows, distance_mm, Stability::of(station), &light);
-    let mut findings = gate::of_reference(&reference, limits, all);
-    refuse(&findings, options)?;
-    let drift = if on(Correction::Drift) {
-        reference.drift(distance_mm)?
-    } else {
-        reference.uncorrected()
-    };
-    let mut samples = samples::samples(&rows, |row, lux| {
-        let corrected = light(row, lux);
-        let factor = row.time_s.map_or(1.0, |time| drift.factor(row.index, time));
-        Corrected {
-            intensity_cd: corrected.intensity_cd / factor,
-            ..corrected
-        }
-    })?;
-    findings.extend(gate::of_closing(&samples, limits, &rows));
-    refuse(&findings, options)?;
-    let accepted = (!findings.is_empty()).then(|| Accepted {
-        reason: options.accept_drift.clone().unwrap_or_default(),
-        findings,
-    });
+    let conversion = Conversion::new(run, options, bench, &levels)?;
+    let Conversion {
+        corrected, subtract, ..
+    } = conversion;
+    let Levelled {
+        reference,
+        drift,
+        mut samples,
+        accepted,
+    } = Levelled::new(run, options, &rows, distance_mm, &conversion)?;
     if let Some(partial) = &partial {
         partial.fill(&mut samples);
     }
@@ -120,17 +74,15 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Red
     );
     // What a model takes out was learnt from such readings too: their noise and digit stay in the budget.
     let common = common(run, &levels, corrected, &drift, &grid, distance_mm, &unmeasured);
-    let own_distance = own.is_none_or(|own_mm| own_mm == distance_mm);
-    let missing: Vec<String> = partial
-        .iter()
-        .map(Partial::words)
-        .chain(unmeasured.missing.iter().cloned())
-        .chain(accepted.is_some().then(|| finding::ACCEPTED.to_owned()))
-        .chain(station.bench().u_distance_mm.is_none().then(|| NO_DISTANCE.to_owned()))
-        .chain((!own_distance).then(|| "not corrected for the distance of the readings".to_owned()))
-        .chain(reference.missing(on(Correction::Drift)))
-        .chain(bench.and_then(|bench| unknown_effects(&bench.without_uncertainty())))
-        .collect();
+    let not_known = NotKnown {
+        partial: partial.as_ref(),
+        unmeasured: &unmeasured,
+        accepted: accepted.is_some(),
+        own_distance: conversion.counted_at_mm.is_none_or(|own_mm| own_mm == distance_mm),
+        reference: reference.missing(on(Correction::Drift)),
+        bench,
+    };
+    let missing = not_known.of(station);
     let Headline {
         flux,
         i_max,
@@ -183,35 +135,87 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Red
     })
 }
 
-/// Every lit reading through the model's inverse at once, by row number. What the run itself measured of offset and
-/// stray light is taken off first where the model has no effect for it.
-fn inverted(
-    bench: &Bench,
-    all: &[Reading],
-    levels: &Levels,
-    subtract: Subtract,
-) -> Result<Vec<Option<Corrected>>, ReduceError> {
-    let lit: Vec<(&Reading, f64)> = all
-        .iter()
-        .filter(|row| row.kind == ReadingKind::Lit)
-        .filter_map(|row| {
-            row.illuminance_lx
-                .map(|lux| (row, lux - levels.subtracted_lx(row.gamma_deg, subtract)))
+/// The readings of the distribution at one level of the lamp.
+struct Levelled {
+    reference: Reference,
+    drift: Drift,
+    samples: Vec<Sample>,
+    /// What does not agree, and was accepted.
+    accepted: Option<Accepted>,
+}
+
+impl Levelled {
+    /// # Errors
+    /// [`ReduceError::Unsteady`] for a drift or a disagreement that is not accepted.
+    fn new(
+        run: &Run,
+        options: &Options,
+        rows: &[&Reading],
+        distance_mm: f64,
+        conversion: &Conversion<'_>,
+    ) -> Result<Self, ReduceError> {
+        let all = &run.readings.rows;
+        let stability = Stability::of(&run.header.station);
+        let light = |row: &Reading, lux: f64| conversion.intensity(row, lux);
+        let limits = run.header.plan.limits();
+        let reference = Reference::of(all, rows, distance_mm, stability, &light);
+        let mut findings = gate::of_reference(&reference, limits, all);
+        refuse(&findings, options)?;
+        let drift = if options.without.contains(&Correction::Drift) {
+            reference.uncorrected()
+        } else {
+            reference.drift(distance_mm)?
+        };
+        let samples = samples::samples(rows, |row, lux| {
+            let corrected = light(row, lux);
+            let factor = row.time_s.map_or(1.0, |time| drift.factor(row.index, time));
+            Corrected {
+                intensity_cd: corrected.intensity_cd / factor,
+                ..corrected
+            }
+        })?;
+        findings.extend(gate::of_closing(&samples, limits, rows));
+        refuse(&findings, options)?;
+        let accepted = (!findings.is_empty()).then(|| Accepted {
+            reason: options.accept_drift.clone().unwrap_or_default(),
+            findings,
+        });
+        Ok(Self {
+            reference,
+            drift,
+            samples,
+            accepted,
         })
-        .collect();
-    let rows: Vec<&Reading> = lit.iter().map(|(row, _)| *row).collect();
-    let lux: Vec<f64> = lit.iter().map(|(_, lux)| *lux).collect();
-    let corrected = bench.correct(&rows, &lux).map_err(|error| ReduceError::Format {
-        file: "--with model",
-        message: error.to_string(),
-    })?;
-    let mut by_row = vec![None; all.len()];
-    for (row, corrected) in rows.iter().zip(corrected) {
-        if let Some(place) = by_row.get_mut(row.index as usize) {
-            *place = Some(corrected);
-        }
     }
-    Ok(by_row)
+}
+
+/// What none of the headline numbers knows.
+struct NotKnown<'a> {
+    partial: Option<&'a Partial>,
+    unmeasured: &'a Unmeasured,
+    /// A drift or a disagreement was accepted.
+    accepted: bool,
+    /// The readings count as taken at the station's distance, and were.
+    own_distance: bool,
+    reference: Option<String>,
+    bench: Option<&'a Bench>,
+}
+
+impl NotKnown<'_> {
+    /// One entry each, in the order in which results name them.
+    fn of(self, station: &Station) -> Vec<String> {
+        let mut missing: Vec<String> = self.partial.iter().map(|partial| partial.words()).collect();
+        missing.extend(self.unmeasured.missing.iter().cloned());
+        missing.extend(self.accepted.then(|| finding::ACCEPTED.to_owned()));
+        missing.extend(station.bench().u_distance_mm.is_none().then(|| NO_DISTANCE.to_owned()));
+        missing.extend((!self.own_distance).then(|| "not corrected for the distance of the readings".to_owned()));
+        missing.extend(self.reference);
+        missing.extend(
+            self.bench
+                .and_then(|bench| unknown_effects(&bench.without_uncertainty())),
+        );
+        missing
+    }
 }
 
 /// What a budget without `bench.u_distance_mm` lacks.

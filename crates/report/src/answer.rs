@@ -2,7 +2,9 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::diagnosis::{along_words, digits};
-use isolux_diagnose::document::{Document, Independence, NoiseEntry, ParameterEntry};
+use isolux_diagnose::document::{
+    Document, EffectEntry, GapEntry, Independence, NoiseEntry, ParameterEntry, RankedEntry,
+};
 use isolux_model::effects;
 use isolux_units::digits::stated;
 
@@ -72,19 +74,51 @@ pub fn with_uncertainty(parameter: &ParameterEntry) -> String {
 /// The answer in lines for a person, in the order: disagreement, place, ranking, verdict, gap, next, blind spots, diff.
 pub fn words(answer: &Answer) -> Vec<String> {
     let document = &answer.document;
-    let (noise, gap) = (&document.noise, &document.gap);
     let mut lines = vec![format!("found         {}", document.plain)];
     if document.independence == Independence::SameRun {
         lines.push(format!("consistency   {SAME_RECORD}"));
     }
+    lines.extend(disagreement(document));
+    for (effect, ranked) in document.effects.iter().zip(&document.ranked) {
+        lines.extend(effect_found(effect));
+        lines.extend(ranked.iter().map(rival));
+    }
+    lines.push(format!("verdict       {}", document.sentence));
+    lines.extend(gap(&document.gap));
+    for next in &document.next_measurement {
+        let plan = next.plan.as_deref().unwrap_or("no plan file");
+        lines.push(format!(
+            "next          {} ({plan}): {} and {} would lie {:.1} σ apart, {:.0} min",
+            next.what, next.splits[0], next.splits[1], next.expected_sigma, next.minutes
+        ));
+    }
+    let blind = document.blind_spots.iter().filter(|spot| spot.blind);
+    let blind: Vec<&str> = blind.map(|spot| spot.effect).collect();
+    if !blind.is_empty() {
+        lines.push(format!(
+            "blind spots   these data cannot show a plausible amount of: {}",
+            blind.join(", ")
+        ));
+    }
+    lines.extend(document.notes.iter().map(|note| format!("note          {note}")));
+    lines.extend(answer.diff.iter().map(|line| format!("model         {line}")));
+    let commands = answer.reduce_with.iter();
+    lines.extend(commands.map(|command| format!("reduce        {command}")));
+    lines.extend(answer.accepted.iter().map(|path| format!("accepted      {path}")));
+    lines
+}
+
+/// How large the disagreement is, what of it is no noise, and where it lies.
+fn disagreement(document: &Document) -> Vec<String> {
+    let (noise, gap) = (&document.noise, &document.gap);
     let chance = reached_by_chance(noise).map_or_else(String::new, |k| {
         format!("; {k} of {} simulated scans disagree as much", noise.n_null)
     });
-    lines.push(format!(
+    let mut lines = vec![format!(
         "disagreement  gap {:.3} σ rms as given, {:.3} with nuisance refitted, {:.3} expected; noise {:.3} × stated, \
          autocorrelation {:.2}{chance}",
         gap.as_given, gap.before, gap.floor, noise.scale, noise.autocorrelation
-    ));
+    )];
     if let Some(test) = noise.test.as_ref().filter(|test| !test.findings.is_empty()) {
         let period = test.spectrum.first().map_or_else(String::new, |peak| {
             let unit = if peak.coordinate == "index" { "readings" } else { "s" };
@@ -95,47 +129,57 @@ pub fn words(answer: &Answer) -> Vec<String> {
             test.p_value, test.scatter, test.scatter_limit
         ));
     }
-    for place in document.places.iter().take(3) {
-        lines.push(format!(
+    lines.extend(document.places.iter().take(3).map(|place| {
+        format!(
             "where         {} {} … {}: {} ({:.1} σ)",
             place.coordinate,
             digits(place.range[0], 4),
             digits(place.range[1], 4),
             place.note,
             place.significance_sigma
-        ));
-    }
-    for (effect, ranked) in document.effects.iter().zip(&document.ranked) {
-        lines.push(format!("effect        {} ({})", effect.name, effect.standard_name));
-        for (key, parameter) in &effect.parameters {
-            let before = parameter
-                .before
-                .map_or_else(String::new, |before| format!("; {} in the model", digits(before, 4)));
-            let flag = if parameter.implausible {
-                "  outside the plausible range"
-            } else {
-                ""
-            };
-            lines.push(format!(
-                "              {key} = {}  (plausible {} … {}{before}){flag}",
-                with_uncertainty(parameter),
-                parameter.plausible[0],
-                parameter.plausible[1]
-            ));
-        }
-        for row in ranked {
-            let name = match row.name.strip_prefix("unnamed:") {
-                Some(coordinate) => format!("no name, along {coordinate}"),
-                None => row.name.clone(),
-            };
-            lines.push(format!(
-                "              {:>6.1} %  {:>5.1} σ  {name}",
-                100.0 * row.posterior,
-                row.significance_sigma
-            ));
-        }
-    }
-    lines.push(format!("verdict       {}", document.sentence));
+        )
+    }));
+    lines
+}
+
+/// An effect and its parameters.
+fn effect_found(effect: &EffectEntry) -> Vec<String> {
+    let mut lines = vec![format!("effect        {} ({})", effect.name, effect.standard_name)];
+    lines.extend(effect.parameters.iter().map(|(key, parameter)| {
+        let before = parameter
+            .before
+            .map_or_else(String::new, |before| format!("; {} in the model", digits(before, 4)));
+        let flag = if parameter.implausible {
+            "  outside the plausible range"
+        } else {
+            ""
+        };
+        format!(
+            "              {key} = {}  (plausible {} … {}{before}){flag}",
+            with_uncertainty(parameter),
+            parameter.plausible[0],
+            parameter.plausible[1]
+        )
+    }));
+    lines
+}
+
+/// What else could explain the readings, and how likely it is.
+fn rival(row: &RankedEntry) -> String {
+    let name = match row.name.strip_prefix("unnamed:") {
+        Some(coordinate) => format!("no name, along {coordinate}"),
+        None => row.name.clone(),
+    };
+    format!(
+        "              {:>6.1} %  {:>5.1} σ  {name}",
+        100.0 * row.posterior,
+        row.significance_sigma
+    )
+}
+
+/// What the effects removed of the gap.
+fn gap(gap: &GapEntry) -> Vec<String> {
+    let mut lines = Vec::new();
     if let Some(removed) = gap.removed {
         lines.push(format!(
             "gap           {:.3} → {:.3}, noise floor {:.3}: {:.1} % removed on fitted readings",
@@ -158,34 +202,6 @@ pub fn words(answer: &Answer) -> Vec<String> {
         None if gap.removed.is_some() => lines.push(format!("held out      {}", gap.held_out_note)),
         None => {}
     }
-    for next in &document.next_measurement {
-        let plan = next.plan.as_deref().unwrap_or("no plan file");
-        lines.push(format!(
-            "next          {} ({plan}): {} and {} would lie {:.1} σ apart, {:.0} min",
-            next.what, next.splits[0], next.splits[1], next.expected_sigma, next.minutes
-        ));
-    }
-    let blind: Vec<&str> = document
-        .blind_spots
-        .iter()
-        .filter(|spot| spot.blind)
-        .map(|spot| spot.effect)
-        .collect();
-    if !blind.is_empty() {
-        lines.push(format!(
-            "blind spots   these data cannot show a plausible amount of: {}",
-            blind.join(", ")
-        ));
-    }
-    lines.extend(document.notes.iter().map(|note| format!("note          {note}")));
-    lines.extend(answer.diff.iter().map(|line| format!("model         {line}")));
-    lines.extend(
-        answer
-            .reduce_with
-            .iter()
-            .map(|command| format!("reduce        {command}")),
-    );
-    lines.extend(answer.accepted.iter().map(|path| format!("accepted      {path}")));
     lines
 }
 

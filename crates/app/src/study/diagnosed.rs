@@ -1,19 +1,15 @@
 //! The diagnosis of a run as it lies in its results: what it found, what was measured and simulated, and the effects
 //! added to the model and taken out of it again.
 
-use std::collections::BTreeMap;
-
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Model;
-use isolux_record::ReadingKind;
 use isolux_record::disk::sha256;
-use isolux_record::observation::{Need, Observations, open};
-use isolux_record::observation::{ReadingCoordinates, Readings};
 use isolux_report::answer::{SAME_RECORD, effect_words, key_words};
 use isolux_units::digits::{significant, stated};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::curves::{Curve, curves};
 use super::{Figure, StatedNumber, job, reduced_model};
 use crate::Failure;
 use crate::diagnose;
@@ -55,25 +51,6 @@ pub struct Found {
     pub equivalents: Vec<String>,
     /// Its parameters.
     pub parameters: Vec<StatedNumber>,
-}
-
-/// A pair of half-planes: signed γ, what was read and what the models say.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct Curve {
-    /// C of the half-plane with positive γ.
-    pub c_deg: f64,
-    /// Distance of the detector.
-    pub distance_mm: f64,
-    /// Signed γ, rising.
-    pub gamma_deg: Vec<f64>,
-    /// Mean of the readings there, lx.
-    pub measured_lx: Vec<f64>,
-    /// Expanded uncertainty of one reading (k = 2), lx.
-    pub u_lx: Vec<f64>,
-    /// By the model without the effects.
-    pub before_lx: Vec<f64>,
-    /// By the model with them.
-    pub after_lx: Vec<f64>,
 }
 
 /// A measurement that would settle the answer.
@@ -182,7 +159,7 @@ pub fn diagnosed(run: &Utf8Path) -> Result<Option<Diagnosed>, Failure> {
         gaps: gaps(&document["gap"]),
         effects: list("effects").iter().map(found).collect(),
         figures: figures(&folder),
-        curves: curves(&folder, &case)?,
+        curves: curves(&folder, &case.observations)?,
         model: case.model.to_string(),
         added: added(run).map(Utf8PathBuf::into_string),
         next: list("next_measurement").iter().map(proposal).collect(),
@@ -259,82 +236,6 @@ fn figures(folder: &Utf8Path) -> Vec<Figure> {
     .into_iter()
     .filter_map(|(name, title)| Some(Figure::new(title, std::fs::read_to_string(folder.join(name)).ok()?)))
     .collect()
-}
-
-/// Lit readings of the observations and what the models before and after say there; empty where none are readings.
-fn curves(folder: &Utf8Path, case: &Case) -> Result<Vec<Curve>, Failure> {
-    let model = |name: &str| Model::load(&folder.join(name)).map_err(Failure::bad_input);
-    let models = [model("model.baseline.toml")?, model("model.after.toml")?];
-    let mut pairs: BTreeMap<(u64, u64), BTreeMap<i64, Sums>> = BTreeMap::new();
-    for path in &case.observations {
-        // An observation that has moved since takes its curves with it, and nothing else.
-        let Ok(Observations::Readings(readings)) = open(path, Need::Values) else {
-            continue;
-        };
-        add(&mut pairs, &readings, &models);
-    }
-    Ok(pairs
-        .into_iter()
-        .map(|((c, distance), at)| {
-            let mut curve = Curve {
-                c_deg: f64::from_bits(c),
-                distance_mm: f64::from_bits(distance),
-                ..Curve::default()
-            };
-            for (gamma, sums) in at {
-                let mean = |sum: f64| sum / sums.count;
-                curve.gamma_deg.push(gamma as f64 / PER_DEG);
-                curve.measured_lx.push(mean(sums.lux));
-                curve.u_lx.push(2.0 * mean(sums.u_lx));
-                curve.before_lx.push(mean(sums.models[0]));
-                curve.after_lx.push(mean(sums.models[1]));
-            }
-            curve
-        })
-        .filter(|curve| curve.gamma_deg.len() > 2)
-        .collect())
-}
-
-/// Sums over the readings of one direction.
-#[derive(Default)]
-struct Sums {
-    count: f64,
-    lux: f64,
-    u_lx: f64,
-    models: [f64; 2],
-}
-
-/// Directions are told apart to a tenth of a degree.
-const PER_DEG: f64 = 10.0;
-
-fn add(pairs: &mut BTreeMap<(u64, u64), BTreeMap<i64, Sums>>, readings: &Readings, models: &[Model; 2]) {
-    let lit: Vec<(ReadingCoordinates, f64, f64)> = readings
-        .rows()
-        .iter()
-        .filter(|row| row.at.kind == ReadingKind::Lit)
-        .filter_map(|row| Some((row.at, row.illuminance_lx?, row.u_lx?)))
-        .collect();
-    let at: Vec<ReadingCoordinates> = lit.iter().map(|(at, ..)| *at).collect();
-    let predicted = models.each_ref().map(|model| model.predict_readings(&at));
-    for (k, (at, lux, u_lx)) in lit.iter().enumerate() {
-        let c = at.c_deg.rem_euclid(360.0);
-        // C + 180° at γ is C at −γ.
-        let (c, gamma) = if c >= 180.0 {
-            (c - 180.0, -at.gamma_deg)
-        } else {
-            (c, at.gamma_deg)
-        };
-        let plane = (c * PER_DEG).round() / PER_DEG;
-        let plane = if plane >= 180.0 { 0.0 } else { plane };
-        let pair = pairs.entry((plane.to_bits(), at.distance_mm.to_bits())).or_default();
-        let sums = pair.entry((gamma * PER_DEG).round() as i64).or_default();
-        sums.count += 1.0;
-        sums.lux += lux;
-        sums.u_lx += u_lx;
-        for (sum, values) in sums.models.iter_mut().zip(&predicted) {
-            *sum += values[k];
-        }
-    }
 }
 
 /// What was written where.

@@ -59,8 +59,20 @@ pub fn distribution(day_results: &DayResults) -> Section {
         ]),
         None => section.figures([plane]),
     }
-    section.subheading("Beam and field");
+    beam_and_field(&mut section, shown);
     let (c_deg, gamma_deg) = reduction.i_max_deg;
+    section.paragraph(format!(
+        "Largest intensity {} {}; on the axis {} cd.",
+        reduction.i_max.stated(),
+        direction(c_deg, gamma_deg),
+        significant(shown.intensity_cd_at(0.0, 0.0), 4)
+    ));
+    illuminance_on_the_axis(&mut section, shown);
+    section
+}
+
+fn beam_and_field(section: &mut Section, shown: &IntensityDistribution) {
+    section.subheading("Beam and field");
     let full = |found: Option<isolux_photometry::Divergence>| {
         found.map_or_else(|| "none".to_owned(), |found| format!("{:.1}°", found.full_angle_deg()))
     };
@@ -88,12 +100,9 @@ pub fn distribution(day_results: &DayResults) -> Section {
         .to_vec(),
         rows,
     );
-    section.paragraph(format!(
-        "Largest intensity {} {}; on the axis {} cd.",
-        reduction.i_max.stated(),
-        direction(c_deg, gamma_deg),
-        significant(shown.intensity_cd_at(0.0, 0.0), 4)
-    ));
+}
+
+fn illuminance_on_the_axis(section: &mut Section, shown: &IntensityDistribution) {
     if let Some(cones) = cones(shown) {
         let rows = cones
             .iter()
@@ -119,7 +128,6 @@ pub fn distribution(day_results: &DayResults) -> Section {
             rows,
         );
     }
-    section
 }
 
 /// Two standard uncertainties of a direction without light: intensities up to this cannot be told from none.
