@@ -82,8 +82,8 @@ await inBrowser(async (browser) => {
   step("a spectrum is inspected and drawn, and nonsense is told");
   const table = ["wavelength_nm,value", ...Array.from({ length: 81 }, (_, at) => `${380 + 5 * at},${1 + at % 7}`)].join("\n");
   await page.setInputFiles("#file", { name: "lamp.csv", mimeType: "text/csv", buffer: Buffer.from(table) });
-  await page.waitForSelector(".drawn img");
-  assert.ok(await page.evaluate(() => [...document.querySelectorAll(".drawn img")].every((image) => image.complete && image.naturalWidth > 0)), "the pictures are drawn");
+  await page.waitForSelector(".drawn svg");
+  assert.ok(await page.evaluate(() => [...document.querySelectorAll(".drawn svg")].every((figure) => figure.querySelectorAll("path, rect").length > 3 && figure.getBoundingClientRect().width > 200)), "the pictures are drawn");
   assert.match(await page.locator("#inspected").textContent(), /lamp\.csv: spectrum/);
   await themes(page, "inspected");
   await page.setInputFiles("#file", { name: "lamp.ldt", mimeType: "", buffer: Buffer.from([0, 1, 2]) });

@@ -24,6 +24,38 @@ function shown(wanted) {
   return first?.textContent ?? null;
 }
 
+/** The report's map tells value and place, keeps what is held, and its scene is turned, filtered and followed. */
+async function explored(report) {
+  const [map, said] = [report.locator("#map canvas").first(), report.locator("#map .said")];
+  await map.scrollIntoViewIfNeeded();
+  await map.hover({ position: { x: 30, y: 40 } });
+  const first = await said.textContent();
+  assert.match(first, /^\S+ lx at x −\S+ mm, y \S+ mm; \S+ % from the mean$/);
+  await map.click({ position: { x: 200, y: 250 } });
+  const held = await said.textContent();
+  assert.notEqual(held, first);
+  await map.hover({ position: { x: 60, y: 60 } });
+  assert.equal(await said.textContent(), held, "a click holds the place");
+  await report.check("#map [name=log]");
+  await report.check("#map [name=contour]");
+  const stage = report.locator(".stage");
+  const turned = await stage.getAttribute("data-turned");
+  await stage.press("ArrowLeft");
+  assert.notEqual(await stage.getAttribute("data-turned"), turned);
+  const band = await report.locator(".band").textContent();
+  await report.locator(".low").evaluate((slider) => { slider.value = 600; slider.dispatchEvent(new Event("input")); });
+  assert.notEqual(await report.locator(".band").textContent(), band);
+  await report.locator(".low").evaluate((slider) => { slider.value = 360; slider.dispatchEvent(new Event("input")); });
+  await report.click("[name=side]");
+  await report.click("[name=lamp]");
+  const box = await stage.boundingBox();
+  for (let at = 0; at < 12 && !/^ray/.test(await report.locator(".ray-note").textContent()); at += 1) {
+    await report.mouse.click(box.x + box.width / 2 + 3 * at, box.y + box.height / 2 + 2 * at);
+  }
+  assert.match(await report.locator(".ray-note").textContent(), /^ray \d+: (\d+ nm, )?from \(.*to pixel/);
+  await report.click("[name=reset]");
+}
+
 const number = (page, name) => page.evaluate((wanted) => window.shownNumber(wanted), name);
 
 const changed = (page, name, before) => page.waitForFunction(([wanted, old]) => window.shownNumber(wanted) !== old, [name, before], { timeout: PATIENCE });
@@ -44,7 +76,7 @@ await inBrowser(async (browser) => {
 
   step("a correction that is switched off moves the flux, and back");
   await page.click("#views a[href='#/results']");
-  await page.waitForSelector("#figures img");
+  await page.waitForSelector("#figures svg");
   const flux = await number(page, "luminous flux");
   assert.match(flux, / lm/);
   await page.uncheck("#correction-dark");
@@ -52,7 +84,7 @@ await inBrowser(async (browser) => {
   assert.match(await page.locator("#numbers").textContent(), new RegExp(`in the results: ${flux.slice(0, 6)}`));
   await page.check("#correction-dark");
   await page.waitForFunction(([old]) => document.getElementById("numbers").textContent.includes(old) && !document.getElementById("numbers").textContent.includes("in the results"), [flux]);
-  assert.ok(await page.evaluate(() => [...document.querySelectorAll("#figures img")].every((image) => image.complete && image.naturalWidth > 0)), "the figures are drawn");
+  assert.ok(await page.evaluate(() => [...document.querySelectorAll("#figures svg")].every((figure) => figure.querySelectorAll("path, rect").length > 3 && figure.getBoundingClientRect().width > 200)), "the figures are drawn");
   step("the photometric solid is turned");
   const solid = page.locator("#solid");
   await page.waitForSelector("#solid canvas");
@@ -76,6 +108,12 @@ await inBrowser(async (browser) => {
   const far = await number(page, "mean");
   await slide("tilt_x_deg", 750);
   await changed(page, "mean", far);
+  step("the difference of two poses is drawn with its sign");
+  const gap = await page.locator("#gap-text").textContent();
+  const [, mean_] = /mean \+(\S+) lx \((\S+) % of the mean of A\)/.exec(gap) ?? assert.fail(gap);
+  assert.ok(Number(mean_) > 0 && /smallest \+/.test(gap), `nearer is brighter everywhere: ${gap}`);
+  await page.hover("#lit-map figure:nth-child(3) canvas");
+  assert.match(await page.locator("#lit-map figure:nth-child(3) .said").textContent(), /^\+\S+ lx at x \S+ mm, y \S+ mm$/);
   const exposure = await number(page, "exposure");
   await slide("exposure_s", 600);
   await changed(page, "exposure", exposure);
@@ -95,6 +133,27 @@ await inBrowser(async (browser) => {
   console.log(`  a move of a slider is answered in ${times[10].toFixed(0)} ms (median), ${times[19].toFixed(0)} ms at most`);
   await themes(page, "simulation");
   await narrow(page, "simulation");
+
+  step("the report looks the same from the page and as a file, and complains of nothing");
+  for (const [name, address] of [["page", `http://127.0.0.1:${port}/report`], ["file", `file://${join(folder, "bench/day/results/report.html")}`]]) {
+    for (const colorScheme of ["light", "dark"]) {
+      const report = await context.newPage();
+      await report.emulateMedia({ colorScheme });
+      watch(report, complaints);
+      await report.goto(address);
+      await report.waitForSelector(".viewer[data-drawn=webgl] .stage[data-turned]", { timeout: PATIENCE });
+      await explored(report);
+      await report.screenshot({ path: join(pictures, `report-${name}-${colorScheme}.png`), fullPage: true });
+      await report.close();
+    }
+  }
+  const old = await context.newPage();
+  watch(old, complaints);
+  await old.addInitScript(() => { HTMLCanvasElement.prototype.getContext = ((own) => function get(kind, ...more) { return kind.startsWith("webgl") ? null : own.call(this, kind, ...more); })(HTMLCanvasElement.prototype.getContext); });
+  await old.goto(`file://${join(folder, "bench/day/results/report.html")}`);
+  await old.waitForSelector(".viewer[data-drawn=svg] .stage svg path", { timeout: PATIENCE, state: "attached" });
+  await old.locator(".viewer").screenshot({ path: join(pictures, "report-no-webgl.png") });
+  await old.close();
 
   step("a diagnosis is accepted and undone");
   await page.click("#views a[href='#/diagnosis']");
@@ -158,15 +217,17 @@ await inBrowser(async (browser) => {
     while (next + 20 < points.length && times.length < 50) {
       for (let at = 0; at < 20; at += 1) read();
       const began = performance.now();
-      for (const part of parts) part.draw(model);
+      await Promise.all(parts.map((part) => part.draw(model)));
       await new Promise(requestAnimationFrame);
       times.push(performance.now() - began);
     }
     const words = places[3].textContent;
+    const spoke = places[0].querySelectorAll("svg line[stroke='#6d28a8'], svg circle[fill='#6d28a8']").length;
     places.forEach((place) => place.remove());
-    return { words, times: times.sort((a, b) => a - b) };
+    return { words, spoke, times: times.sort((a, b) => a - b) };
   });
   assert.match(load.words, /^100000 of 100080 lit directions done/);
+  assert.ok(load.spoke >= 2, "the current ray and its reading");
   console.log(`  100,000 points: an update of 20 readings is drawn in ${load.times[25].toFixed(0)} ms (median), ${load.times[49].toFixed(0)} ms at most`);
 
   const bytes = await page.evaluate(() => performance.getEntriesByType("resource").reduce((sum, one) => sum + (one.name.includes("/api/") ? 0 : one.decodedBodySize), 0));

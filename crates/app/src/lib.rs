@@ -50,6 +50,12 @@ pub mod twins;
 
 pub use failure::{Failure, FailureKind};
 
+/// What a browser draws with, in reports and on the local page alike.
+pub mod drawing {
+    pub use isolux_report::plots::{PolarSoFar, polar_so_far};
+    pub use isolux_report::viewer::{MAP, STAGE, STYLE, THREE};
+}
+
 /// Findings, reader options and rounded numbers, for front ends.
 pub mod formats {
     pub use isolux_formats::spectral::SpectrumFile;

@@ -11,6 +11,9 @@ use isolux_record::plan::{Block, Instrument};
 use isolux_record::spectra::DarkSubtraction;
 use isolux_record::{Quality, ReadingKind, Role, Run};
 use isolux_reduce::on_axis;
+use isolux_report::map::Map;
+use isolux_report::sensor;
+use isolux_report::viewer::explorer::Explored;
 use isolux_sim::simulation::Method;
 use isolux_units::digits::{significant, stated};
 use serde::Serialize;
@@ -29,17 +32,15 @@ pub struct SensorSoFar {
     pub planned: usize,
     /// Edges in mm.
     pub size_mm: [f64; 2],
-    /// Pixels.
-    pub pixels: [usize; 2],
     /// Distance of the sensor in mm.
     pub distance_mm: f64,
     /// `W/m²`, or `lx` before the first spectrum.
     pub unit: &'static str,
-    /// Irradiance or illuminance in `unit`, row by row.
-    pub map: Vec<f32>,
+    /// Irradiance or illuminance in `unit`.
+    pub map: Explored,
     /// Expanded uncertainty (k = 2) of each pixel in `unit`, by missing half-planes, scatter, rounding, calibration and
     /// efficacy; none from a single half-plane, which says nothing of the others.
-    pub expanded: Option<Vec<f32>>,
+    pub expanded: Option<Explored>,
     /// The mean with its expanded uncertainty.
     pub mean: String,
     /// Smallest pixel over mean.
@@ -80,20 +81,24 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
         let u = |value: f64, other: f64| ((value - other) / 3.0_f64.sqrt()).hypot(own_rel * value);
         let pixels = solved.map.iter().zip(&other.map);
         let of_pixel = |(a, b): (&f32, &f32)| (2.0 * u(f64::from(*a), f64::from(*b))) as f32;
-        expanded = Some(pixels.map(of_pixel).collect());
+        let values: Vec<f32> = pixels.map(of_pixel).collect();
+        let u_map = Map {
+            values: &values,
+            ..sensor::picture(&solved)
+        };
+        expanded = Some(Explored::of(&u_map, 2));
         mean = stated(facts.mean, u(facts.mean, other.facts.mean), unit);
     }
     Ok(Some(SensorSoFar {
         half_planes: planes.whole.len(),
         planned: planes.planned.len(),
         size_mm: facts.size_mm,
-        pixels: facts.pixels,
         distance_mm: scene.sensor.pose.distance_mm,
         unit,
         mean,
         expanded,
         min_over_mean: facts.uniformity_min_over_mean,
-        map: solved.map,
+        map: Explored::of(&sensor::picture(&solved), 4),
         scene: named,
     }))
 }

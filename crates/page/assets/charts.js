@@ -46,7 +46,7 @@ export class Curve extends Chart {
   draw(model) {
     const row = model.last && model.last.kind === "lit" ? model.last : null;
     const now = row ? row.c_deg % 180 : null;
-    const pairs = [["C0–C180", "--one", 0, {}], ["C90–C270", "--two", 90, { dash: [6, 4] }]];
+    const pairs = [["C0–C180", "--c0", 0, {}], ["C90–C270", "--c90", 90, { dash: [6, 4] }]];
     const names = pairs.map(([, , c]) => c);
     const shown = names.includes(now) || now === null ? pairs : [...pairs, [`C${now}`, "--now", now, { dash: [1, 3] }]];
     const series = shown.map(([, , c]) => new Map([

@@ -9,10 +9,18 @@ export function make(name, properties = {}, ...children) {
   return element;
 }
 
-/** A picture of the report, shown as an image: its text is read by its name. */
+/** A picture of the report as a part of the page, whose colours follow the theme (viewer.css). */
+export function inline(svg) {
+  const picture = document.importNode(new DOMParser().parseFromString(svg, "image/svg+xml").documentElement, true);
+  picture.classList.add("drawing");
+  return picture;
+}
+
+/** A picture of the report with its title. */
 export function picture({ title, svg }) {
-  const image = make("img", { alt: title, src: `data:image/svg+xml,${encodeURIComponent(svg)}` });
-  return make("figure", {}, make("div", { className: "card" }, image), make("figcaption", { textContent: title }));
+  const drawing = inline(svg);
+  drawing.setAttribute("aria-label", title);
+  return make("figure", {}, make("div", { className: "card" }, drawing), make("figcaption", { textContent: title }));
 }
 
 /** Rows of names and numbers as a list. */

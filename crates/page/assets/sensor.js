@@ -1,48 +1,11 @@
-// Maps of a sensor; the one by the scan so far with its expanded uncertainty beside it.
+// The map of the sensor by the scan so far, with its expanded uncertainty beside it.
 
+import { SensorMap, ramp } from "./map.js";
 import { significant } from "./words.js";
 
-function colour(name) {
-  const text = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  return [0, 1, 2].map((at) => parseInt(text.slice(1 + 2 * at, 3 + 2 * at), 16));
-}
-
-export class Picture {
-  constructor(element, title) {
-    this.figure = document.createElement("figure");
-    this.canvas = document.createElement("canvas");
-    this.canvas.className = "pixels";
-    this.canvas.setAttribute("role", "img");
-    this.words = document.createElement("figcaption");
-    this.words.className = "caption";
-    this.title = title;
-    this.figure.append(this.canvas, this.words);
-    element.append(this.figure);
-  }
-
-  draw([nx, ny], values, unit) {
-    this.figure.hidden = !values;
-    if (!values) return;
-    const low = values.reduce((a, b) => Math.min(a, b), Infinity);
-    const high = values.reduce((a, b) => Math.max(a, b), -Infinity);
-    const [dark, bright] = [colour("--low"), colour("--high")];
-    this.canvas.width = nx;
-    this.canvas.height = ny;
-    const pen = this.canvas.getContext("2d");
-    const image = pen.createImageData(nx, ny);
-    values.forEach((value, at) => {
-      const share = high > low ? (value - low) / (high - low) : 0.5;
-      // Rows begin at the lower edge of the sensor.
-      const row = ny - 1 - Math.floor(at / nx);
-      const target = 4 * (row * nx + (at % nx));
-      for (let part = 0; part < 3; part += 1) image.data[target + part] = dark[part] + (bright[part] - dark[part]) * share;
-      image.data[target + 3] = 255;
-    });
-    pen.putImageData(image, 0, 0);
-    const words = `${this.title}: ${significant(low)} to ${significant(high)} ${unit}`;
-    this.words.textContent = words;
-    this.canvas.setAttribute("aria-label", words);
-  }
+/** The colours of a map in this theme: its own, but in red light the shades of red alone. */
+export function shades(map) {
+  return document.documentElement.dataset.theme === "red" ? ramp([20, 0, 0], [255, 90, 90]) : map?.colours;
 }
 
 export class Sensor {
@@ -51,10 +14,11 @@ export class Sensor {
     const row = document.createElement("div");
     row.className = "pair";
     element.append(row);
-    this.map = new Picture(row, "Light");
-    this.u = new Picture(row, "Expanded uncertainty (k = 2)");
+    this.map = new SensorMap(row, { title: "Light", plain: true });
+    this.u = new SensorMap(row, { title: "U (k = 2)", plain: true });
     this.asked = 0;
     this.now = null;
+    this.show();
   }
 
   refresh() {
@@ -75,13 +39,13 @@ export class Sensor {
 
   show() {
     const now = this.now;
-    this.map.draw(now?.pixels ?? [1, 1], now?.map, now?.unit);
-    this.u.draw(now?.pixels ?? [1, 1], now?.expanded, now?.unit);
+    this.map.show(now?.map, shades(now?.map));
+    this.u.show(now?.expanded, shades(now?.expanded));
     if (!now) {
       this.text.textContent = "Simulated after the first whole half-plane.";
       return;
     }
-    const u = now.expanded ? "by missing half-planes, scatter, rounding and calibration" : "uncertainty not evaluated from one half-plane";
+    const u = now.expanded ? "beside it the expanded uncertainty (k = 2) by missing half-planes, scatter, rounding and calibration" : "uncertainty not evaluated from one half-plane";
     const lux = now.unit === "lx" ? " In W/m² as soon as the spectrum is taken." : "";
     this.text.textContent = `Mean ${now.mean}, ${u}; smallest ÷ mean ${now.min_over_mean.toFixed(4)}. By ${now.half_planes} of ${now.planned} half-planes, not corrected; sensor ${now.size_mm.map((mm) => significant(mm, 3)).join(" × ")} mm at ${significant(now.distance_mm, 4)} mm of ${now.scene}.${lux}`;
   }

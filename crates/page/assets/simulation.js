@@ -3,7 +3,8 @@
 import { Chart, axis, line } from "./charts.js";
 import { latest, study } from "./commands.js";
 import { $, facts, make, stated } from "./dom.js";
-import { Picture } from "./sensor.js";
+import { SensorMap, numbers, ramp } from "./map.js";
+import { shades } from "./sensor.js";
 import { significant } from "./words.js";
 
 /** Sliders in steps of 0 … 1000: [key, name, unit, value of a share, share of a value]. */
@@ -20,6 +21,21 @@ function scales(own) {
 const power = (value) => Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-6;
 const powers = (_, values) => values.map((value) => (value !== null && power(value) ? value.toExponential(0).replace("e+", "e") : null));
 const decades = (_, values) => values.map((value) => (value !== null && /^[125]/.test(value.toExponential()) ? significant(value, 2) : null));
+
+const SIGNED = ramp([5, 48, 97], [67, 147, 195], [247, 247, 247], [214, 96, 77], [103, 0, 31]);
+
+/** What the pinned sensor has more than the one that is lit now, pixel by pixel. */
+function difference(a, b) {
+  if (!a || !b || a.unit !== b.unit || a.map.nx !== b.map.nx || a.map.ny !== b.map.ny) return null;
+  const [of, from] = [numbers(a.map), numbers(b.map)];
+  const values = of.map((value, at) => value - from[at]);
+  const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
+  const said = (value) => `${value > 0 ? "+" : ""}${significant(value, 3).replace("-", "−")} ${a.unit}`;
+  const sizes = a.size_mm.join() === b.size_mm.join() ? "" : " The two sensors differ in size: the same pixel lies elsewhere.";
+  const words = `A − B: smallest ${said(Math.min(...values))}, largest ${said(Math.max(...values))}, mean ${said(mean)} (${significant((100 * mean) / a.mean, 3).replace("-", "−")} % of the mean of A).${sizes}`;
+  const colours = document.documentElement.dataset.theme === "red" ? ramp([0, 0, 0], [110, 0, 0], [255, 110, 110]) : SIGNED;
+  return { map: { ...a.map, values, colours, digits: 3 }, words };
+}
 
 class Rays extends Chart {
   draw(told) {
@@ -43,8 +59,9 @@ export class Simulation {
   constructor() {
     this.ask = latest((asked) => this.#ask(asked));
     this.count = latest((asked) => this.#count(asked));
-    this.map = new Picture($("lit-map"), "Now (B)");
-    this.pinned = new Picture($("lit-map"), "Pinned (A)");
+    this.map = new SensorMap($("lit-map"), { title: "Now (B)" });
+    this.pinned = new SensorMap($("lit-map"), { title: "Pinned (A)" });
+    this.gap = new SensorMap($("lit-map"), { title: "Difference A − B", signed: true });
     this.rays = new Rays($("rays"), $("rays-text"), 240);
     $("pin").addEventListener("click", () => { this.a = this.b; this.#draw(); });
     $("unpin").addEventListener("click", () => { this.a = null; this.#draw(); });
@@ -107,8 +124,11 @@ export class Simulation {
 
   #draw() {
     const [a, b] = [this.a, this.b];
-    this.map.draw(b?.pixels ?? [1, 1], b?.map, b?.unit);
-    this.pinned.draw(a?.pixels ?? [1, 1], a?.map, a?.unit);
+    this.map.show(b?.map, shades(b?.map));
+    this.pinned.show(a?.map, shades(a?.map));
+    const gap = difference(a, b);
+    this.gap.show(gap?.map);
+    $("gap-text").textContent = gap?.words ?? (a && b ? "A and B have another unit or another number of pixels: no difference is drawn." : "");
     for (const id of ["pin", "as-scene"]) $(id).disabled = !b;
     $("unpin").disabled = !a;
     if (!b) return;

@@ -1,5 +1,7 @@
 //! The files of the page, inside the binary: it needs no network.
 
+use isolux_app::drawing;
+
 /// One file: its path below `/`, its type, its bytes.
 pub struct Asset {
     /// Path without the leading slash.
@@ -16,13 +18,23 @@ const SCRIPT: &str = "text/javascript; charset=utf-8";
 const SVG: &str = "image/svg+xml";
 
 macro_rules! assets {
-    ($($path:literal $kind:ident;)*) => {
+    ($($path:literal $kind:ident $($text:path)?;)*) => {
         /// Every file.
         pub const ASSETS: &[Asset] = &[$(Asset {
             path: $path,
             kind: $kind,
-            bytes: include_bytes!(concat!("../assets/", $path)),
+            bytes: bytes!($path $($text)?),
         }),*];
+    };
+}
+
+/// A file of this crate, or one that the report draws with too.
+macro_rules! bytes {
+    ($path:literal) => {
+        include_bytes!(concat!("../assets/", $path))
+    };
+    ($path:literal $text:path) => {
+        $text.as_bytes()
     };
 }
 
@@ -47,7 +59,10 @@ assets! {
     "solid.js" SCRIPT;
     "simulation.js" SCRIPT;
     "diagnosis.js" SCRIPT;
-    "vendor/three.min.js" SCRIPT;
+    "map.js" SCRIPT drawing::MAP;
+    "stage.js" SCRIPT drawing::STAGE;
+    "viewer.css" CSS drawing::STYLE;
+    "vendor/three.min.js" SCRIPT drawing::THREE;
     "vendor/uPlot.iife.min.js" SCRIPT;
     "vendor/uPlot.min.css" CSS;
 }
@@ -85,12 +100,16 @@ mod tests {
 
     #[test]
     fn vendored_files_are_as_they_were_taken() {
-        let sums = include_str!("../assets/vendor/SHA256SUMS");
         let vendored: Vec<_> = ASSETS
             .iter()
             .filter(|asset| asset.path.starts_with("vendor/"))
             .collect();
         assert_eq!(vendored.len(), 3);
+        let sums = [
+            include_str!("../assets/vendor/SHA256SUMS"),
+            include_str!("../../report/src/viewer/vendor/SHA256SUMS"),
+        ]
+        .concat();
         for asset in vendored {
             let sum = hex::encode(Sha256::digest(asset.bytes));
             let name = asset.path.trim_start_matches("vendor/");

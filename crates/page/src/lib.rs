@@ -32,6 +32,7 @@ use isolux_app::live::{Live, State};
 use isolux_app::progress::{Event, Progress};
 use isolux_app::signals::OnSignals;
 use isolux_app::study::next;
+use isolux_app::study::what_if::WhatIf;
 use isolux_app::{Failure, FailureKind};
 pub use runs::BUILT_IN;
 use shared::Shared;
@@ -89,6 +90,7 @@ impl Page {
         let shared = Arc::new(Shared {
             guard,
             desk: desk.clone(),
+            what_if: WhatIf::default(),
             say: Box::new(move |url| say(&format!("for another browser: {url}"))),
         });
         // A thread and a runtime of its own: the runtime of a scan may be in virtual time.

@@ -25,9 +25,9 @@ use crate::{stream, study};
 /// Section 3.3 of the policy: nothing but what this server itself gives.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; \
     font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-/// The report is one file with its style and its viewer in it. It may run in a frame of its own alone.
-const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; \
-    img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts";
+/// The report is one file with its style and its viewer in it, whose library it unpacks. It may run in a frame of its own alone.
+const REPORT_POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; \
+    img-src data:; font-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts";
 
 /// A dropped file may be so large, as text of base64.
 const LARGEST_DROP: usize = 48 << 20;

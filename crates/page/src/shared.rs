@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use isolux_app::study::what_if::WhatIf;
+
 use crate::desk::Desk;
 use crate::guard::Guard;
 
@@ -11,6 +13,8 @@ pub struct Shared {
     pub guard: Guard,
     /// Who does what is asked.
     pub desk: Arc<Desk>,
+    /// Sensors in other poses.
+    pub what_if: WhatIf,
     /// Says the next address on the terminal after one was used.
     pub say: Box<dyn Fn(&str) + Send + Sync>,
 }

@@ -9,7 +9,8 @@ use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse as _, Response};
 use camino::Utf8Path;
 use isolux_app::Failure;
-use isolux_app::study::what_if::{self, Asked};
+use isolux_app::drawing::{PolarSoFar, polar_so_far};
+use isolux_app::study::what_if::{self, Asked, WhatIf};
 use isolux_app::study::{diagnosed, next, results};
 use serde::{Deserialize, Serialize};
 
@@ -29,16 +30,19 @@ enum Study {
     Diagnosis {},
     /// The plan of a proposal.
     Next { number: usize },
+    /// The polar diagram of what a tab has seen of the scan.
+    Polar { so_far: PolarSoFar },
 }
 
 impl Study {
-    fn of(&self, run: &Utf8Path) -> Result<String, Failure> {
+    fn of(&self, run: &Utf8Path, what_if: &WhatIf) -> Result<String, Failure> {
         match self {
             Self::Results { without } => json(&results::results(run, without.as_deref())?),
-            Self::Lit { asked } => json(&what_if::lit(run, asked)?),
+            Self::Lit { asked } => json(&what_if.lit(run, asked)?),
             Self::Convergence { asked } => json(&what_if::convergence(run, asked)?),
             Self::Diagnosis {} => json(&diagnosed::diagnosed(run)?),
             Self::Next { number } => json(&next::shown(run, *number)?),
+            Self::Polar { so_far } => json(&serde_json::json!({ "svg": polar_so_far(so_far) })),
         }
     }
 }
@@ -53,8 +57,7 @@ pub async fn study(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
         Ok(asked) => asked,
         Err(error) => return (StatusCode::BAD_REQUEST, format!("no such study: {error}\n")).into_response(),
     };
-    let desk = shared.desk.clone();
-    let done = tokio::task::spawn_blocking(move || asked.of(&desk.run()?)).await;
+    let done = tokio::task::spawn_blocking(move || asked.of(&shared.desk.run()?, &shared.what_if)).await;
     let (status, text) = match done {
         Ok(Ok(text)) => (StatusCode::OK, text),
         Ok(Err(failure)) => {

@@ -11,7 +11,7 @@ pub struct Page {
     /// At the foot of each printed page, as a string of CSS.
     foot: String,
     body: String,
-    libraries: String,
+    data: String,
     scripts: String,
 }
 
@@ -33,7 +33,7 @@ impl Page {
             title: escape(title),
             foot: String::new(),
             body: String::new(),
-            libraries: String::new(),
+            data: String::new(),
             scripts: String::new(),
         }
     }
@@ -51,9 +51,9 @@ impl Page {
     /// Adds all that another page holds, with its scripts.
     pub fn append(&mut self, other: &Self) {
         self.body.push_str(&other.body);
-        for line in other.libraries.split_inclusive("</script>\n") {
-            if !self.libraries.contains(line) {
-                self.libraries.push_str(line);
+        for line in other.data.split_inclusive("</script>\n") {
+            if !self.data.contains(line) {
+                self.data.push_str(line);
             }
         }
         self.scripts.push_str(&other.scripts);
@@ -165,23 +165,20 @@ impl Page {
         self.body.push('\n');
     }
 
-    /// Adds a script at the page's end, once the elements it speaks of are there.
-    pub fn script(&mut self, javascript: &str) {
+    /// Adds a module at the page's end, once the elements it speaks of are there.
+    pub fn module(&mut self, javascript: &str) {
         let _ = writeln!(
             self.scripts,
-            "<script>{}</script>",
+            "<script type=\"module\">{}</script>",
             javascript.replace("</script", "<\\/script")
         );
     }
 
-    /// Adds a library that scripts of this page use, once however often it is asked for, before every script.
-    pub fn library(&mut self, javascript: &str) {
-        if !self.libraries.contains(javascript) {
-            let _ = writeln!(
-                self.libraries,
-                "<script>{}</script>",
-                javascript.replace("</script", "<\\/script")
-            );
+    /// Adds data that modules of this page find by `id`, once however often they are asked for, before every module.
+    pub fn data(&mut self, id: &str, base64: &str) {
+        let element = format!("<script type=\"application/octet-stream\" id=\"{id}\">{base64}</script>\n");
+        if !self.data.contains(&element) {
+            self.data.push_str(&element);
         }
     }
 
@@ -189,12 +186,13 @@ impl Page {
     pub fn finish(self) -> String {
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-             content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}{foot}</style>\n</head>\n<body>\n\
-             <h1>{title}</h1>\n{body}{libraries}{scripts}</body>\n</html>\n",
+             content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}{viewer}{foot}</style>\n</head>\n<body>\n\
+             <h1>{title}</h1>\n{body}{data}{scripts}</body>\n</html>\n",
             title = self.title,
+            viewer = crate::viewer::STYLE,
             foot = PRINTED_FOOT.replace("FOOT", &self.foot),
             body = self.body,
-            libraries = self.libraries,
+            data = self.data,
             scripts = self.scripts
         )
     }
@@ -218,7 +216,7 @@ mod tests {
             note: "±<2>".into(),
         }]);
         page.table(&["a"], &[vec!["<b>"]]);
-        page.script("let x = '</script>';");
+        page.module("let x = '</script>';");
         let html = page.finish();
         assert!(html.contains("day &lt;1&gt;") && html.contains("±&lt;2&gt;") && html.contains("<td>&lt;b&gt;</td>"));
         assert!(html.contains("'<\\/script>'"));

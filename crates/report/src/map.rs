@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use font8x8::legacy::{BASIC_LEGACY, LATIN_LEGACY};
 
 use crate::axes::{Frame, Scale, number};
-use crate::svg::{Anchor, Stroke, Svg};
+use crate::svg::{Anchor, Stroke, Svg, colour};
 
 /// A map as a solver leaves it: row 0 is the smallest y. Pictures show x to the right and y up, as the lamp sees the
 /// sensor.
@@ -219,7 +219,7 @@ impl Map<'_> {
                     (bar + 19.0, y + 4.0),
                     11.0,
                     Anchor::Start,
-                    "#333333",
+                    colour::INK,
                     &format!("{tick:.digits$}"),
                 );
             }
@@ -228,12 +228,12 @@ impl Map<'_> {
             let y = |value: f64| 30.0 + tall * (high - value) / (high - low);
             let mut at = y(to);
             while at < y(from) {
-                svg.line((bar, at + 3.0), (bar + 14.0, at), Stroke::solid("#191919", 1.2));
+                svg.line((bar, at + 3.0), (bar + 14.0, at), Stroke::solid(colour::INK, 1.2));
                 at += 5.0;
             }
-            svg.text((bar, 30.0 + tall + 18.0), 11.0, Anchor::Start, "#333333", HATCHED);
+            svg.text((bar, 30.0 + tall + 18.0), 11.0, Anchor::Start, colour::INK, HATCHED);
         }
-        svg.text((bar, 20.0), 12.0, Anchor::Start, "#333333", self.unit);
+        svg.text((bar, 20.0), 12.0, Anchor::Start, colour::INK, self.unit);
         self.sections(&mut svg, title);
         svg.finish()
     }
@@ -256,8 +256,8 @@ impl Map<'_> {
         };
         frame.draw(svg, "position / mm", &format!("{} / {}", self.quantity, self.unit));
         for (values, extent, colour, name, line) in [
-            (&along_x, w, "#c22f2f", "along x, y = 0", 0.0),
-            (&along_y, h, "#2f5fc2", "along y, x = 0", 16.0),
+            (&along_x, w, colour::C0, "along x, y = 0", 0.0),
+            (&along_y, h, colour::C90, "along y, x = 0", 16.0),
         ] {
             let stride = (values.len() / 400).max(1);
             let points = (0..values.len() / stride).map(|k| {
@@ -268,7 +268,7 @@ impl Map<'_> {
             svg.polyline(points, Stroke::solid(colour, 1.6));
             svg.text((650.0, 46.0 + line), 11.0, Anchor::Start, colour, name);
         }
-        svg.text((70.0, 20.0), 12.0, Anchor::Start, "#333333", title);
+        svg.text((70.0, 20.0), 12.0, Anchor::Start, colour::INK, title);
     }
 }
 

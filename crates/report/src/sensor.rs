@@ -8,7 +8,7 @@ use isolux_units::digits::{significant, stated};
 
 use crate::html::{Page, Tile};
 use crate::map::Map;
-use crate::viewer::{self, Ray, View};
+use crate::viewer::{Ray, View};
 
 /// Why the view of a simulation cannot be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -50,10 +50,7 @@ pub fn add(page: &mut Page, scene: &Scene, simulation: &Simulation, id: &str) ->
             })
             .collect(),
     };
-    page.library(&viewer::library());
-    page.raw(&view.html(id));
-    page.script(&view.script(id)?);
-    Ok(())
+    Ok(view.add(page, id)?)
 }
 
 /// A page of its own for one simulation.

@@ -10,6 +10,8 @@ pub mod colour {
     pub const C90: &str = "#0047bb";
     /// Axes, ticks and text.
     pub const INK: &str = "#222831";
+    /// Lines and text upon a coloured map, which is alike in every theme.
+    pub const OVER: &str = "#1f252d";
     /// Secondary text.
     pub const MUTED: &str = "#66707c";
     /// Grid lines.
@@ -18,6 +20,8 @@ pub mod colour {
     pub const DATA: &str = "#1b6e8c";
     /// Simulated or fitted data.
     pub const MODEL: &str = "#d9730d";
+    /// What is being read now.
+    pub const NOW: &str = "#6d28a8";
     /// A good verdict.
     pub const GOOD: &str = "#2e7d4f";
     /// A bad verdict.
@@ -183,7 +187,7 @@ impl Svg {
     pub fn image(&mut self, x: f64, y: f64, width: f64, height: f64, png: &[u8]) {
         let _ = writeln!(
             self.body,
-            r#"<image x="{}" y="{}" width="{}" height="{}" preserveAspectRatio="none" style="image-rendering:pixelated" href="{}"/>"#,
+            r#"<image x="{}" y="{}" width="{}" height="{}" preserveAspectRatio="none" image-rendering="pixelated" href="{}"/>"#,
             n(x),
             n(y),
             n(width),

@@ -8,6 +8,7 @@ use isolux_reduce::{Correction, Options, Quantity, Reduction, reduce};
 use isolux_report::plots::{
     IsoluxOptions, PolarOptions, SpectrumOptions, cartesian, isocandela, isolux, polar, spectrum, zones,
 };
+use isolux_report::viewer::Solid;
 use serde::Serialize;
 
 use super::{Figure, StatedNumber};
@@ -45,17 +46,6 @@ pub struct Switch {
     pub on: bool,
     /// Whether it was applied in the results that lie in the folder.
     pub on_in_report: bool,
-}
-
-/// The distribution as half-planes of γ: what the photometric solid is drawn from.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Solid {
-    /// C in degrees.
-    pub c_deg: Vec<f64>,
-    /// γ in degrees.
-    pub gamma_deg: Vec<f64>,
-    /// Intensity in cd, half-plane by half-plane.
-    pub intensity_cd: Vec<f64>,
 }
 
 const fn what(correction: Correction) -> &'static str {

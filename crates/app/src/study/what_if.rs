@@ -1,9 +1,14 @@
 //! The sensor of a run in another pose, with other pixels and another exposure: quick enough for a slider.
 
+use std::sync::{Mutex, PoisonError};
+use std::time::SystemTime;
+
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::{Model, Scene};
+use isolux_report::sensor;
+use isolux_report::viewer::explorer::Explored;
 use isolux_sim::direct::Sampling;
-use isolux_sim::simulation::{Facts, Method};
+use isolux_sim::simulation::{Facts, Method, Simulation};
 use isolux_units::digits::{significant, stated};
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +16,9 @@ use super::{StatedNumber, diagnosed, reduced_model};
 use crate::{Failure, scene, simulate};
 
 /// Pixels of the map along its longer edge.
-const PIXELS: usize = 64;
+const PIXELS: usize = 48;
+/// Significant digits of a pixel: differences between two poses are taken of them.
+const DIGITS: usize = 5;
 
 /// What is asked; what is left out is as in the scene of the run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
@@ -34,12 +41,10 @@ pub struct Lit {
     pub asked: Stand,
     /// `W/m²`, or `lx` without a spectrum.
     pub unit: &'static str,
-    /// Columns and rows of `map`.
-    pub pixels: [usize; 2],
     /// Edges of the sensor in mm.
     pub size_mm: [f64; 2],
-    /// Means of blocks of pixels, row by row from the lower edge.
-    pub map: Vec<f32>,
+    /// Means of blocks of pixels.
+    pub map: Explored,
     /// The mean in `unit`.
     pub mean: f64,
     /// The numbers.
@@ -76,6 +81,67 @@ struct Base {
 /// Exposure where the scene names no camera, in s.
 const EXPOSURE_S: f64 = 0.01;
 
+/// Files that a scene is made of, with the time of their last change: another one makes another scene.
+type Stamp = Vec<(Utf8PathBuf, Option<SystemTime>)>;
+
+/// What is kept from one question to the next.
+struct Kept {
+    stamp: Stamp,
+    base: Base,
+    /// The last pose that was solved, the exposure left out, and its light.
+    solved: Option<(Stand, Simulation)>,
+}
+
+/// Sensors in other poses: while sliders move, the model stays loaded, and a map is solved once a pose.
+#[derive(Default)]
+pub struct WhatIf {
+    kept: Mutex<Option<Kept>>,
+}
+
+impl WhatIf {
+    /// The sensor of the run directory `run` as asked.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) for a run without a model, a value out of its range, or a pose that cannot be lit.
+    pub fn lit(&self, run: &Utf8Path, asked: &Asked) -> Result<Lit, Failure> {
+        // One answer at a time: what is kept is whole, whatever a thread before did.
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let stamp = stamp(run);
+        let Kept { base, solved, .. } = match kept.take() {
+            Some(same) if same.stamp == stamp => kept.insert(same),
+            _ => kept.insert(Kept {
+                stamp,
+                base: Base::of(run)?,
+                solved: None,
+            }),
+        };
+        let (scene, stand) = base.posed(asked)?;
+        let pose = Stand {
+            exposure_s: 0.0,
+            ..stand
+        };
+        let solved = match solved.take() {
+            Some(same) if same.0 == pose => solved.insert(same),
+            _ => solved.insert((pose, simulate::solve(&scene, Method::Inverse)?)),
+        };
+        let pixel = simulate::solve(&base.pixel(&scene, &stand), Method::Inverse)?;
+        Ok(told(&solved.1, &pixel.facts, stand, &base.by))
+    }
+}
+
+fn stamp(run: &Utf8Path) -> Stamp {
+    [lit_by(run), own_scene(run)]
+        .map(|file| {
+            let changed = file.metadata().and_then(|facts| facts.modified()).ok();
+            (file, changed)
+        })
+        .into()
+}
+
+fn own_scene(run: &Utf8Path) -> Utf8PathBuf {
+    run.join("job/scene.toml")
+}
+
 impl Base {
     fn of(run: &Utf8Path) -> Result<Self, Failure> {
         let file = lit_by(run);
@@ -84,7 +150,7 @@ impl Base {
                 .help("it is made when the run is reduced: isolux reduce RUN, or at the end of the day"));
         }
         let model = Model::load(&file).map_err(Failure::bad_input)?;
-        let own = run.join("job/scene.toml");
+        let own = own_scene(run);
         let (scene, sensor) = if own.is_file() {
             (scene::lit_by(&own, &model)?, "the sensor of the job's scene")
         } else {
@@ -160,28 +226,20 @@ fn lit_by(run: &Utf8Path) -> Utf8PathBuf {
     diagnosed::added(run).unwrap_or_else(|| reduced_model(run))
 }
 
-/// The sensor of the run directory `run` as asked.
-///
-/// # Errors
-/// Bad input (exit 2) for a run without a model, a value out of its range, or a pose that cannot be lit.
-pub fn lit(run: &Utf8Path, asked: &Asked) -> Result<Lit, Failure> {
-    let base = Base::of(run)?;
-    let (scene, stand) = base.posed(asked)?;
-    let solved = simulate::solve(&scene, Method::Inverse)?;
-    let pixel = simulate::solve(&base.pixel(&scene, &stand), Method::Inverse)?;
-    let unit = solved.facts.unit.symbol();
-    Ok(Lit {
+fn told(solved: &Simulation, pixel: &Facts, stand: Stand, by: &str) -> Lit {
+    let facts = &solved.facts;
+    let unit = facts.unit.symbol();
+    Lit {
         asked: stand,
         unit,
-        pixels: solved.facts.pixels,
-        size_mm: solved.facts.size_mm,
-        mean: solved.facts.mean,
-        numbers: numbers(&solved.facts, &pixel.facts, &stand, unit),
-        by: base.by,
-        findings: solved.facts.findings.clone(),
-        solver_ms: 1000.0 * (solved.facts.elapsed_s + pixel.facts.elapsed_s),
-        map: solved.map,
-    })
+        size_mm: facts.size_mm,
+        mean: facts.mean,
+        numbers: numbers(facts, pixel, &stand, unit),
+        by: by.to_owned(),
+        findings: facts.findings.clone(),
+        solver_ms: 1000.0 * (facts.elapsed_s + pixel.elapsed_s),
+        map: Explored::of(&sensor::picture(solved), DIGITS),
+    }
 }
 
 fn numbers(facts: &Facts, pixel: &Facts, stand: &Stand, unit: &str) -> Vec<StatedNumber> {
@@ -262,7 +320,7 @@ pub struct Rays {
 /// (`expected`), so that the cost does not grow with the rays.
 ///
 /// # Errors
-/// As [`lit`].
+/// As [`WhatIf::lit`].
 pub fn convergence(run: &Utf8Path, asked: &Asked) -> Result<Convergence, Failure> {
     let (scene, _) = Base::of(run)?.posed(asked)?;
     let exact = simulate::solve(&scene, Method::Inverse)?.facts;

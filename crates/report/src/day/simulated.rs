@@ -76,7 +76,7 @@ pub fn section(day_results: &DayResults) -> Result<Section, ViewError> {
         ),
     ];
     let summary = summary.map(|(name, value)| (name.to_owned(), value));
-    explorer::add(&mut view, &sensor::picture(&day_results.simulation), &summary, 5, "map");
+    explorer::add(&mut view, &sensor::picture(&day_results.simulation), &summary, 5, "map")?;
     view.raw("</div>");
     view.raw("<div class=\"screen\"><h3>The scene in three dimensions</h3>");
     sensor::add(&mut view, &day_results.scene, &day_results.simulation, "scene")?;

@@ -109,13 +109,13 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
         mired(10.0, 1000.0, 160)
             .filter_map(illuminant::planckian_chromaticity)
             .map(place),
-        Stroke::solid(colour::INK, 1.3),
+        Stroke::solid(colour::OVER, 1.3),
     );
     for t in [1500.0, 2000.0, 3000.0, 4000.0, 5000.0, 6500.0, 10_000.0] {
         let ends = [-0.03, 0.03].map(|duv| cct::beside_locus(t, duv).map(place));
         if let [Some(below), Some(above)] = ends {
             svg.raw(&format!(r#"<g clip-path="url(#locus-{year})">"#));
-            svg.line(below, above, Stroke::solid(colour::INK, 0.8));
+            svg.line(below, above, Stroke::solid(colour::OVER, 0.8));
             svg.raw("</g>");
             let (dx, dy) = ((above.0 - below.0), (above.1 - below.1));
             let length = dx.hypot(dy).max(1.0);

@@ -63,7 +63,7 @@ pub(super) fn lines(svg: &mut Svg, grid: &Grid, level: f64, frame: &Frame, label
     let points = pieces
         .iter()
         .flat_map(|[a, b]| [place(*a), place(*b), (f64::NAN, f64::NAN)]);
-    svg.polyline(points, Stroke::solid(colour::INK, 0.9));
+    svg.polyline(points, Stroke::solid(colour::OVER, 0.9));
     // To the upper right of its line, away from the frame and from other labels.
     let free = |(x, y): (f64, f64)| {
         (frame.left + 20.0..frame.left + frame.width - 20.0).contains(&x)

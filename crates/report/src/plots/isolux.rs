@@ -76,8 +76,8 @@ pub fn isolux(distribution: &IntensityDistribution, options: &IsoluxOptions) -> 
         lines(&mut svg, &grid, level, &frame, &number(level), &mut labels);
     }
     let (cx, cy) = frame.at(0.0, 0.0);
-    svg.line((cx - 6.0, cy), (cx + 6.0, cy), Stroke::solid(colour::INK, 1.2));
-    svg.line((cx, cy - 6.0), (cx, cy + 6.0), Stroke::solid(colour::INK, 1.2));
+    svg.line((cx - 6.0, cy), (cx + 6.0, cy), Stroke::solid(colour::OVER, 1.2));
+    svg.line((cx, cy - 6.0), (cx, cy + 6.0), Stroke::solid(colour::OVER, 1.2));
     scale_bar(&mut svg, (544.0, 64.0, 16.0, 400.0), high, "lx");
     let note = format!("plane at {} m, square to γ = 0", number(h));
     svg.text((78.0, 550.0), 12.0, Anchor::Start, colour::INK, &note);

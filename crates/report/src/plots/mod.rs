@@ -20,7 +20,7 @@ pub use chromaticity::{Diagram, chromaticity};
 pub use cone::{Cone, cone, cones};
 pub use isocandela::isocandela;
 pub use isolux::{IsoluxOptions, isolux};
-pub use polar::{PolarOptions, polar};
+pub use polar::{PolarOptions, PolarSoFar, polar, polar_so_far};
 pub use solid::solid;
 pub use spectrum::{SpectrumOptions, spectrum};
 pub use tm30::tm30;

@@ -51,146 +51,211 @@ impl PolarOptions {
     }
 }
 
+/// Where a diagram lies and what its rim stands for.
+struct Frame {
+    centre: (f64, f64),
+    height: f64,
+    /// Largest γ with a spoke.
+    widest_deg: f64,
+    /// Rings, and what is from one to the next in the unit of the scale.
+    rings: usize,
+    step: f64,
+    /// What a candela is multiplied by.
+    factor: f64,
+}
+
+const RADIUS: f64 = 220.0;
+const WIDTH: f64 = 600.0;
+
+impl Frame {
+    /// For intensities up to `peak_cd`.
+    fn new(peak_cd: f64, upper_light: bool, factor: f64) -> Self {
+        let peak = peak_cd * factor;
+        let step = tick_step(if peak > 0.0 { 2.0 * peak } else { 1.0 });
+        let widest_deg = if upper_light { 180.0 } else { 105.0_f64 };
+        let above = if upper_light {
+            1.0
+        } else {
+            0.5 - 0.5 * (widest_deg - 60.0_f64).to_radians().cos()
+        };
+        let centre = (0.5 * WIDTH, 70.0 + RADIUS * above);
+        Self {
+            centre,
+            height: centre.1 + RADIUS + 74.0,
+            widest_deg,
+            rings: (peak / step).ceil().max(1.0) as usize,
+            step,
+            factor,
+        }
+    }
+
+    /// What the rim stands for, in cd.
+    fn full_cd(&self) -> f64 {
+        self.rings as f64 * self.step / self.factor
+    }
+
+    /// γ above zero lies in the half-plane at the right, below zero in the opposite one.
+    fn at(&self, gamma_deg: f64, cd: f64) -> (f64, f64) {
+        let r = RADIUS * (cd / self.full_cd()).clamp(0.0, 1.0);
+        let (sin, cos) = gamma_deg.to_radians().sin_cos();
+        (self.centre.0 + r * sin, self.centre.1 + r * cos)
+    }
+
+    /// A line of one intensity.
+    fn ring(&self, cd: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+        (-90..=90).map(move |i| self.at(f64::from(i) * self.widest_deg / 90.0, cd))
+    }
+
+    fn draw(&self, svg: &mut Svg) {
+        let grid = Stroke::solid(colour::GRID, 1.0);
+        for ring in 1..=self.rings {
+            svg.polyline(self.ring(ring as f64 * self.step / self.factor), grid);
+        }
+        let mut spoke = 0.0;
+        while spoke <= self.widest_deg {
+            for side in [1.0, -1.0] {
+                svg.line(self.centre, self.at(side * spoke, self.full_cd()), grid);
+                let (sin, cos) = spoke.to_radians().sin_cos();
+                let label = (
+                    self.centre.0 + side * (RADIUS + 12.0) * sin,
+                    self.centre.1 + (RADIUS + 12.0) * cos + 4.0,
+                );
+                let anchor = if sin.abs() < 0.05 {
+                    Anchor::Middle
+                } else if side > 0.0 {
+                    Anchor::Start
+                } else {
+                    Anchor::End
+                };
+                if side > 0.0 || (spoke > 0.0 && spoke < 180.0) {
+                    let at = (label.0, label.1 + if spoke == 0.0 { 6.0 } else { 0.0 });
+                    svg.text(at, 13.0, anchor, colour::MUTED, &format!("{spoke:.0}°"));
+                }
+            }
+            spoke += if self.widest_deg > 105.0 { 30.0 } else { 15.0 };
+        }
+    }
+
+    /// Ring values, last and on white, so that no curve hides them.
+    fn values(&self, svg: &mut Svg) {
+        for ring in 1..=self.rings {
+            let value = ring as f64 * self.step;
+            let (x, y) = self.at(0.0, value / self.factor);
+            let text = number(value);
+            let w = 8.0 * text.len() as f64 + 4.0;
+            svg.raw(&format!(
+                r##"<rect x="{:.2}" y="{:.2}" width="{w:.2}" height="15" fill="#ffffff" fill-opacity="0.8"/>"##,
+                x - 0.5 * w,
+                y - 15.5
+            ));
+            svg.text((x, y - 4.0), 13.0, Anchor::Middle, colour::INK, &text);
+        }
+    }
+
+    fn legend(&self, svg: &mut Svg, unit: &str, entries: &[(&str, Stroke<'_>)]) {
+        let y = self.height - 20.0;
+        svg.text((24.0, y), 13.0, Anchor::Start, colour::INK, unit);
+        let mut x = if entries.len() > 2 { 90.0 } else { WIDTH - 290.0 };
+        for (name, stroke) in entries {
+            svg.line((x, y - 4.0), (x + 34.0, y - 4.0), *stroke);
+            svg.text((x + 42.0, y), 13.0, Anchor::Start, colour::INK, name);
+            x += if entries.len() > 2 { 165.0 } else { 150.0 };
+        }
+    }
+}
+
+const C0: (&str, Stroke<'static>) = ("C0–C180", Stroke::solid(colour::C0, 2.2));
+const C90: (&str, Stroke<'static>) = ("C90–C270", Stroke::dashed(colour::C90, 2.2));
+
 /// C0–C180 solid red, C90–C270 dashed blue. A negative intensity is drawn at the centre.
 pub fn polar(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
     let (factor, unit) = options.scale();
     let last_gamma = distribution.gamma_deg().last().copied().unwrap_or(180.0);
-    let peak = distribution.intensity_cd().iter().fold(0.0, |m: f64, v| m.max(*v)) * factor;
-    let step = tick_step(if peak > 0.0 { 2.0 * peak } else { 1.0 });
-    let rings = (peak / step).ceil().max(1.0);
-    let outer = rings * step;
-
-    let upper_light = shown::upper_light(distribution);
-    let widest = if upper_light { 180.0 } else { 105.0_f64 };
-    let radius = 220.0;
-    let (width, top) = (600.0, 56.0);
-    let centre = (
-        0.5 * width,
-        top + 14.0
-            + radius
-                * if upper_light {
-                    1.0
-                } else {
-                    0.5 - 0.5 * (widest - 60.0_f64).to_radians().cos()
-                },
+    let peak_cd = distribution.intensity_cd().iter().fold(0.0, |m: f64, v| m.max(*v));
+    let frame = Frame::new(peak_cd, shown::upper_light(distribution), factor);
+    let mut svg = Svg::new(
+        WIDTH,
+        frame.height,
+        &format!("Polar intensity diagram {}", options.title),
     );
-    let height = centre.1 + radius + 74.0;
-    let mut svg = Svg::new(width, height, &format!("Polar intensity diagram {}", options.title));
-    svg.text((0.5 * width, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
-
-    // γ to the right is the C0 or C90 half-plane, to the left C180 or C270.
-    let at = |gamma_deg: f64, side: f64, value: f64| {
-        let r = radius * (value * factor / outer).clamp(0.0, 1.0);
-        let (sin, cos) = gamma_deg.to_radians().sin_cos();
-        (centre.0 + side * r * sin, centre.1 + r * cos)
-    };
-    let grid = Stroke::solid(colour::GRID, 1.0);
-    let full = outer / factor;
-    for ring in 1..=rings as usize {
-        let value = ring as f64 * step / factor;
-        let arc = |i: i32| at(f64::from(i).abs() * widest / 90.0, f64::from(i).signum(), value);
-        svg.polyline((-90..=90).map(arc), grid);
-    }
-    let mut spoke = 0.0;
-    while spoke <= widest {
-        for side in [1.0, -1.0] {
-            svg.line(centre, at(spoke, side, full), grid);
-            let (sin, cos) = spoke.to_radians().sin_cos();
-            let label = (
-                centre.0 + side * (radius + 12.0) * sin,
-                centre.1 + (radius + 12.0) * cos + 4.0,
-            );
-            let anchor = if sin.abs() < 0.05 {
-                Anchor::Middle
-            } else if side > 0.0 {
-                Anchor::Start
-            } else {
-                Anchor::End
-            };
-            if side > 0.0 || (spoke > 0.0 && spoke < 180.0) {
-                let below = if spoke == 0.0 { 6.0 } else { 0.0 };
-                svg.text(
-                    (label.0, label.1 + below),
-                    11.0,
-                    anchor,
-                    colour::MUTED,
-                    &format!("{spoke:.0}°"),
-                );
-            }
-        }
-        spoke += if widest > 105.0 { 30.0 } else { 15.0 };
-    }
-
+    svg.text((0.5 * WIDTH, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
+    frame.draw(&mut svg);
     if let Some(limit) = options.doubtful_cd {
-        let rim = |i: i32| at(f64::from(i).abs() * widest / 90.0, f64::from(i).signum(), limit);
-        svg.polygon((-90..=90).map(rim).chain([centre]), colour::MUTED, 0.3);
+        svg.polygon(frame.ring(limit).chain([frame.centre]), colour::MUTED, 0.3);
     }
-
-    let planes: [(f64, f64, Stroke<'_>); 2] = if distribution.is_rotational() {
-        [(0.0, 180.0, Stroke::solid(colour::C0, 2.2)); 2]
+    // C0–C180 last, above the other.
+    let shown: &[(f64, (&str, Stroke<'_>))] = if distribution.is_rotational() {
+        &[(0.0, ("all C planes", C0.1))]
     } else {
-        [
-            (90.0, 270.0, Stroke::dashed(colour::C90, 2.2)),
-            (0.0, 180.0, Stroke::solid(colour::C0, 2.2)),
-        ]
+        &[(90.0, C90), (0.0, C0)]
     };
-    let shown = if distribution.is_rotational() {
-        &planes[..1]
-    } else {
-        &planes[..]
-    };
-    let steps = (last_gamma / 0.5).ceil().max(1.0) as usize;
-    for &(right, left, stroke) in shown {
-        let curve = |c: f64, side: f64| {
-            (0..=steps).map(move |i| {
-                let gamma = last_gamma * i as f64 / steps as f64;
-                (gamma, side, distribution.intensity_cd_at(c, gamma))
+    let steps = (last_gamma / 0.5).ceil().max(1.0) as i32;
+    for &(right, (_, stroke)) in shown {
+        let points: Vec<_> = (-steps..=steps)
+            .map(|i| {
+                let gamma = last_gamma * f64::from(i) / f64::from(steps);
+                let c = if i < 0 { right + 180.0 } else { right };
+                let cd = distribution.intensity_cd_at(c, gamma.abs());
+                (cd, frame.at(gamma, cd))
             })
-        };
-        let points: Vec<_> = curve(left, -1.0)
-            .collect::<Vec<_>>()
-            .into_iter()
-            .rev()
-            .chain(curve(right, 1.0))
-            .map(|(g, s, v)| (v, at(g, s, v)))
             .collect();
         for (doubtful, run) in runs(&points, options.doubtful_cd) {
             svg.polyline(run, if doubtful { DOUBTFUL } else { stroke });
         }
     }
-    // Ring values last and on white, so that no curve hides them.
-    for ring in 1..=rings as usize {
-        let value = ring as f64 * step;
-        let (x, y) = at(0.0, 1.0, value / factor);
-        let text = number(value);
-        let w = 7.0 * text.len() as f64 + 4.0;
-        svg.raw(&format!(
-            r##"<rect x="{:.2}" y="{:.2}" width="{w:.2}" height="13" fill="#ffffff" fill-opacity="0.8"/>"##,
-            x - 0.5 * w,
-            y - 14.0
-        ));
-        svg.text((x, y - 4.0), 11.0, Anchor::Middle, colour::INK, &text);
-    }
-    legend(&mut svg, height - 20.0, width, unit, distribution.is_rotational());
+    frame.values(&mut svg);
+    let entries: Vec<_> = shown.iter().rev().map(|(_, entry)| *entry).collect();
+    frame.legend(&mut svg, unit, &entries);
     svg.finish()
 }
 
-fn legend(svg: &mut Svg, y: f64, width: f64, unit: &str, rotational: bool) {
-    svg.text((24.0, y), 12.0, Anchor::Start, colour::INK, unit);
-    let mut x = width - 290.0;
-    let entries: &[(&str, Stroke<'_>)] = if rotational {
-        &[("all C planes", Stroke::solid(colour::C0, 2.2))]
-    } else {
-        &[
-            ("C0–C180", Stroke::solid(colour::C0, 2.2)),
-            ("C90–C270", Stroke::dashed(colour::C90, 2.2)),
-        ]
+/// What was read of a distribution so far, as `(γ, cd)`: γ in degrees, below zero in the opposite half-plane.
+#[derive(Debug, Clone, PartialEq, Default, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PolarSoFar {
+    /// C0–C180.
+    pub c0: Vec<(f64, f64)>,
+    /// C90–C270.
+    pub c90: Vec<(f64, f64)>,
+    /// The half-planes that are being read, with their name, where they are others.
+    pub current: Option<(String, Vec<(f64, f64)>)>,
+    /// The direction that was read last.
+    pub ray: Option<(f64, f64)>,
+    /// Largest intensity so far in cd, in whatever half-plane.
+    pub peak_cd: f64,
+    /// Largest γ of the plan in degrees.
+    pub reach_deg: f64,
+}
+
+/// The diagram of a scan that goes on: the curves as far as they were read, the current direction as a spoke with its
+/// reading on it.
+pub fn polar_so_far(so_far: &PolarSoFar) -> String {
+    let frame = Frame::new(so_far.peak_cd, so_far.reach_deg > 90.0, 1.0);
+    let mut svg = Svg::new(WIDTH, frame.height, "Polar intensity diagram of the scan so far");
+    frame.draw(&mut svg);
+    let mut entries = vec![C0, C90];
+    let mut curve = |points: &[(f64, f64)], stroke| {
+        svg.polyline(points.iter().map(|(gamma, cd)| frame.at(*gamma, *cd)), stroke);
     };
-    for (name, stroke) in entries {
-        svg.line((x, y - 4.0), (x + 34.0, y - 4.0), *stroke);
-        svg.text((x + 42.0, y), 12.0, Anchor::Start, colour::INK, name);
-        x += 150.0;
+    curve(&so_far.c90, C90.1);
+    curve(&so_far.c0, C0.1);
+    if let Some((name, points)) = &so_far.current {
+        let dotted = Stroke {
+            colour: colour::NOW,
+            width: 1.8,
+            dash: "2 3",
+        };
+        curve(points, dotted);
+        entries.push((name, dotted));
     }
+    if let Some((gamma, cd)) = so_far.ray {
+        let rim = frame.at(gamma, frame.full_cd());
+        svg.line(frame.centre, rim, Stroke::solid(colour::NOW, 2.5));
+        svg.circle(frame.at(gamma, cd), 5.0, colour::NOW, None);
+    }
+    frame.values(&mut svg);
+    frame.legend(&mut svg, "cd", &entries);
+    svg.finish()
 }
 
 #[cfg(test)]
@@ -242,5 +307,32 @@ mod tests {
         ] {
             assert!(out.contains(DOUBTFUL.dash) && out.contains("fill-opacity=\"0.3\""));
         }
+    }
+
+    #[test]
+    fn a_scan_that_goes_on_is_drawn_on_the_same_scale_as_its_end() {
+        let gamma: Vec<f64> = (0..=90).map(f64::from).collect();
+        let row: Vec<f64> = gamma.iter().map(|g| 100.0 * g.to_radians().cos()).collect();
+        let whole =
+            IntensityDistribution::new(vec![0.0, 90.0], gamma.clone(), [row.clone(), row.clone()].concat()).unwrap();
+        let so_far = PolarSoFar {
+            c0: gamma.iter().copied().zip(row).take(31).collect(),
+            ray: Some((30.0, 86.6)),
+            peak_cd: 100.0,
+            reach_deg: 90.0,
+            ..PolarSoFar::default()
+        };
+        let (whole, part) = (polar(&whole, &PolarOptions::default()), polar_so_far(&so_far));
+        let grid = |svg: &str| {
+            svg.lines()
+                .filter(|line| line.contains(colour::GRID))
+                .map(str::to_owned)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(grid(&whole), grid(&part));
+        // 220 px to the rim of 100 cd, γ = 30°.
+        let tip = 300.0 + 220.0 * 0.866 * 0.5;
+        assert!(part.contains(&format!("<circle cx=\"{tip:.2}\"")), "{part}");
+        assert!(part.contains(colour::NOW) && !whole.contains(colour::NOW));
     }
 }

@@ -1,15 +1,48 @@
-//! The three-dimensional view of a lit sensor: illuminator, photometric solid, sensor with its map, and rays that can
-//! be turned, followed and filtered by wavelength. Drawn by WebGL through the vendored regl 2.1.1 (MIT,
-//! `regl-2.1.1.min.js`, byte for byte as its package has it), and on a 2-D canvas where there is no WebGL, so that a
-//! report opens anywhere.
+//! What a browser draws of a lit sensor, one set of modules for the report and for the page: `map.js`, a map to look
+//! into, on a 2-D canvas; `stage.js` and `scene.js`, three dimensions by the vendored three 0.187.0 (MIT, `vendor/`).
+//!
+//! A report is one file that fetches nothing: it holds the modules as they are, and the library compressed, which the
+//! browser unpacks. Where there is no WebGL the library's SVG renderer draws the same scene.
 
 pub mod explorer;
 
+use std::io::Write as _;
+use std::sync::LazyLock;
+
+use base64::Engine as _;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use isolux_photometry::IntensityDistribution;
 use serde::Serialize;
 
-use crate::map::{Map, viridis};
+use crate::html::Page;
+use crate::map::Map;
 use crate::svg::data_uri;
+
+/// `map.js`: `SensorMap`.
+pub const MAP: &str = include_str!("map.js");
+/// The style of what the modules make.
+pub const STYLE: &str = include_str!("viewer.css");
+/// `stage.js`: `Stage` and the photometric solid.
+pub const STAGE: &str = include_str!("stage.js");
+/// The library of `stage.js`.
+pub const THREE: &str = include_str!("vendor/three.min.js");
+const SCENE: &str = include_str!("scene.js");
+
+/// Modules as one, followed by `call`: inside one file nothing is imported by its address.
+fn inlined(modules: &[&str], call: &str) -> String {
+    let lines = modules.iter().flat_map(|module| module.lines());
+    let own = lines.filter(|line| !line.starts_with("import "));
+    own.chain([call]).map(|line| format!("{line}\n")).collect()
+}
+
+/// The library for [`Page::data`]: gzip in base64.
+static PACKED: LazyLock<String> = LazyLock::new(|| {
+    let mut gzip = GzEncoder::new(Vec::new(), Compression::best());
+    // Writing to memory cannot fail.
+    let _ = gzip.write_all(THREE.as_bytes());
+    base64::engine::general_purpose::STANDARD.encode(gzip.finish().unwrap_or_default())
+});
 
 /// A ray from the emitter to the sensor, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,22 +76,38 @@ pub struct View<'a> {
 struct Scene {
     reach: f64,
     emitter: Vec<Vec<[f64; 3]>>,
-    solid: Vec<Quad>,
+    solid: Solid,
     corners: [[f64; 3]; 4],
     picture: String,
-    cells: Vec<Cell>,
     rays: Vec<RayRow>,
 }
 
-#[derive(Serialize)]
-struct Quad {
-    points: [[f64; 3]; 4],
+/// A distribution as half-planes of γ: what a photometric solid is drawn from.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Solid {
+    /// C in degrees.
+    pub c_deg: Vec<f64>,
+    /// γ in degrees.
+    pub gamma_deg: Vec<f64>,
+    /// Intensity in cd, half-plane by half-plane.
+    pub intensity_cd: Vec<f64>,
 }
 
-#[derive(Serialize)]
-struct Cell {
-    points: [[f64; 3]; 4],
-    colour: String,
+impl Solid {
+    /// Every 15° in C and 5° in γ: enough for the eye.
+    fn coarse(distribution: &IntensityDistribution) -> Self {
+        let steps = |count: u32, step: f64| -> Vec<f64> { (0..count).map(|k| step * f64::from(k)).collect() };
+        let (c_deg, gamma_deg) = (steps(24, 15.0), steps(37, 5.0));
+        let at = |c: f64, gamma: f64| (1000.0 * distribution.intensity_cd_at(c, gamma)).round() / 1000.0;
+        let intensity_cd = c_deg
+            .iter()
+            .flat_map(|c| gamma_deg.iter().map(move |gamma| at(*c, *gamma)));
+        Self {
+            intensity_cd: intensity_cd.collect(),
+            c_deg,
+            gamma_deg,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -69,38 +118,35 @@ struct RayRow {
     pixel: [usize; 2],
 }
 
-/// Cells of the map along each side, on the 2-D canvas.
-const SIDE: usize = 24;
 /// Points of the map's picture along its longer side.
 const PICTURE: usize = 256;
 
-/// The library that draws: for [`crate::html::Page::library`], before any view's own script. The one address in it,
-/// part of a message, is left out, so that a page names nothing outside itself.
-pub fn library() -> String {
-    include_str!("regl-2.1.1.min.js").replace(" http://get.webgl.org", "")
-}
+/// Unpacks the library, which the page holds as data, and calls the scene with it.
+const UNPACK: &str = r#"
+const packed = Uint8Array.from(atob(document.getElementById("three").textContent), (letter) => letter.charCodeAt(0));
+const unpacked = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+const three = await import(URL.createObjectURL(new Blob([unpacked], { type: "text/javascript" })));
+"#;
 
 impl View<'_> {
-    /// The elements of the view, for [`crate::html::Page::raw`]. `id` is unique in the page.
-    pub fn html(&self, id: &str) -> String {
-        format!(
-            r#"<div class="viewer" id="{id}"><div style="position:relative;border:1px solid #d9dee4;line-height:0"><canvas class="gl" width="1100" height="620" style="width:100%;position:absolute;left:0;top:0"></canvas><canvas class="pen" width="1100" height="620" style="width:100%;position:relative;touch-action:none;cursor:grab"></canvas></div>
+    /// Adds the view to `page`; `id` is unique in it.
+    ///
+    /// # Errors
+    /// When a number cannot be written as JSON.
+    pub fn add(&self, page: &mut Page, id: &str) -> Result<(), serde_json::Error> {
+        page.raw(&format!(
+            r#"<div class="viewer" id="{id}"><div class="stage" tabindex="0" role="group" aria-label="The scene in three dimensions, turned by the arrow keys"></div>
 <p class="mode"></p>
 <p><button name="reset">oblique</button> <button name="lamp">as the lamp sees it</button> <button name="side">from the side</button> <button name="sensor">at the sensor</button>
 <label><input type="checkbox" name="solid" checked> photometric solid</label> <label><input type="checkbox" name="map" checked> map</label> <label><input type="checkbox" name="rays" checked> rays</label>
 <label>from <input type="range" class="low" min="360" max="830" value="360"></label> <label>to <input type="range" class="high" min="360" max="830" value="830"></label> <span class="band"></span></p>
 <p class="ray-note"></p></div>"#
-        )
-    }
-
-    /// The script that fills it, for [`crate::html::Page::script`].
-    ///
-    /// # Errors
-    /// When a number cannot be written as JSON.
-    pub fn script(&self, id: &str) -> Result<String, serde_json::Error> {
+        ));
+        page.data("three", &PACKED);
         let scene = serde_json::to_string(&self.scene())?;
-        let code = include_str!("viewer.js").trim_end();
-        Ok(format!("{code}({scene}, document.getElementById(\"{id}\"));"))
+        let call = format!("{UNPACK}await showScene(three, {scene}, document.getElementById(\"{id}\"));");
+        page.module(&inlined(&[STAGE, SCENE], &call));
+        Ok(())
     }
 
     fn scene(&self) -> Scene {
@@ -119,67 +165,11 @@ impl View<'_> {
         Scene {
             reach,
             emitter: self.emitter_mm.clone(),
-            solid: self.solid(0.35 * reach),
+            solid: Solid::coarse(self.distribution),
             corners: self.corners_mm.map(rounded),
             picture: data_uri(&self.map.bare_png(PICTURE)),
-            cells: self.cells(),
             rays,
         }
-    }
-
-    /// The photometric solid with `size` mm at its peak, every 15° in C and 5° in γ.
-    fn solid(&self, size: f64) -> Vec<Quad> {
-        let peak = self.distribution.peak().intensity_cd;
-        if peak <= 0.0 {
-            return Vec::new();
-        }
-        let at = |c: f64, gamma: f64| {
-            let radius = size * self.distribution.intensity_cd_at(c, gamma).max(0.0) / peak;
-            let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
-            rounded([radius * sin * cos_c, radius * sin * sin_c, radius * cos])
-        };
-        let mut quads = Vec::new();
-        for ic in 0..24 {
-            for ig in 0..36 {
-                let (c, g) = (15.0 * f64::from(ic), 5.0 * f64::from(ig));
-                let points = [at(c, g), at(c, g + 5.0), at(c + 15.0, g + 5.0), at(c + 15.0, g)];
-                if points.iter().flatten().any(|v| v.abs() > 1e-3 * size) {
-                    quads.push(Quad { points });
-                }
-            }
-        }
-        quads
-    }
-
-    /// The map as coloured cells on the sensor.
-    fn cells(&self) -> Vec<Cell> {
-        let (low, high) = self.map.range();
-        let [origin, right, _, up] = self.corners_mm;
-        let place = |s: f64, t: f64| {
-            rounded(std::array::from_fn(|k| {
-                origin[k] + s * (right[k] - origin[k]) + t * (up[k] - origin[k])
-            }))
-        };
-        let (nx, ny) = (SIDE.min(self.map.nx), SIDE.min(self.map.ny));
-        let mut cells = Vec::new();
-        for iy in 0..ny {
-            for ix in 0..nx {
-                let (mut sum, mut count) = (0.0, 0.0);
-                for y in iy * self.map.ny / ny..(iy + 1) * self.map.ny / ny {
-                    for x in ix * self.map.nx / nx..(ix + 1) * self.map.nx / nx {
-                        sum += f64::from(self.map.values[y * self.map.nx + x]);
-                        count += 1.0;
-                    }
-                }
-                let [r, g, b] = viridis((sum / count - low) / (high - low));
-                let at = |x: usize, y: usize| place(x as f64 / nx as f64, y as f64 / ny as f64);
-                cells.push(Cell {
-                    points: [at(ix, iy), at(ix + 1, iy), at(ix + 1, iy + 1), at(ix, iy + 1)],
-                    colour: format!("rgb({r},{g},{b})"),
-                });
-            }
-        }
-        cells
     }
 }
 
@@ -224,12 +214,46 @@ mod tests {
             rays: vec![ray],
         };
         let scene = view.scene();
-        assert_eq!(scene.cells.len(), 4);
-        // Row 0 is the smallest y.
-        assert_eq!(scene.cells[0].points[0], [-10.0, -10.0, 500.0]);
-        assert!(scene.solid.len() > 100);
-        assert!(!library().contains("http") && library().len() > 80_000);
         assert!(scene.picture.starts_with("data:image/png;base64,"));
-        assert!(view.html("v").contains("id=\"v\"") && view.script("v").unwrap().contains("455"));
+        // C 30°, γ 45°: half of the way from 100 cd to none.
+        assert_eq!(scene.solid.intensity_cd[2 * 37 + 9], 50.0);
+        let mut page = Page::new("t");
+        view.add(&mut page, "v").unwrap();
+        view.add(&mut page, "w").unwrap();
+        let html = page.finish();
+        assert!(html.contains("id=\"v\"") && html.contains("455"));
+        assert_eq!(html.matches(PACKED.as_str()).count(), 1, "the library is there once");
+        assert!(!html.contains("http") && !html.contains("\nimport ") && !html.contains("eval("));
+    }
+
+    #[test]
+    fn every_colour_of_a_figure_has_another_in_the_dark() {
+        use crate::svg::colour::{BAD, C0, C90, DATA, GOOD, GRID, INK, MODEL, MUTED, NOW};
+        let dark = include_str!("../html/report.css");
+        for colour in [BAD, C0, C90, DATA, GOOD, GRID, INK, MODEL, MUTED, NOW] {
+            for part in ["fill", "stroke"] {
+                let rule = STYLE
+                    .lines()
+                    .find(|line| line.contains(&format!("[{part}=\"{colour}\"]")));
+                let name = rule.and_then(|rule| rule.split("var(").nth(1)?.split(',').next());
+                assert!(
+                    name.is_some_and(|name| dark.contains(&format!("{name}:"))),
+                    "{part} {colour}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_library_is_what_was_taken() {
+        use std::io::Read as _;
+        let bytes = base64::engine::general_purpose::STANDARD
+            .decode(PACKED.as_bytes())
+            .unwrap();
+        let mut text = String::new();
+        flate2::read::GzDecoder::new(&bytes[..])
+            .read_to_string(&mut text)
+            .unwrap();
+        assert_eq!(text, THREE);
     }
 }
