@@ -9,6 +9,7 @@ mod batch;
 pub mod blur;
 mod bound;
 pub mod camera;
+mod crossings;
 mod cubature;
 pub mod direct;
 pub mod emission;

@@ -8,8 +8,9 @@
 
 use glam::DVec3;
 
+use crate::crossings::{self, Scratch};
 use crate::cubature::{self, WorkLimit};
-use crate::patch::{self, Light, Patch, Scratch};
+use crate::patch::{Light, Patch};
 use crate::rules::Estimate;
 
 /// Mean of `light` over all lines of sight p + e, p over `pixel` and e over `emitter`, with an error below `relative`
@@ -49,7 +50,7 @@ pub(crate) fn mean(
         let edges = [p[0] + e[1], p[1] + e[0]];
         let plateau = [edges[0].min(edges[1]), edges[0].max(edges[1])];
         let origin = middle + y * sides[0].across + z * sides[1].across;
-        per_area * patch::trapezoid(light, origin, along, [from, plateau[0], plateau[1], to], scratch)
+        per_area * crossings::trapezoid(light, origin, along, [from, plateau[0], plateau[1], to], scratch)
     };
     // Few kinks, or one side far smaller than the other: the chords' own places serve.
     let larger = usize::from(sides[1].half_width() > sides[0].half_width());

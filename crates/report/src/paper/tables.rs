@@ -1,6 +1,7 @@
 //! Tables on paper: how wide each column is, and its rows.
 
-use super::{CELL, Ink, Item, LEFT, Layout, Piece, Style, WIDTH, style, text, wrapped};
+use super::blocks::Layout;
+use super::piece::{CELL, Ink, Item, LEFT, Piece, Style, WIDTH, style, text, wrapped};
 use crate::document::Table;
 
 /// Room between columns.

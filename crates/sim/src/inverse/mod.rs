@@ -9,7 +9,7 @@ mod trust;
 use rayon::prelude::*;
 
 use self::prepared::Prepared;
-use crate::patch::Scratch;
+use crate::crossings::Scratch;
 use crate::sensor::Sensor;
 use crate::source::Source;
 

@@ -8,7 +8,8 @@ use isolux_model::Accuracy;
 use super::trust::Trusts;
 use crate::angles::Lanes;
 use crate::bound::Allowed;
-use crate::patch::{self, Light, Patch, Scratch};
+use crate::crossings::{self, Scratch};
+use crate::patch::{Light, Patch};
 use crate::polar::Polar;
 use crate::product::{self, Rule};
 use crate::rules::Estimate;
@@ -174,7 +175,7 @@ impl<'a> Prepared<'a> {
             let pixel = item.window.shifted((x - 0.5) * item.step_x + (y - 0.5) * item.step_y);
             let sight = pixel.centre() + item.emitter.as_ref().map_or(DVec3::ZERO, Patch::centre);
             let table = item.light.table;
-            let bend = patch::bend_within(table, sight, radius + blur + pixel.radius());
+            let bend = crossings::bend_within(table, sight, radius + blur + pixel.radius());
             BEND_MISSED * bend <= self.trusts.polynomial * table.toward(sight).abs()
         })
     }

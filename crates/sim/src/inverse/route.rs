@@ -4,8 +4,9 @@ use glam::DVec3;
 
 use super::prepared::Item;
 use super::trust::{DARK, UNSEEN};
+use crate::crossings::{self, Scratch};
 use crate::cubature::{self, WorkLimit};
-use crate::patch::{self, Patch, Scratch};
+use crate::patch::Patch;
 use crate::product::Rule;
 use crate::rules::Estimate;
 use crate::strips;
@@ -62,7 +63,7 @@ impl Item<'_> {
         let dark = self.dim_lx.max(DARK * brightest);
         let Some(emitter) = &self.emitter else {
             let aim = trusts.lines.aim * scale;
-            let found = patch::mean(light, pixel.corner_and_sides(), aim, aim * dark, scratch);
+            let found = crossings::mean(light, pixel.corner_and_sides(), aim, aim * dark, scratch);
             return trusts.lines.stated(found, scale, unseen);
         };
         let aim = trusts.lines.aim * scale;
@@ -167,7 +168,7 @@ impl Item<'_> {
             let mut found = Estimate::default();
             for &(spot, weight) in &nodes {
                 let seen = [corner + emitter.centre() + spot, first, second];
-                let one = patch::mean(self.light, seen, relative, floor, scratch);
+                let one = crossings::mean(self.light, seen, relative, floor, scratch);
                 found.value += weight * one.value;
                 found.error += weight * one.error;
             }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::Bound;
 use super::prepared::Prepared;
 use crate::angles::{LANES, Lanes};
-use crate::patch::Scratch;
+use crate::crossings::Scratch;
 use crate::polynomial::{self, Fit, ROUNDING, TERMS};
 use crate::product::Rule;
 use crate::rules::Estimate;

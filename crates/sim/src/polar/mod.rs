@@ -270,7 +270,8 @@ mod tests {
     use isolux_photometry::IntensityDistribution;
 
     use super::*;
-    use crate::patch::{self, Light, Scratch};
+    use crate::crossings::{self, Scratch};
+    use crate::patch::Light;
 
     /// Uneven, without symmetry, equal at the pole, dark beyond `end`.
     fn table(end: f64) -> Table {
@@ -322,7 +323,8 @@ mod tests {
                             toward,
                             extinction_per_mm: 0.0,
                         };
-                        let mean = patch::mean(light, [corner, first, second], 1e-10, 1e-9, &mut Scratch::default());
+                        let mean =
+                            crossings::mean(light, [corner, first, second], 1e-10, 1e-9, &mut Scratch::default());
                         let found = 1e6 * polar.integral(&patch, toward, &mut Vec::new()).unwrap() / patch.area();
                         assert!(
                             (found - mean.value).abs() < 1e-7 * mean.value.abs() + 1e-6,
