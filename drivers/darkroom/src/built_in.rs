@@ -5,8 +5,6 @@ use std::fmt;
 
 use toml::{Table, Value};
 
-use crate::document::{Darkroom, DarkroomError};
-
 /// The room that `isolux run` opens without a job, every key of it: the lamp as it is, a room as rooms are.
 pub const BUILT_IN: &str = include_str!("built_in.toml");
 
@@ -50,11 +48,8 @@ impl fmt::Display for Completed {
 }
 
 /// The table of the whole room: what `given` says, and the built-in room where it is silent.
-pub(crate) fn complete(given: &Table) -> Result<(Table, Completed), DarkroomError> {
-    let mut whole: Table = BUILT_IN.parse().map_err(|error: toml::de::Error| DarkroomError {
-        line: None,
-        message: format!("the built-in room: {error}"),
-    })?;
+pub(crate) fn complete(given: &Table) -> Result<(Table, Completed), toml::de::Error> {
+    let mut whole: Table = BUILT_IN.parse()?;
     let own_flaws = given.get("flaws").and_then(Value::as_table);
     if own_flaws.and_then(|flaws| flaws.get("only")?.as_bool()) == Some(true) {
         // What is left out is at its null, as the types have it.
@@ -131,19 +126,10 @@ fn is_off(name: &str, values: &Table) -> bool {
         .all(|(_, key, null)| values.get(*key).and_then(Value::as_float) == Some(*null))
 }
 
-impl Darkroom {
-    /// The built-in room.
-    ///
-    /// # Errors
-    /// Never for the room as it is shipped.
-    pub fn built_in() -> Result<Self, DarkroomError> {
-        Self::parse(BUILT_IN)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::document::Darkroom;
 
     fn keys(table: &Table, path: &str, into: &mut Vec<String>) {
         for (key, value) in table {

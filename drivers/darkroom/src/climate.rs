@@ -1,6 +1,6 @@
 //! Temperature of the room.
 
-use crate::document::Climate;
+use crate::parts::Climate;
 
 /// Air temperature at `time_s` after the room was opened, °C: a slow drift and the cycle of the air conditioning.
 pub fn temperature_c(climate: &Climate, time_s: f64) -> f64 {

@@ -5,9 +5,9 @@
 
 use glam::DVec3;
 
-use crate::document::Lamp;
 use crate::flaws::{DeadSector, Flaws, SelfAbsorption};
 use crate::noise::{Noise, Stream};
+use crate::parts::Lamp;
 
 /// One LED.
 #[derive(Debug, Clone, Copy, PartialEq)]

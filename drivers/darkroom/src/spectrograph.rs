@@ -1,18 +1,13 @@
 //! The array spectroradiometer: what each of its pixels counts.
 
-use crate::document::Spectroradiometer;
 use crate::noise::{Noise, Stream};
+use crate::parts::Spectroradiometer;
 use crate::room::Room;
 
 /// Pixels of the detector.
 pub const PIXELS: usize = 2048;
 /// First and last of the optically black pixels.
 pub const BLACK_PIXELS: (usize, usize) = (6, 20);
-
-/// Wavelength at pixel `pixel`, nm: Σ c_k pᵏ.
-pub fn wavelength_nm(coefficients: [f64; 4], pixel: f64) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, c| sum * pixel + c)
-}
 
 /// Responsivity of grating and detector, relative to its maximum.
 pub fn responsivity(wavelength_nm: f64) -> f64 {
@@ -74,7 +69,7 @@ impl Room {
     /// maximum.
     pub fn calibration(&self, pixel: usize) -> f64 {
         let instrument = &self.document().spectroradiometer;
-        let response = responsivity(wavelength_nm(instrument.wavelength_nm, pixel as f64));
+        let response = responsivity(instrument.nm_at(pixel as f64));
         if response < 1e-3 {
             0.0
         } else {
@@ -92,7 +87,7 @@ impl Room {
         let dark_rate = instrument.dark_counts_per_s * ((exposure.detector_c - 25.0) / 7.0).exp2();
         (0..PIXELS)
             .map(|pixel| {
-                let stated_nm = wavelength_nm(instrument.wavelength_nm, pixel as f64);
+                let stated_nm = instrument.nm_at(pixel as f64);
                 let black = (BLACK_PIXELS.0..=BLACK_PIXELS.1).contains(&pixel);
                 let light = if black || exposure.illuminance_lx == 0.0 {
                     0.0
@@ -177,7 +172,7 @@ mod tests {
         };
         let mut worst: f64 = 0.0;
         for pixel in 100..1500 {
-            let nm = wavelength_nm(instrument.wavelength_nm, pixel as f64);
+            let nm = instrument.nm_at(pixel as f64);
             let expected = room.spread_irradiance(nm, 1330.0);
             let got = (linear(lit[pixel]) - linear(dark[pixel])) / 0.2 * room.calibration(pixel);
             worst = worst.max((got - expected).abs());

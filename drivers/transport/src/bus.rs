@@ -2,85 +2,18 @@
 
 use std::any::Any;
 use std::marker::PhantomData;
-use std::sync::Arc;
 use std::time::Duration;
 
 use isolux_conversation::Conversation;
-use isolux_device::{DeviceError, ErrorKind};
 use tokio::sync::{OwnedMutexGuard, oneshot};
 use tokio::time::{Instant, timeout_at};
 
+use crate::exchange::{BusError, Exchanged};
 use crate::port::{Job, Port};
 
 /// A request whose answer is lost or damaged is made so often in all before its failure is told. Drivers count to the
 /// same number where they have to look at an answer to know that it is none; nothing above them asks again.
 pub const TRIES: u32 = 4;
-
-/// Why a request has no answer.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum BusError {
-    /// None came in time.
-    Timeout {
-        /// How long was waited.
-        waited: Duration,
-        /// What had arrived by then.
-        received: Vec<u8>,
-    },
-    /// The link is gone; this bus will not come back.
-    Disconnected {
-        /// What the system said.
-        reason: String,
-    },
-    /// Bytes came that are none.
-    Malformed {
-        /// What is wrong with them.
-        reason: String,
-        /// The bytes.
-        frame: Vec<u8>,
-    },
-}
-
-impl BusError {
-    /// The same, as the failure of `action` on `device`.
-    pub fn during(self, device: &str, action: &str) -> DeviceError {
-        let (device, action) = (device.to_owned(), action.to_owned());
-        match self {
-            Self::Timeout { waited, received } => DeviceError::Timeout {
-                device,
-                action,
-                waited,
-                received,
-            },
-            Self::Disconnected { reason } => DeviceError::Disconnected { device, action, reason },
-            Self::Malformed { reason, frame } => DeviceError::Malformed {
-                device,
-                action,
-                reason,
-                frame,
-            },
-        }
-    }
-
-    /// Whether the same request may be answered when it is made again.
-    pub const fn is_worth_another_try(&self) -> bool {
-        !matches!(self, Self::Disconnected { .. })
-    }
-}
-
-/// Whether what failed with `kind` may succeed when it is asked again.
-pub const fn worth_another_try(kind: ErrorKind) -> bool {
-    matches!(kind, ErrorKind::Timeout | ErrorKind::Malformed)
-}
-
-/// An answer, and when its request was sent.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Exchanged<A> {
-    /// The answer.
-    pub answer: A,
-    /// Just before the first byte of the request was written: what the answer says was true later, or the device is
-    /// slow.
-    pub sent: Instant,
-}
 
 /// A handle on the task that owns a port, in the language `C`. Clones share it, and the conversation too.
 #[derive(Debug)]
@@ -93,12 +26,18 @@ pub struct Bus<C: Conversation> {
 
 impl<C: Conversation> Clone for Bus<C> {
     fn clone(&self) -> Self {
-        Self::new(self.port.clone(), self.place)
+        Self {
+            port: self.port.clone(),
+            place: self.place,
+            language: PhantomData,
+        }
     }
 }
 
 impl<C: Conversation> Bus<C> {
-    pub(crate) const fn new(port: Port, place: usize) -> Self {
+    /// A handle on `port`. The first of a language brings its conversation, `begin`; the others share it.
+    pub(crate) async fn on(port: Port, begin: impl FnOnce() -> C) -> Self {
+        let place = port.join(begin).await;
         Self {
             port,
             place,
@@ -235,5 +174,5 @@ impl<C: Conversation> Alone<'_, C> {
     }
 }
 
-/// Shared by all handles on a port.
-pub(crate) type Turn = Arc<tokio::sync::Mutex<()>>;
+#[cfg(test)]
+mod tests;

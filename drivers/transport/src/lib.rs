@@ -9,6 +9,7 @@
 
 mod bus;
 mod driver;
+mod exchange;
 mod link;
 mod memory;
 mod owner;
@@ -21,8 +22,9 @@ mod system;
 mod usb;
 mod users;
 
-pub use bus::{Alone, Bus, BusError, Exchanged, TRIES, worth_another_try};
+pub use bus::{Alone, Bus, TRIES};
 pub use driver::{Driver, Place, UsbModel, no_display};
+pub use exchange::{BusError, Exchanged, worth_another_try};
 pub use link::{LineSettings, Link, LinkError, Links, Parity};
 pub use memory::{MemoryLinks, MemoryListener, NameTaken};
 pub use owner::{lock_files, port_holder, things};

@@ -11,7 +11,7 @@ use tokio::sync::{OwnedMutexGuard, mpsc, oneshot};
 use tokio::time::Instant;
 
 use crate::Link;
-use crate::bus::{Bus, BusError, Exchanged, Turn};
+use crate::exchange::{BusError, Exchanged};
 
 type Anything = Box<dyn Any + Send>;
 
@@ -36,7 +36,7 @@ enum Message {
 pub(crate) struct Port {
     messages: mpsc::Sender<Message>,
     unsolicited: Arc<AtomicU64>,
-    turn: Turn,
+    turn: Arc<tokio::sync::Mutex<()>>,
     /// The conversations in the order of their places.
     joined: Arc<Mutex<Vec<TypeId>>>,
 }
@@ -58,13 +58,13 @@ impl Port {
         Self {
             messages,
             unsolicited,
-            turn: Turn::default(),
+            turn: Arc::default(),
             joined: Arc::default(),
         }
     }
 
-    /// A handle in the language `C`. The first of a language brings its conversation, `begin`; the others share it.
-    pub async fn join<C: Conversation>(&self, begin: impl FnOnce() -> C) -> Bus<C> {
+    /// Place of the conversation in the language `C`, which is `begin` where this is the first of that language.
+    pub async fn join<C: Conversation>(&self, begin: impl FnOnce() -> C) -> usize {
         // Whoever joins has the turn, so that the places are those in which the owner gets to know the conversations.
         let _turn = self.turn().await;
         let known = {
@@ -75,15 +75,14 @@ impl Port {
             }
             known.ok_or(joined.len() - 1)
         };
-        let place = match known {
+        match known {
             Ok(place) => place,
             Err(place) => {
                 // Where the owner has ended, whoever asks is told.
                 let _ = self.messages.send(Message::Join(Box::new(Spoken(begin())))).await;
                 place
             }
-        };
-        Bus::new(self.clone(), place)
+        }
     }
 
     pub fn unsolicited(&self) -> u64 {
@@ -356,6 +355,3 @@ async fn read(link: &mut Box<dyn Link>) -> std::io::Result<Vec<u8>> {
     buffer.truncate(count);
     Ok(buffer)
 }
-
-#[cfg(test)]
-mod tests;

@@ -84,14 +84,14 @@ impl Ports {
         let mut open = known.open.lock().await;
         if let Some(open) = open.as_ref().filter(|open| !open.port.is_closed()) {
             open.shares_with(target, line)?;
-            return Ok(open.port.join(begin).await);
+            return Ok(Bus::on(open.port.clone(), begin).await);
         }
         let link = match profile.filter(|_| target.link().starts_with("usb:")) {
             Some(profile) => self.links.open_usb(target.link(), line, profile).await,
             None => self.links.open(target.link(), line).await,
         };
         let port = Port::spawn(link.map_err(|error| error.opening(target))?, target.link());
-        let bus = port.join(begin).await;
+        let bus = Bus::on(port.clone(), begin).await;
         *open = Some(Open {
             first: target.clone(),
             line,

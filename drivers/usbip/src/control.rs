@@ -1,6 +1,8 @@
 //! Requests on endpoint 0 (USB 2.0, 9.4).
 
-use crate::device::Device;
+use std::collections::BTreeSet;
+
+use crate::model::Model;
 
 const TO_HOST: u8 = 0x80;
 const GET_STATUS: u8 = 0;
@@ -16,8 +18,9 @@ const ENDPOINT: u8 = 2;
 /// The one feature of an endpoint.
 const ENDPOINT_HALT: u16 = 0;
 
-/// The answer to a setup packet, cut to what the host takes; `None` is a stall.
-pub fn answer(device: &mut Device, setup: [u8; 8]) -> Option<Vec<u8>> {
+/// The answer to a setup packet, cut to what the host takes; `None` is a stall. Endpoints in `halted` stall until the
+/// host clears them.
+pub fn answer(model: &Model, halted: &mut BTreeSet<u8>, setup: [u8; 8]) -> Option<Vec<u8>> {
     let [
         kind,
         request,
@@ -35,19 +38,19 @@ pub fn answer(device: &mut Device, setup: [u8; 8]) -> Option<Vec<u8>> {
         return None;
     }
     let mut bytes = match (kind & TO_HOST != 0, request) {
-        (true, GET_DESCRIPTOR) => device.model().descriptor(value_high, value_low)?,
-        (true, GET_STATUS) if kind & 0x1F == ENDPOINT => vec![u8::from(device.is_halted(index_low)), 0],
+        (true, GET_DESCRIPTOR) => model.descriptor(value_high, value_low)?,
+        (true, GET_STATUS) if kind & 0x1F == ENDPOINT => vec![u8::from(halted.contains(&index_low)), 0],
         (true, GET_STATUS) => vec![0, 0],
         (true, GET_CONFIGURATION) => vec![1],
         (true, GET_INTERFACE) => vec![0],
         (false, SET_CONFIGURATION) if value <= 1 => Vec::new(),
         (false, SET_INTERFACE) if value == 0 => Vec::new(),
         (false, CLEAR_FEATURE) if kind & 0x1F == ENDPOINT && value == ENDPOINT_HALT => {
-            device.halt(index_low, false);
+            halted.remove(&index_low);
             Vec::new()
         }
         (false, SET_FEATURE) if kind & 0x1F == ENDPOINT && value == ENDPOINT_HALT => {
-            device.halt(index_low, true);
+            halted.insert(index_low);
             Vec::new()
         }
         _ => return None,

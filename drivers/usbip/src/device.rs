@@ -45,14 +45,6 @@ impl Device {
         }
     }
 
-    pub fn model(&self) -> &Model {
-        &self.model
-    }
-
-    pub fn is_halted(&self, endpoint: u8) -> bool {
-        self.halted.contains(&endpoint)
-    }
-
     /// Halts an endpoint, or frees it.
     pub fn halt(&mut self, endpoint: u8, halted: bool) {
         if halted {
@@ -77,14 +69,14 @@ impl Device {
         };
         let number = urb.number;
         if matches!(urb.endpoint, 0x00 | 0x80) {
-            let answer = match control::answer(self, urb.setup) {
+            let answer = match control::answer(&self.model, &mut self.halted, urb.setup) {
                 Some(data) if urb.endpoint & 0x80 != 0 => done(number, 0, 0, data),
                 Some(_) => done(number, 0, urb.data.len(), Vec::new()),
                 None => done(number, STALL, 0, Vec::new()),
             };
             return (vec![answer], Vec::new());
         }
-        if !self.model.endpoints.contains(&urb.endpoint) || self.is_halted(urb.endpoint) {
+        if !self.model.endpoints.contains(&urb.endpoint) || self.halted.contains(&urb.endpoint) {
             return (vec![done(number, STALL, 0, Vec::new())], Vec::new());
         }
         if urb.endpoint & 0x80 == 0 {

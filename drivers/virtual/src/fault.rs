@@ -2,9 +2,8 @@
 
 use std::str::FromStr;
 
-use isolux_darkroom::Darkroom;
-use isolux_darkroom::document::{Fault, FaultKind, Instrument};
 use isolux_darkroom::noise::{Noise, Stream};
+use isolux_darkroom::{Darkroom, Fault, FaultKind, Instrument};
 
 /// The faults of one instrument's link.
 #[derive(Debug, Clone)]

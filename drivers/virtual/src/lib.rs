@@ -6,30 +6,17 @@
 //! both must be right.
 
 pub mod fault;
-mod luxmeter;
-mod mavo;
 mod modbus;
-mod modbus_lux;
-mod oriental;
 pub mod outlet;
-mod p9710;
-mod parker;
-mod powermeter;
 mod scpi;
 mod server;
-mod spectrometer;
 pub mod station;
-mod sts;
-mod supply;
-mod template_axes;
-mod template_lux;
+mod twin;
 pub mod twins;
 pub mod usb;
 mod world;
-mod wt300;
-mod zaber;
 
 pub use isolux_darkroom::BUILT_IN;
-pub use isolux_darkroom::document::Instrument;
+pub use isolux_darkroom::Instrument;
 pub use server::{Serving, VirtualRoom};
 pub use world::{AxisName, Switches, World};

@@ -1,6 +1,6 @@
 //! The room's instruments for other programs: over TCP, and on a pty where the system has them.
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use tokio::task::JoinSet;
 
 use crate::server::{Serving, VirtualRoom};

@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 
-use crate::server::Answer;
+use crate::twin::Answer;
 
 /// Ten bits a byte.
 const BYTE_S: f64 = 10.0 / 9600.0;

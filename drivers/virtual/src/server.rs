@@ -4,41 +4,16 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use isolux_darkroom::Darkroom;
-use isolux_darkroom::document::{FaultKind, Instrument};
+use isolux_darkroom::{Darkroom, FaultKind, Instrument};
 use isolux_transport::{MemoryLinks, NameTaken};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 
 use crate::fault::{Delivery, LinkFaults, Order};
-use crate::twins::{Choice, TwinKind};
+use crate::twin::{Answer, Look, Twin, TwinKind};
+use crate::twins::Choice;
 use crate::world::World;
-
-/// An instrument that answers bytes.
-pub(crate) trait Twin: Send {
-    /// Takes one request off the front of `inbox`; `None` if none is complete.
-    fn receive(&mut self, inbox: &mut Vec<u8>, world: &mut World, now_s: f64) -> Option<Answer>;
-
-    /// Stops with an alarm of its own, at once. Only what drives axes has one.
-    fn alarm(&mut self, _world: &mut World, _now_s: f64) {}
-
-    /// Stops short what moves past `from_s`; true if that has come to pass by `now_s`.
-    fn stall(&mut self, _world: &mut World, _from_s: f64, _now_s: f64) -> bool {
-        false
-    }
-}
-
-/// Reads an answer off the room.
-pub(crate) type Look = Box<dyn FnOnce(&World) -> Vec<u8> + Send>;
-
-/// An answer and when it is sent, s after the room was opened. No bytes: no answer.
-pub(crate) enum Answer {
-    /// These bytes.
-    At(f64, Vec<u8>),
-    /// What the room gives at that time.
-    When(f64, Look),
-}
 
 /// A virtual darkroom with its instruments. Clones are the same room.
 #[derive(Clone)]

@@ -1,8 +1,8 @@
 //! The station file of a virtual darkroom: what an operator of it would have written.
 
-use isolux_darkroom::document::{Axis, Darkroom, Instrument};
 use isolux_darkroom::illuminator::Illuminator;
-use isolux_darkroom::{Flaws, Room};
+use isolux_darkroom::parts::Axis;
+use isolux_darkroom::{Darkroom, Flaws, Instrument, Room};
 
 use crate::VirtualRoom;
 use crate::outlet::Outlet;

@@ -3,7 +3,7 @@
 //! Ids and endpoints are those of the instruments (python-seabreeze, `devices.py`); packet sizes follow from their
 //! speed. Release numbers and words are made up: no driver may depend on them.
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_usbip::{Bench, Model, Packing, Speed, Twin};
 use tokio::task::JoinSet;
 

@@ -2,11 +2,10 @@
 
 use std::cell::Cell;
 
-use isolux_darkroom::climate;
-use isolux_darkroom::document::{Axis, Darkroom, Fault, FaultKind, Instrument};
 use isolux_darkroom::electrical::Electrical;
 use isolux_darkroom::motion::Motion;
-use isolux_darkroom::{Kind, Observation, Room};
+use isolux_darkroom::parts::Axis;
+use isolux_darkroom::{Darkroom, Fault, FaultKind, Instrument, Kind, Observation, Room, climate};
 
 /// Which axis of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

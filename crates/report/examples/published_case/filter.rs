@@ -8,8 +8,8 @@ use isolux_sim::source::Source;
 use rayon::prelude::*;
 
 use crate::Book;
-use crate::rows::{middle_of, quantile, significant};
 use crate::scene::{FLUX_LM, LER, PUBLISHED, sensor};
+use crate::statistics::{middle_of, quantile, significant};
 
 /// A map filter: a whole-numbered kernel along each axis, applied a number of times. Beyond the edge there is no light.
 pub(crate) struct Filter {

@@ -14,6 +14,7 @@ mod filter;
 mod impact;
 mod rows;
 mod scene;
+mod statistics;
 mod summation;
 
 use std::fmt::Write as _;

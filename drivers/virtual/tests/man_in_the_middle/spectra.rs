@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use isolux_darkroom::Room;
-use isolux_darkroom::spectrograph::{Exposure, PIXELS, linearity_coefficients, wavelength_nm};
+use isolux_darkroom::spectrograph::{Exposure, PIXELS, linearity_coefficients};
 use isolux_device::{Spectroradiometer, SpectroradiometerProperties};
 use isolux_virtual::twins::{Choice, TwinKind};
 use isolux_virtual::{AxisName, VirtualRoom};
@@ -118,7 +118,7 @@ fn properties(tally: &mut Tally, room: &VirtualRoom, spectro: &dyn Spectroradiom
     room.with_world(|world, _| {
         let (room, instrument) = (world.room(), &world.room().document().spectroradiometer);
         let wavelengths = found.wavelength_nm.iter().enumerate().all(|(pixel, nm)| {
-            let truth = wavelength_nm(instrument.wavelength_nm, detector.place(pixel));
+            let truth = instrument.nm_at(detector.place(pixel));
             (nm - truth).abs() < 1e-3
         });
         let powers = std::iter::successors(Some(1.0), |power| Some(power * detector.scale));

@@ -3,13 +3,12 @@
 //! Its optics are those of the room's spectrometer; each of its pixels is the mean of two of that one's, in a quarter
 //! of its counts. A message is a header of 44 bytes, a payload, 16 bytes of MD5 or zeros, and a footer.
 
-use isolux_darkroom::document::Instrument;
-use isolux_darkroom::spectrograph::{Exposure, PIXELS as FINE_PIXELS, linearity_coefficients, wavelength_nm};
+use isolux_darkroom::Instrument;
+use isolux_darkroom::spectrograph::{Exposure, PIXELS as FINE_PIXELS, linearity_coefficients};
 use isolux_transport::{LineSettings, Parity};
 use md5::{Digest, Md5};
 
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins. The line is that of its RS-232 connector.
@@ -239,11 +238,11 @@ fn linearity(fine: &[f64]) -> Vec<f64> {
 
 /// µJ a count: W/(m²·nm) for one count a second, times area and width of the pixel.
 fn irradiance(world: &World) -> Vec<u8> {
-    let coefficients = world.room().document().spectroradiometer.wavelength_nm;
+    let instrument = &world.room().document().spectroradiometer;
     let factors = (0..PIXELS).flat_map(|pixel| {
         let (left, right) = (2 * pixel, 2 * pixel + 1);
         let factor = 0.5 * (world.room().calibration(left) + world.room().calibration(right)) * COUNTS;
-        let width_nm = 2.0 * (wavelength_nm(coefficients, right as f64) - wavelength_nm(coefficients, left as f64));
+        let width_nm = 2.0 * (instrument.nm_at(right as f64) - instrument.nm_at(left as f64));
         ((100.0 * factor * f64::from(AREA_CM2) * width_nm) as f32).to_le_bytes()
     });
     factors.collect()

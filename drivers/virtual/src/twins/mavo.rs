@@ -3,11 +3,10 @@
 //! A new value every two seconds; five ranges, 19.99 lx to 199.9 klx, four digits of which the first is 0 or 1.
 //! Commands and answers after "Interface description MAVO-USB" 1.1/02.18.
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_transport::{LineSettings, Parity};
 
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins.

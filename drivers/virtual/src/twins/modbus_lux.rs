@@ -4,12 +4,11 @@
 //! A new value after each integration of the room's meter. There is one range, and no number below zero: noise about a
 //! dark offset is cut off there, as such instruments do.
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_transport::{LineSettings, Parity};
 
 use crate::modbus::{Exception, Query, Wanted, take};
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins.

@@ -2,18 +2,26 @@
 
 use std::collections::BTreeMap;
 
-use isolux_darkroom::Room;
-use isolux_darkroom::document::Instrument;
-use isolux_transport::LineSettings;
+use isolux_darkroom::Instrument;
 
-use crate::server::Twin;
-use crate::world::World;
-use crate::{
-    luxmeter, mavo, modbus_lux, oriental, p9710, parker, powermeter, spectrometer, sts, supply, template_axes,
-    template_lux, wt300, zaber,
-};
+pub use crate::twin::TwinKind;
 
-/// All twins; of those that play one instrument the first is the default. A new twin is one entry here.
+mod luxmeter;
+mod mavo;
+mod modbus_lux;
+mod oriental;
+mod p9710;
+mod parker;
+mod powermeter;
+mod spectrometer;
+mod sts;
+mod supply;
+mod template_axes;
+mod template_lux;
+mod wt300;
+mod zaber;
+
+/// All twins; of those that play one instrument the first is the default. A new twin is one entry here, and its `mod`.
 pub const TWINS: &[TwinKind] = &[
     zaber::TWIN,
     oriental::TWIN,
@@ -30,30 +38,6 @@ pub const TWINS: &[TwinKind] = &[
     wt300::TWIN,
     supply::TWIN,
 ];
-
-/// A twin, for servers and for the writer of station files.
-pub struct TwinKind {
-    /// The instrument of the room that it plays.
-    pub instrument: Instrument,
-    /// The driver that speaks to it: `open = "driver:address…"`.
-    pub driver: &'static str,
-    /// How its line must be set; asked for otherwise, it is not reached.
-    pub line: LineSettings,
-    /// The parts of a station that it can be, and what follows its address in their `open`: `("axis.c", "?axis=1")`.
-    pub opens: &'static [(&'static str, &'static str)],
-    /// Text of the calibration file that its driver needs, `wavelength_nm,factor` in W/(m² nm) for one linear count per
-    /// second; none where the instrument keeps its own calibration, and for every instrument but a spectroradiometer.
-    pub calibration: Option<fn(&Room) -> String>,
-    /// The twin at power-up.
-    pub(crate) start: fn(&World) -> Box<dyn Twin>,
-}
-
-impl TwinKind {
-    /// What follows the address in the `open` of `part`; none where it is no such part.
-    pub fn open(&self, part: &str) -> Option<&'static str> {
-        self.opens.iter().find(|(name, _)| *name == part).map(|(_, rest)| *rest)
-    }
-}
 
 /// Parts of a station that hang on the axes' controller where it has outputs and inputs.
 const OUTPUTS: [&str; 5] = ["rail", "lamp", "shutter", "baffle", "ambient"];

@@ -3,13 +3,12 @@
 //! Numeric items as in Yokogawa's grammar; engineering notation with five digits; `NAN` where there is nothing to
 //! divide by, `INF` beyond the range. After public captures of a GPM-8213.
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_darkroom::noise::{Noise, Stream};
 use isolux_transport::{LineSettings, Parity};
 
 use crate::scpi::{Errors, ILLEGAL_VALUE, UNDEFINED_HEADER, Unit, line, reply, run_line};
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins.

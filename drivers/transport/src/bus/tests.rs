@@ -1,6 +1,7 @@
+use isolux_conversation::{Event, Start};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
+
 use super::*;
-use isolux_conversation::Start;
-use tokio::io::DuplexStream;
 
 /// A toy language: one byte asks, the byte after it answers, 0xFF is damage; quiet for 100 ms after a timeout.
 #[derive(Default)]
@@ -81,7 +82,7 @@ fn port() -> (Port, DuplexStream) {
 
 async fn bus() -> (Bus<Successor>, DuplexStream) {
     let (port, twin) = port();
-    (port.join(Successor::default).await, twin)
+    (Bus::on(port.clone(), Successor::default).await, twin)
 }
 
 fn soon() -> Instant {
@@ -190,7 +191,10 @@ async fn a_deadline_inside_the_quarantine_is_kept() {
 #[tokio::test(start_paused = true)]
 async fn two_languages_take_turns_and_neither_hears_the_answers_of_the_other() {
     let (port, mut twin) = port();
-    let (numbers, letters) = (port.join(Successor::default).await, port.join(Echo::default).await);
+    let (numbers, letters) = (
+        Bus::on(port.clone(), Successor::default).await,
+        Bus::on(port.clone(), Echo::default).await,
+    );
     tokio::spawn(async move {
         while let Ok(byte) = twin.read_u8().await {
             tokio::time::sleep(Duration::from_millis(3)).await;
@@ -208,7 +212,10 @@ async fn two_languages_take_turns_and_neither_hears_the_answers_of_the_other() {
 #[tokio::test(start_paused = true)]
 async fn a_request_waits_until_every_conversation_of_the_port_is_ready() {
     let (port, mut twin) = port();
-    let (numbers, letters) = (port.join(Successor::default).await, port.join(Echo::default).await);
+    let (numbers, letters) = (
+        Bus::on(port.clone(), Successor::default).await,
+        Bus::on(port.clone(), Echo::default).await,
+    );
     numbers.ask(1, soon()).await.unwrap_err();
     assert_eq!(twin.read_u8().await.unwrap(), 1);
     let began = Instant::now();
@@ -228,7 +235,10 @@ async fn a_request_waits_until_every_conversation_of_the_port_is_ready() {
 #[tokio::test(start_paused = true)]
 async fn a_language_that_needs_no_silence_keeps_it_for_the_others() {
     let (port, mut twin) = port();
-    let (numbers, letters) = (port.join(Successor::default).await, port.join(Echo::default).await);
+    let (numbers, letters) = (
+        Bus::on(port.clone(), Successor::default).await,
+        Bus::on(port.clone(), Echo::default).await,
+    );
     letters.ask('a', soon()).await.unwrap_err();
     assert_eq!(twin.read_u8().await.unwrap(), b'a');
     tokio::time::sleep(Duration::from_millis(40)).await;
@@ -245,7 +255,10 @@ async fn a_language_that_needs_no_silence_keeps_it_for_the_others() {
 #[tokio::test(start_paused = true)]
 async fn who_has_the_port_alone_keeps_all_others_waiting() {
     let (port, mut twin) = port();
-    let (numbers, letters) = (port.join(Successor::default).await, port.join(Echo::default).await);
+    let (numbers, letters) = (
+        Bus::on(port.clone(), Successor::default).await,
+        Bus::on(port.clone(), Echo::default).await,
+    );
     let script = tokio::spawn(async move {
         assert_eq!(twin.read_u8().await.unwrap(), 1);
         twin.write_u8(9).await.unwrap();

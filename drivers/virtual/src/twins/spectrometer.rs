@@ -4,13 +4,11 @@
 //! answers, 0x82 spectra. The irradiance calibration in the instrument (command 6D) is W/(m² nm) for one linear count
 //! per second.
 
-use isolux_darkroom::Room;
-use isolux_darkroom::document::Instrument;
-use isolux_darkroom::spectrograph::{Exposure, PIXELS, linearity_coefficients, wavelength_nm};
+use isolux_darkroom::spectrograph::{Exposure, PIXELS, linearity_coefficients};
+use isolux_darkroom::{Instrument, Room};
 use isolux_transport::{LineSettings, Parity};
 
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins. A serial adapter that carries the frames has this line; the instrument itself has none.
@@ -30,15 +28,12 @@ pub(crate) const TWIN: TwinKind = TwinKind {
 
 /// The pixels that have a responsivity.
 fn calibration(room: &Room) -> String {
-    let coefficients = room.document().spectroradiometer.wavelength_nm;
+    let instrument = &room.document().spectroradiometer;
     let mut text = String::from("wavelength_nm,factor\n");
     for pixel in 0..PIXELS {
         let factor = room.calibration(pixel);
         if factor > 0.0 {
-            text.push_str(&format!(
-                "{:.4},{factor:.6e}\n",
-                wavelength_nm(coefficients, pixel as f64)
-            ));
+            text.push_str(&format!("{:.4},{factor:.6e}\n", instrument.nm_at(pixel as f64)));
         }
     }
     text

@@ -2,13 +2,12 @@
 //!
 //! Commands after the DP800 programming guide as cited by public drivers.
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_darkroom::electrical::lights;
 use isolux_transport::{LineSettings, Parity};
 
 use crate::scpi::{Errors, ILLEGAL_VALUE, UNDEFINED_HEADER, Unit, line, reply, run_line};
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::{Switches, World};
 
 /// In the table of twins.

@@ -4,11 +4,10 @@
 //! A command is an address, a blank, a word and perhaps a number, ended by CR; answers end with CR LF. One step of a
 //! drive is one microstep of the room.
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_transport::{LineSettings, Parity};
 
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::{AxisName, AxisState, World};
 
 /// In the table of twins.

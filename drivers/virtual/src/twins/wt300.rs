@@ -4,14 +4,13 @@
 //! function
 //! 04. What it has not is 7E951BEEh, what is beyond the range 7E94F56Ah. After IM WT310-17EN, chapter 9.
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_darkroom::noise::{Noise, Stream};
 use isolux_transport::{LineSettings, Parity};
 
+use super::powermeter::{Seen, seen};
 use crate::modbus::{Exception, Query, Wanted, take};
-use crate::powermeter::{Seen, seen};
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins.

@@ -3,11 +3,10 @@
 //! ID?, UNIT LX and E?, ended by CR LF as the answers are. One range up to 200 klx, two decimals; a new value after
 //! each integration of the room's meter.
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_transport::{LineSettings, Parity};
 
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins.

@@ -7,13 +7,12 @@
 
 use std::collections::BTreeMap;
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_darkroom::noise::{Noise, Stream};
 use isolux_transport::{LineSettings, Parity};
 
 use crate::modbus::{Exception, Query, Wanted, take};
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::{AxisName, World};
 
 /// In the table of twins.

@@ -4,11 +4,10 @@
 //! Commands and reports after the "XL25i, XL50i & XL80i Stepper Drive User Guide", chapter 6; programs (labels,
 //! triggers, registration) are left out and refused as not supported.
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_transport::{LineSettings, Parity};
 
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::{AxisName, AxisState, World};
 
 /// In the table of twins.

@@ -3,12 +3,10 @@
 //! A new value every half second; commands 10 (read), 28, 54 (PC mode), 55 (hold, broadcast). Frames and status
 //! characters after "T-10 Communication specifications".
 
-use isolux_darkroom::document::Instrument;
-use isolux_darkroom::meter;
+use isolux_darkroom::{Instrument, meter};
 use isolux_transport::{LineSettings, Parity};
 
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::World;
 
 /// In the table of twins.

@@ -4,14 +4,16 @@
 //! encoder absolute). Digital output 1 switches the lamp, 2 opens the shutter, 3 puts the baffle in. Analogue input 1
 //! is a temperature transmitter, 0–10 V for −50 to 100 °C. Commands and replies after Zaber's ASCII protocol manual.
 
+mod drive;
+
 use std::collections::BTreeSet;
 
-use isolux_darkroom::document::Instrument;
+use isolux_darkroom::Instrument;
 use isolux_darkroom::noise::{Noise, Stream};
 use isolux_transport::{LineSettings, Parity};
 
-use crate::server::{Answer, Twin};
-use crate::twins::TwinKind;
+use self::drive::{ACCEL_DATA, Drive, Outcome, SPEED_DATA, home, move_to, set, stop};
+use crate::twin::{Answer, Twin, TwinKind};
 use crate::world::{AxisName, Switches, World};
 
 /// In the table of twins.
@@ -37,10 +39,6 @@ pub(crate) const TWIN: TwinKind = TwinKind {
     start: |world| Box::new(Controller::new(world)),
 };
 
-/// Data of `set maxspeed` are microsteps per second times this.
-const SPEED_DATA: f64 = 1.6384;
-/// Data of `set accel` are microsteps per second squared times this.
-const ACCEL_DATA: f64 = 1.6384e-4;
 /// From the end of a command to the first byte of its reply, s.
 const LATENCY_S: f64 = 0.002;
 /// Longest line that the controller takes.
@@ -52,24 +50,6 @@ pub struct Controller {
     checksum: bool,
     seed: u64,
     reads: u64,
-}
-
-/// What the controller knows of one axis.
-#[derive(Default)]
-struct Drive {
-    /// Counter = true microsteps − this.
-    offset: f64,
-    /// When homing ends; counts as homed from then on.
-    homed_from_s: Option<f64>,
-    speed: f64,
-    acceleration: f64,
-    flags: BTreeSet<&'static str>,
-}
-
-/// A reply's content.
-enum Outcome {
-    Ok(String),
-    Rejected(&'static str),
 }
 
 impl Controller {
@@ -91,35 +71,6 @@ impl Controller {
             checksum: false,
             seed: world.room().document().seed,
             reads: 0,
-        }
-    }
-
-    /// Stops the first axis short whose motion lasts past `from_s`, in the middle of that motion, as an obstacle does.
-    /// True if that has come to pass by `now_s`.
-    fn stall(&mut self, world: &mut World, from_s: f64, now_s: f64) -> bool {
-        for (drive, name) in self.axes.iter_mut().zip(AxisName::ALL) {
-            let axis = world.axis_mut(name);
-            let (start_s, end_s) = (axis.motion.start_s(), axis.motion.end_s());
-            let hit_s = from_s.max(0.5 * (start_s + end_s));
-            if hit_s < end_s && hit_s <= now_s {
-                let frozen = axis.motion.freeze(hit_s);
-                axis.drive(frozen, now_s);
-                drive.homed_from_s = drive.homed_from_s.filter(|from| *from <= hit_s);
-                drive.flags.insert("FS");
-                return true;
-            }
-        }
-        false
-    }
-
-    /// The drivers of all motors switch themselves off: FD, "driver disabled".
-    fn alarm(&mut self, world: &mut World, now_s: f64) {
-        for (drive, name) in self.axes.iter_mut().zip(AxisName::ALL) {
-            let axis = world.axis_mut(name);
-            let frozen = axis.motion.freeze(now_s);
-            axis.drive(frozen, now_s);
-            drive.homed_from_s = drive.homed_from_s.filter(|from| *from <= now_s);
-            drive.flags.insert("FD");
         }
     }
 
@@ -298,83 +249,6 @@ impl Controller {
     }
 }
 
-fn set(drive: &mut Drive, axis: &crate::world::AxisState, setting: &str, value: &str) -> Outcome {
-    let (target, top, unit) = match setting {
-        "maxspeed" => (&mut drive.speed, axis.top_speed, SPEED_DATA),
-        "accel" => (&mut drive.acceleration, axis.top_acceleration, ACCEL_DATA),
-        "limit.min" | "limit.max" | "pos" | "resolution" => return Outcome::Rejected("BADDATA"),
-        _ => return Outcome::Rejected("BADCOMMAND"),
-    };
-    match value.parse::<f64>() {
-        // One data step over the top is still the top.
-        Ok(data) if data >= 1.0 && data.fract() == 0.0 && data <= top * unit + 1.0 => {
-            *target = (data / unit).min(top);
-            Outcome::Ok("0".into())
-        }
-        _ => Outcome::Rejected("BADDATA"),
-    }
-}
-
-fn home(drive: &mut Drive, name: AxisName, world: &mut World, now_s: f64) -> Outcome {
-    if name == AxisName::Rail {
-        // The encoder is absolute: there is nothing to look for.
-        return Outcome::Ok("0".into());
-    }
-    let axis = world.axis_mut(name);
-    let motion = axis.motion.move_to(0.0, now_s, 0.5 * drive.speed, drive.acceleration);
-    drive.flags.remove("NI");
-    drive.homed_from_s = Some(motion.end_s().max(now_s));
-    drive.offset = 0.0;
-    axis.drive(motion, now_s);
-    Outcome::Ok("0".into())
-}
-
-fn move_to(
-    drive: &mut Drive,
-    name: AxisName,
-    how: &str,
-    value: Option<&str>,
-    world: &mut World,
-    now_s: f64,
-) -> Outcome {
-    let axis = world.axis_mut(name);
-    let value = match value.map(str::parse::<i64>) {
-        Some(Ok(value)) => value as f64,
-        None => 0.0,
-        Some(Err(_)) => return Outcome::Rejected("BADDATA"),
-    };
-    let referenced = drive.homed_from_s.is_some_and(|from| from <= now_s);
-    let target = match how {
-        "abs" | "min" | "max" if !referenced => return Outcome::Rejected("BADDATA"),
-        "abs" => value,
-        "rel" => (axis.motion.position(now_s) - drive.offset).round() + value,
-        "min" => axis.limit[0],
-        "max" => axis.limit[1],
-        _ => return Outcome::Rejected("BADCOMMAND"),
-    };
-    if !(axis.limit[0]..=axis.limit[1]).contains(&target) {
-        return Outcome::Rejected("BADDATA");
-    }
-    drive.flags.remove("NI");
-    let motion = axis
-        .motion
-        .move_to(target + drive.offset, now_s, drive.speed, drive.acceleration);
-    axis.drive(motion, now_s);
-    Outcome::Ok("0".into())
-}
-
-fn stop(drive: &mut Drive, name: AxisName, world: &mut World, now_s: f64, hardness: f64) -> Outcome {
-    let axis = world.axis_mut(name);
-    if axis.motion.moving(now_s) {
-        // A stop ends on a whole microstep.
-        let braked = axis.motion.stop(now_s, hardness * drive.acceleration);
-        axis.drive(braked, now_s);
-        drive.homed_from_s = drive.homed_from_s.filter(|from| *from <= now_s);
-        drive.flags.insert("NI");
-    }
-    Outcome::Ok("0".into())
-}
-
 fn io(words: &[&str], world: &mut World, now_s: f64, thermometer: Noise) -> Outcome {
     let switches = world.switches();
     match words {
@@ -436,12 +310,32 @@ impl Twin for Controller {
         Some(Answer::At(now_s + LATENCY_S, reply))
     }
 
+    /// The drivers of all motors switch themselves off: FD, "driver disabled".
     fn alarm(&mut self, world: &mut World, now_s: f64) {
-        Self::alarm(self, world, now_s);
+        for (drive, name) in self.axes.iter_mut().zip(AxisName::ALL) {
+            let axis = world.axis_mut(name);
+            let frozen = axis.motion.freeze(now_s);
+            axis.drive(frozen, now_s);
+            drive.homed_from_s = drive.homed_from_s.filter(|from| *from <= now_s);
+            drive.flags.insert("FD");
+        }
     }
 
+    /// The first axis whose motion lasts past `from_s` stops in the middle of that motion, as at an obstacle.
     fn stall(&mut self, world: &mut World, from_s: f64, now_s: f64) -> bool {
-        Self::stall(self, world, from_s, now_s)
+        for (drive, name) in self.axes.iter_mut().zip(AxisName::ALL) {
+            let axis = world.axis_mut(name);
+            let (start_s, end_s) = (axis.motion.start_s(), axis.motion.end_s());
+            let hit_s = from_s.max(0.5 * (start_s + end_s));
+            if hit_s < end_s && hit_s <= now_s {
+                let frozen = axis.motion.freeze(hit_s);
+                axis.drive(frozen, now_s);
+                drive.homed_from_s = drive.homed_from_s.filter(|from| *from <= hit_s);
+                drive.flags.insert("FS");
+                return true;
+            }
+        }
+        false
     }
 }
 
