@@ -1,61 +1,16 @@
 //! `readings.csv`: append-only, one row a reading, each row with its checksum and the hash of all rows up to it.
 
-use camino::{Utf8Path, Utf8PathBuf};
+mod error;
+mod layout;
+mod row;
 
-use crate::disk::sha256;
-use crate::reading::{Electrical, Quality, Reading};
+use camino::Utf8Path;
 
-/// The header row. The first thirteen columns are the common ones of every readings file.
-pub const HEADER: &str = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,illuminance_lx,u_lx,\
-quality,role,point,repeat,c_target_deg,gamma_target_deg,digit_lx,integration_s,raw,voltage_v,current_a,power_w,power_factor,\
-session,burning,chain,row_crc";
-
-/// The header row of format 2.
-const HEADER_2: &str = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,illuminance_lx,u_lx,\
-quality,role,point,repeat,c_target_deg,gamma_target_deg,digit_lx,integration_s,raw,session,burning,chain,row_crc";
-
-/// The header row of format 1.
-const HEADER_1: &str = "index,block,kind,time_s,c_deg,gamma_deg,distance_mm,travel,range,ambient_c,illuminance_lx,u_lx,\
-quality,role,point,repeat,c_target_deg,gamma_target_deg,digit_lx,integration_s,raw,row_crc";
-
-/// Which columns a file has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Layout {
-    /// Format 1: no `session`, `burning`, `chain`.
-    V1,
-    /// Format 2: no electrical columns.
-    V2,
-    /// Format 3.
-    #[default]
-    V3,
-}
-
-impl Layout {
-    /// All of them.
-    pub(crate) const ALL: [Self; 3] = [Self::V1, Self::V2, Self::V3];
-
-    /// Whether each row has the hash of all rows up to it, and run.toml its own.
-    pub const fn has_hashes(self) -> bool {
-        !matches!(self, Self::V1)
-    }
-
-    /// The header row with its line end.
-    pub fn header(self) -> String {
-        match self {
-            Self::V1 => format!("{HEADER_1}\n"),
-            Self::V2 => format!("{HEADER_2}\n"),
-            Self::V3 => format!("{HEADER}\n"),
-        }
-    }
-
-    const fn columns(self) -> usize {
-        match self {
-            Self::V1 => 22,
-            Self::V2 => 25,
-            Self::V3 => 29,
-        }
-    }
-}
+pub use self::error::ReadingsError;
+pub use self::layout::{HEADER, Layout};
+pub(crate) use self::row::Chain;
+use self::row::parse_row;
+use crate::reading::Reading;
 
 /// What was found behind the last whole row: a write that a crash cut short. It is no reading and is ignored.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -106,154 +61,8 @@ impl Readings {
 
     /// The chain that the next row continues.
     pub(crate) fn chain(&self) -> Chain {
-        Chain {
-            layout: self.layout,
-            last: self.chains.last().cloned().unwrap_or_default(),
-        }
+        Chain::after(self.layout, self.chains.last().cloned().unwrap_or_default())
     }
-}
-
-/// The hash of all rows up to one: the first 16 digits of SHA-256 over the one before and the row's own fields. A row
-/// that was removed, doubled, exchanged or taken from another run does not continue it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Chain {
-    layout: Layout,
-    last: String,
-}
-
-impl Chain {
-    pub(crate) const fn new(layout: Layout) -> Self {
-        Self {
-            layout,
-            last: String::new(),
-        }
-    }
-
-    /// The hash of the rows so far; empty before the first.
-    pub(crate) fn last(&self) -> &str {
-        &self.last
-    }
-
-    /// Continues with the fields of a row before its `chain`, with their last comma.
-    fn link(&self, fields: &str) -> String {
-        sha256(format!("{}{fields}", self.last).as_bytes())[..16].to_owned()
-    }
-
-    /// The row of `reading` with chain, checksum and line end, and the chain after it.
-    pub(crate) fn row(&self, reading: &Reading) -> (String, Self) {
-        let mut row = fields(reading);
-        let mut next = self.clone();
-        if self.layout == Layout::V3 {
-            let line = &reading.electrical;
-            for value in [line.voltage_v, line.current_a, line.power_w, line.power_factor] {
-                row.push_str(&optional(value));
-                row.push(',');
-            }
-        }
-        if self.layout.has_hashes() {
-            let burning = reading.burning.map_or_else(String::new, |burning| burning.to_string());
-            row.push_str(&format!("{},{burning},", reading.session));
-            next.last = self.link(&row);
-            row.push_str(&format!("{},", next.last));
-        }
-        let crc = crc32fast::hash(row.as_bytes());
-        row.push_str(&format!("{crc:08x}\n"));
-        (row, next)
-    }
-}
-
-/// A readings file that cannot be trusted.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ReadingsError {
-    /// It cannot be read at all.
-    #[error("{file}: {message}")]
-    Io {
-        /// The file.
-        file: Utf8PathBuf,
-        /// What the system said.
-        message: String,
-    },
-    /// Its first line is not the header of this version.
-    #[error("{file}:1: not the header of a run's readings, found `{found}`")]
-    Header {
-        /// The file.
-        file: Utf8PathBuf,
-        /// The line found.
-        found: String,
-    },
-    /// A row whose bytes are not those that were written.
-    #[error("{file}:{line}: row {row} is damaged: checksum {found} written, {computed} computed")]
-    Checksum {
-        /// The file.
-        file: Utf8PathBuf,
-        /// One-based line.
-        line: usize,
-        /// Number of the row, from 0.
-        row: usize,
-        /// The checksum in the row.
-        found: String,
-        /// The checksum of the row.
-        computed: String,
-    },
-    /// A row that does not continue the rows before it.
-    #[error(
-        "{file}:{line}: row {row} does not continue the rows before it: rows were removed, exchanged or taken from another run"
-    )]
-    Chain {
-        /// The file.
-        file: Utf8PathBuf,
-        /// One-based line.
-        line: usize,
-        /// Number of the row, from 0.
-        row: usize,
-    },
-    /// A row with a right checksum whose content cannot be.
-    #[error("{file}:{line}: column {column}: {message}")]
-    Content {
-        /// The file.
-        file: Utf8PathBuf,
-        /// One-based line.
-        line: usize,
-        /// Name of the column.
-        column: &'static str,
-        /// What is wrong.
-        message: String,
-    },
-}
-
-/// A number, or an empty cell.
-fn optional(value: Option<f64>) -> String {
-    value.map_or_else(String::new, number)
-}
-
-/// The columns that all formats have, each with its comma.
-fn fields(reading: &Reading) -> String {
-    let mut row = [
-        reading.index.to_string(),
-        reading.block.clone(),
-        reading.kind.to_string(),
-        optional(reading.time_s),
-        number(reading.c_deg),
-        number(reading.gamma_deg),
-        number(reading.distance_mm),
-        reading.travel.to_string(),
-        reading.range.to_string(),
-        optional(reading.ambient_c),
-        optional(reading.illuminance_lx),
-        optional(reading.u_lx),
-        reading.quality.to_string(),
-        reading.role.to_string(),
-        reading.point.to_string(),
-        reading.repeat.to_string(),
-        number(reading.c_target_deg),
-        number(reading.gamma_target_deg),
-        optional(reading.digit_lx),
-        optional(reading.integration_s),
-        reading.raw.clone(),
-    ]
-    .join(",");
-    row.push(',');
-    row
 }
 
 /// Parses the bytes of a readings file; `file` is for messages.
@@ -302,150 +111,20 @@ pub(crate) fn parse_whole(file: &Utf8Path, bytes: &[u8]) -> (Readings, Option<Re
         readings.whole_bytes += line.len();
         readings.ends.push(readings.whole_bytes);
         if readings.layout.has_hashes() {
-            readings.chains.push(chain.last.clone());
+            readings.chains.push(chain.last().to_owned());
         }
     }
     (readings, None)
 }
 
-fn parse_row(
-    file: &Utf8Path,
-    line: usize,
-    row: usize,
-    bytes: &[u8],
-    chain: &mut Chain,
-) -> Result<Reading, ReadingsError> {
-    let columns = chain.layout.columns();
-    let body = &bytes[..bytes.len() - 1];
-    let split = body.iter().rposition(|&byte| byte == b',').map_or(0, |comma| comma + 1);
-    let (covered, written) = body.split_at(split);
-    let computed = format!("{:08x}", crc32fast::hash(covered));
-    let damaged = || ReadingsError::Checksum {
-        file: file.to_owned(),
-        line,
-        row,
-        found: String::from_utf8_lossy(written).chars().take(16).collect(),
-        computed: computed.clone(),
-    };
-    if written != computed.as_bytes() {
-        return Err(damaged());
-    }
-    let fault = |column: &'static str, message: String| ReadingsError::Content {
-        file: file.to_owned(),
-        line,
-        column,
-        message,
-    };
-    let text = std::str::from_utf8(covered).map_err(|_| damaged())?;
-    let fields: Vec<&str> = text.split(',').collect();
-    if fields.len() != columns {
-        return Err(fault(
-            "row_crc",
-            format!("{} columns, expected {columns}", fields.len()),
-        ));
-    }
-    let parse = |column: &'static str, field: &str| -> Result<f64, ReadingsError> {
-        match field.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(fault(column, format!("`{field}` is no finite number"))),
-        }
-    };
-    let optional = |column: &'static str, field: &str| -> Result<Option<f64>, ReadingsError> {
-        if field.is_empty() {
-            Ok(None)
-        } else {
-            parse(column, field).map(Some)
-        }
-    };
-    macro_rules! word {
-        ($column:literal, $field:expr) => {
-            $field
-                .parse()
-                .map_err(|error| fault($column, format!("`{}`: {error}", $field)))?
-        };
-    }
-    let electrical = match chain.layout {
-        Layout::V1 | Layout::V2 => Electrical::default(),
-        Layout::V3 => Electrical {
-            voltage_v: optional("voltage_v", fields[21])?,
-            current_a: optional("current_a", fields[22])?,
-            power_w: optional("power_w", fields[23])?,
-            power_factor: optional("power_factor", fields[24])?,
-        },
-    };
-    // `session`, `burning` and `chain`, where there are such.
-    let [session, burning, linked_to] = match chain.layout {
-        Layout::V1 => ["0", "", ""],
-        Layout::V2 => [fields[21], fields[22], fields[23]],
-        Layout::V3 => [fields[25], fields[26], fields[27]],
-    };
-    let reading = Reading {
-        index: word!("index", fields[0]),
-        block: fields[1].to_owned(),
-        kind: word!("kind", fields[2]),
-        time_s: optional("time_s", fields[3])?,
-        c_deg: parse("c_deg", fields[4])?,
-        gamma_deg: parse("gamma_deg", fields[5])?,
-        distance_mm: parse("distance_mm", fields[6])?,
-        travel: word!("travel", fields[7]),
-        range: word!("range", fields[8]),
-        ambient_c: optional("ambient_c", fields[9])?,
-        illuminance_lx: optional("illuminance_lx", fields[10])?,
-        u_lx: optional("u_lx", fields[11])?,
-        quality: word!("quality", fields[12]),
-        role: word!("role", fields[13]),
-        point: word!("point", fields[14]),
-        repeat: word!("repeat", fields[15]),
-        c_target_deg: parse("c_target_deg", fields[16])?,
-        gamma_target_deg: parse("gamma_target_deg", fields[17])?,
-        digit_lx: optional("digit_lx", fields[18])?,
-        integration_s: optional("integration_s", fields[19])?,
-        raw: fields[20].to_owned(),
-        session: word!("session", session),
-        burning: if burning.is_empty() {
-            None
-        } else {
-            Some(word!("burning", burning))
-        },
-        electrical,
-    };
-    if reading.index != row as u64 {
-        return Err(fault(
-            "index",
-            format!("is {}, expected {row}: a row is missing or doubled", reading.index),
-        ));
-    }
-    if reading.illuminance_lx.is_some() != (reading.quality == Quality::Ok) {
-        return Err(fault(
-            "illuminance_lx",
-            "must be given exactly when quality is ok".to_owned(),
-        ));
-    }
-    if chain.layout.has_hashes() {
-        // All fields but `chain` itself and the checksum, which `covered` ends before.
-        let linked = &text[..text.len() - linked_to.len() - 1];
-        if chain.link(linked) != linked_to {
-            return Err(ReadingsError::Chain {
-                file: file.to_owned(),
-                line,
-                row,
-            });
-        }
-        linked_to.clone_into(&mut chain.last);
-    }
-    Ok(reading)
-}
-
-/// The shortest decimal that reads back as the same number; never −0.
-fn number(value: f64) -> String {
-    format!("{}", value + 0.0)
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::*;
-    use crate::reading::{ReadingKind, Role};
     use proptest::prelude::*;
+
+    use super::layout::{HEADER_1, HEADER_2};
+    use super::row::fields;
+    use super::*;
+    use crate::reading::{Electrical, Quality, ReadingKind, Role};
 
     pub(crate) fn reading(index: u64) -> Reading {
         Reading {

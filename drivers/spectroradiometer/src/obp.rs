@@ -5,6 +5,8 @@
 //! may have begun before the call, and after a change of integration time it is the old one's (python-seabreeze issues
 //! 110, 177).
 
+mod asker;
+
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -15,12 +17,13 @@ use isolux_device::{
 };
 use isolux_protocol_obp::{Answer, FULL_SCALE, Host, INTEGRATION_LIMITS_US, PIXELS, Request, Value};
 use isolux_transport::{
-    Bus, Driver, LineSettings, Parity, Ports, Probe, TRIES, UsbAddress, UsbFraming, UsbModel, UsbProfile, no_display,
+    Driver, LineSettings, Parity, Ports, Probe, TRIES, UsbAddress, UsbFraming, UsbModel, UsbProfile, no_display,
     printable, worth_another_try,
 };
 use tokio::sync::Mutex;
 use tokio::time::Instant;
 
+use self::asker::{Asker, LONG_ANSWER, PATIENCE};
 use crate::agreement::Pair;
 use crate::place::usb_place;
 use crate::stored::{factors_can_be, linearity_can_be, polynomial, wavelengths_can_be};
@@ -43,18 +46,11 @@ const USB: UsbProfile = UsbProfile {
     framing: UsbFraming::Bytes,
 };
 
-/// A short answer; and the longest, 4 kB at 9600 baud.
+/// A short answer.
 const ANSWER: Duration = Duration::from_millis(500);
-const LONG_ANSWER: Duration = Duration::from_secs(6);
-
-/// For a request, all tries and the silence between them included.
-const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Exposures of one spectrum within which two in a row must be good.
 const MOST_EXPOSURES: usize = 8;
-
-/// Most coefficients of a polynomial.
-const MOST_COEFFICIENTS: u32 = 8;
 
 /// Temperatures that a detector can have, °C.
 const TEMPERATURES: std::ops::RangeInclusive<f32> = -40.0..=100.0;
@@ -107,88 +103,6 @@ impl SpectroradiometerFactory for OceanObpDriver {
         let bus = self.ports.usb_bus(target, line, &USB, Host::default).await?;
         let name = target.to_string();
         Ok(Box::new(OceanObp::open(Asker { bus, name }, target).await?))
-    }
-}
-
-/// The bus, with the words for what went wrong on it.
-struct Asker {
-    bus: Bus<Host>,
-    name: String,
-}
-
-impl Asker {
-    async fn once(&self, request: Request, patience: Duration, deadline: Instant) -> Result<Answer, DeviceError> {
-        let answer = self.bus.ask_within(request, patience, deadline).await;
-        answer.map_err(|error| error.during(&self.name, &format!("{request:?}")))
-    }
-
-    /// What the instrument says to `request`; twice the same where no sum protects it.
-    async fn ask(&self, request: Request) -> Result<Value, DeviceError> {
-        let mut before: Option<Value> = None;
-        for _ in 0..TRIES {
-            let deadline = Instant::now() + PATIENCE;
-            let prove = (request != Request::Serial).then_some(Request::Serial);
-            let answer = self.bus.ask_again(request, prove, LONG_ANSWER, deadline).await;
-            let answer = answer.map_err(|error| error.during(&self.name, &format!("{request:?}")))?;
-            if answer.checked || before.as_ref() == Some(&answer.value) {
-                return Ok(answer.value);
-            }
-            before = Some(answer.value);
-        }
-        Err(self.fault(&format!(
-            "{request:?} has another answer each time, and none has a checksum"
-        )))
-    }
-
-    /// A command that must be carried out.
-    async fn command(&self, request: Request) -> Result<(), DeviceError> {
-        match self.ask(request).await? {
-            Value::Done => Ok(()),
-            other => Err(self.refused(request, &other)),
-        }
-    }
-
-    async fn number(&self, request: Request) -> Result<f64, DeviceError> {
-        match self.ask(request).await? {
-            Value::Number(number) if number.is_finite() => Ok(f64::from(number)),
-            other => Err(self.refused(request, &other)),
-        }
-    }
-
-    /// The coefficients of a polynomial, lowest power first; empty where the instrument has none.
-    async fn coefficients(&self, count: Request, one: fn(u8) -> Request) -> Result<Vec<f64>, DeviceError> {
-        let count = match self.ask(count).await? {
-            Value::Count(number) if number <= MOST_COEFFICIENTS => number,
-            Value::Refused { .. } => 0,
-            other => return Err(self.refused(count, &other)),
-        };
-        let mut found = Vec::new();
-        for place in 0..count {
-            found.push(self.number(one(place as u8)).await?);
-        }
-        Ok(found)
-    }
-
-    fn refused(&self, request: Request, answer: &Value) -> DeviceError {
-        let reason = match answer {
-            Value::Refused { error, reason } => format!("error {error}: {reason}"),
-            other => format!("{other:?} is no answer to it"),
-        };
-        DeviceError::Refused {
-            device: self.name.clone(),
-            action: format!("{request:?}"),
-            reason,
-            frame: Vec::new(),
-        }
-    }
-
-    fn fault(&self, reason: &str) -> DeviceError {
-        DeviceError::Malformed {
-            device: self.name.clone(),
-            action: "read the instrument".to_owned(),
-            reason: reason.to_owned(),
-            frame: Vec::new(),
-        }
     }
 }
 

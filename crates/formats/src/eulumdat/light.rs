@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::document::{Document, Header, symmetry};
+use super::document::{Document, Header, LampSet, symmetry};
 use super::layout::HEADER;
 use super::{expand, header};
 use crate::distribution::{Distribution, Luminaire};
@@ -16,6 +16,11 @@ use crate::text::Text;
 /// file of a few kilobytes may claim any number.
 const LARGEST_GRID: (usize, usize) = (1_000_000, 8);
 
+/// Index of the line of the first set's flux (26c) and of the conversion factor (24).
+const FLUX_LINE: usize = HEADER + 2;
+/// See [`FLUX_LINE`].
+const FACTOR_LINE: usize = 23;
+
 /// One-based line and column of every intensity.
 pub(super) type Places = Vec<(usize, usize)>;
 
@@ -28,79 +33,17 @@ pub(super) fn distribution(
 ) -> Option<Distribution> {
     let header = &document.header;
     let set = header.lamp_sets.first()?;
-    let flux_line = HEADER + 2;
-    let flux = match set.flux_lm {
-        Some(flux) if flux > 0.0 => flux,
-        other => {
-            let message = if other.is_none() {
-                "no lamp flux is stated"
-            } else {
-                "the lamp flux is not above zero"
-            };
-            findings.push(
-                Finding::error("ldt-lamp-flux", format!("{message}; cd/klm cannot become candela"))
-                    .at(flux_line + 1, 1)
-                    .raw(text.line(flux_line))
-                    .fix("write the flux of the lamps in lm into line 26c"),
-            );
-            return None;
-        }
-    };
-    let factor_line = 23;
-    let conversion = match header.conversion_factor {
-        Some(1.0) => 1.0,
-        Some(factor) if factor > 0.0 => {
-            findings.push(
-                Finding::warning(
-                    "ldt-conversion-factor",
-                    format!("the intensities are multiplied by the conversion factor {factor}"),
-                )
-                .at(factor_line + 1, 1)
-                .raw(text.line(factor_line))
-                .assumed("a factor on every intensity"),
-            );
-            factor
-        }
-        Some(_) => {
-            findings.push(
-                Finding::error("ldt-conversion-factor", "the conversion factor is not above zero")
-                    .at(factor_line + 1, 1)
-                    .raw(text.line(factor_line))
-                    .fix("write 1 unless every intensity is to be multiplied"),
-            );
-            return None;
-        }
-        None if number::is_blank(text.line(factor_line)) => {
-            findings.push(
-                Finding::warning("ldt-conversion-factor", "the conversion factor is blank")
-                    .at(factor_line + 1, 1)
-                    .assumed("1")
-                    .fix("write 1"),
-            );
-            1.0
-        }
-        None => return None,
-    };
-    let most = LARGEST_GRID.0.max(LARGEST_GRID.1 * document.intensity_cd_klm.len());
-    if document.c_deg.len().saturating_mul(document.gamma_deg.len()) > most {
-        let message = format!(
-            "{} × {} directions are more than a file can mean",
-            document.c_deg.len(),
-            document.gamma_deg.len()
-        );
-        findings.push(
-            Finding::error("ldt-grid-too-large", message)
-                .at(4, 1)
-                .fix("check lines 4 and 6"),
-        );
+    let flux_lm = lamp_flux_lm(set, text, findings)?;
+    let conversion = conversion_factor(header, text, findings)?;
+    if let Some(finding) = too_many_directions(&document) {
+        findings.push(finding);
         return None;
     }
     sets(header, findings);
-
     if document.isym == 3 {
         order_of_class_three(&document, options, findings);
     }
-    let factor = conversion * flux / 1000.0;
+    let factor = conversion * flux_lm / 1000.0;
     let intensity = match expand::expand(&document, factor, options.isym3_c90_first) {
         Ok(intensity) => intensity,
         Err(error) => {
@@ -108,26 +51,109 @@ pub(super) fn distribution(
             return None;
         }
     };
+    check_as_written(&document, places, text, options, findings);
+    plausible::flux(
+        &intensity,
+        Some(flux_lm),
+        Some((FLUX_LINE + 1, 1)),
+        header.lorl_percent.map(|lorl| (lorl, 23)),
+        findings,
+    );
+    header::check(&document, &intensity, text, findings);
+    let mut json = document.header_json();
+    json.insert("encoding".into(), Value::from(text.encoding));
+    json.insert("line_ending".into(), Value::from(text.line_ending));
+    Some(Distribution {
+        intensity,
+        symmetry: symmetry(document.isym),
+        lamp_flux_lm: Some(flux_lm),
+        absolute: set.count.is_some_and(|count| count < 0.0),
+        native: None,
+        luminaire: luminaire(header),
+        header: json,
+        eulumdat: (!options.isym3_c90_first).then(|| Box::new(document)),
+    })
+}
+
+/// What cd/klm is relative to.
+fn lamp_flux_lm(set: &LampSet, text: &Text<'_>, findings: &mut Findings) -> Option<f64> {
+    let message = match set.flux_lm {
+        Some(flux) if flux > 0.0 => return Some(flux),
+        Some(_) => "the lamp flux is not above zero",
+        None => "no lamp flux is stated",
+    };
+    findings.push(
+        Finding::error("ldt-lamp-flux", format!("{message}; cd/klm cannot become candela"))
+            .at(FLUX_LINE + 1, 1)
+            .raw(text.line(FLUX_LINE))
+            .fix("write the flux of the lamps in lm into line 26c"),
+    );
+    None
+}
+
+/// What every intensity is multiplied by.
+fn conversion_factor(header: &Header, text: &Text<'_>, findings: &mut Findings) -> Option<f64> {
+    let raw = text.line(FACTOR_LINE);
+    let (factor, finding) = match header.conversion_factor {
+        Some(1.0) => return Some(1.0),
+        Some(factor) if factor > 0.0 => {
+            let message = format!("the intensities are multiplied by the conversion factor {factor}");
+            let finding = Finding::warning("ldt-conversion-factor", message);
+            (Some(factor), finding.raw(raw).assumed("a factor on every intensity"))
+        }
+        Some(_) => {
+            let finding = Finding::error("ldt-conversion-factor", "the conversion factor is not above zero");
+            let fix = "write 1 unless every intensity is to be multiplied";
+            (None, finding.raw(raw).fix(fix))
+        }
+        None if number::is_blank(raw) => {
+            let finding = Finding::warning("ldt-conversion-factor", "the conversion factor is blank");
+            (Some(1.0), finding.assumed("1").fix("write 1"))
+        }
+        None => return None,
+    };
+    findings.push(finding.at(FACTOR_LINE + 1, 1));
+    factor
+}
+
+fn too_many_directions(document: &Document) -> Option<Finding> {
+    let most = LARGEST_GRID.0.max(LARGEST_GRID.1 * document.intensity_cd_klm.len());
+    let (planes, angles) = (document.c_deg.len(), document.gamma_deg.len());
+    (planes.saturating_mul(angles) > most).then(|| {
+        let message = format!("{planes} × {angles} directions are more than a file can mean");
+        Finding::error("ldt-grid-too-large", message)
+            .at(4, 1)
+            .fix("check lines 4 and 6")
+    })
+}
+
+/// The intensities as they stand in the file: what cannot be, and planes that are one and differ.
+fn check_as_written(
+    document: &Document,
+    places: &Places,
+    text: &Text<'_>,
+    options: ReadOptions,
+    findings: &mut Findings,
+) {
+    let (values, ng) = (&document.intensity_cd_klm, document.gamma_deg.len());
     let stored = expand::stored_c_deg(
         document.isym,
         &document.c_deg,
-        document.intensity_cd_klm.len() / document.gamma_deg.len(),
+        values.len() / ng,
         options.isym3_c90_first,
     );
     let raw = |index: usize| places.get(index).map_or("", |&(line, _)| text.line(line - 1).trim());
     let written = Stored {
         planes_deg: &stored,
         angles_deg: &document.gamma_deg,
-        values: &document.intensity_cd_klm,
+        values,
         places,
         raw: &raw,
         poles: true,
     };
     plausible::check(&written, findings);
-    if let Some((index, (line, column))) =
-        plausible::closing(&written, written.values).and_then(|index| Some((index, *places.get(index)?)))
-    {
-        let (values, ng) = (written.values, document.gamma_deg.len());
+    let closing = plausible::closing(&written, values).and_then(|index| Some((index, *places.get(index)?)));
+    if let Some((index, (line, column))) = closing {
         let peak = values.iter().fold(0.0, |most: f64, &value| most.max(value));
         let severity = plausible::closing_severity(&values[..ng], &values[values.len() - ng..], peak);
         findings.push(
@@ -142,29 +168,6 @@ pub(super) fn distribution(
             .fix("compare both planes with the source"),
         );
     }
-    plausible::flux(
-        &intensity,
-        Some(flux),
-        Some((flux_line + 1, 1)),
-        header.lorl_percent.map(|lorl| (lorl, 23)),
-        findings,
-    );
-    header::check(&document, &intensity, text, findings);
-    let mut json = document.header_json();
-    json.insert("encoding".into(), Value::from(text.encoding));
-    json.insert("line_ending".into(), Value::from(text.line_ending));
-    let absolute = set.count.is_some_and(|count| count < 0.0);
-    let luminaire = luminaire(header);
-    Some(Distribution {
-        intensity,
-        symmetry: symmetry(document.isym),
-        lamp_flux_lm: Some(flux),
-        absolute,
-        native: None,
-        luminaire,
-        header: json,
-        eulumdat: (!options.isym3_c90_first).then(|| Box::new(document)),
-    })
 }
 
 fn sets(header: &Header, findings: &mut Findings) {

@@ -1,12 +1,15 @@
 //! CGATS `.sp` (ArgyllCMS, BabelColor): keywords, a data format, rows of data.
 
 mod pairs;
+mod sections;
 mod tokens;
 
 use serde_json::{Map, Value};
 
 use self::pairs::Pairs;
-use self::tokens::{Token, cells, tokens};
+use self::sections::{Sections, Stated};
+use self::tokens::Token;
+use super::axis::AxisUnit;
 use super::file::SpectrumFile;
 use super::point::Point;
 use super::points::Draft;
@@ -46,203 +49,69 @@ pub(crate) fn looks_like(text: &Text<'_>) -> bool {
 
 /// Reads the first table of the file.
 pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFile> {
-    let mut keywords: Map<String, Value> = Map::new();
-    let mut places: Vec<(String, usize)> = Vec::new();
-    let mut fields: Vec<Token<'_>> = Vec::new();
-    let mut data: Vec<Token<'_>> = Vec::new();
-    let mut rows_in_lines: Vec<usize> = Vec::new();
-    let (mut section, mut seen_data, mut seen_end, mut seen_format) = (Section::Keywords, false, false, false);
-    let mut whole = true;
-    for (index, line) in text.lines().enumerate() {
-        let number = index + 1;
-        let trimmed = line.trim();
-        if trimmed.is_empty() || (trimmed.starts_with('#') && section != Section::Data) {
-            continue;
-        }
-        match trimmed {
-            "BEGIN_DATA_FORMAT" => {
-                section = Section::Fields;
-                seen_format = true;
-                continue;
-            }
-            "END_DATA_FORMAT" if section == Section::Fields => {
-                section = Section::Keywords;
-                continue;
-            }
-            "BEGIN_DATA" => {
-                section = Section::Data;
-                seen_data = true;
-                continue;
-            }
-            "END_DATA" => {
-                seen_end = true;
-                break;
-            }
-            _ => {}
-        }
-        match section {
-            Section::Keywords => {
-                let (key, value) = trimmed.split_once(|c: char| c.is_whitespace()).unwrap_or((trimmed, ""));
-                let value = value.trim().trim_matches('"');
-                if key == "WEIGHTING_FUNCTION" {
-                    // One line each for illuminant, observer and filter.
-                    let before = keywords.get(key).and_then(Value::as_str);
-                    let all = before.map_or(value.to_owned(), |before| format!("{before}; {value}"));
-                    keywords.insert(key.to_owned(), all.into());
-                    places.push((key.to_owned(), number));
-                } else if key != "KEYWORD" {
-                    if keywords.insert(key.to_owned(), value.into()).is_some() {
-                        findings.push(
-                            Finding::warning("sp-keyword-repeated", format!("{key} stands here again"))
-                                .at(number, 1)
-                                .raw(line)
-                                .assumed("the last one"),
-                        );
-                    }
-                    places.push((key.to_owned(), number));
-                }
-            }
-            Section::Fields => fields.extend(tokens(line, number)),
-            Section::Data => {
-                let row = cells(line, number, fields.len());
-                if trimmed.starts_with('#') && row.len() != fields.len() {
-                    continue;
-                }
-                rows_in_lines.push(row.len());
-                data.extend(row);
-            }
-        }
-    }
-    let place = |key: &str| places.iter().rev().find(|(k, _)| k == key).map_or(1, |(_, line)| *line);
-    let mut fail = |finding: Finding, findings: &mut Findings| {
-        whole = false;
-        findings.push(finding);
-    };
-    if !seen_data || !seen_format {
-        fail(
-            Finding::error("sp-no-data", "the file has no BEGIN_DATA_FORMAT and BEGIN_DATA")
-                .at(text.len().max(1), 1)
-                .fix("the file is cut: fetch it again"),
-            &mut findings,
-        );
-        return Parsed::refused(Some(Format::SP), Some(Kind::Spectrum), findings);
-    }
-    if !seen_end {
-        fail(
-            Finding::error("sp-end", "END_DATA is missing: the file is cut")
-                .at(text.len().max(1), 1)
-                .fix("fetch the file again"),
-            &mut findings,
-        );
-    }
-    let numeric = |key: &str, findings: &mut Findings, whole: &mut bool| -> Option<f64> {
-        let raw = keywords.get(key)?.as_str()?.to_owned();
-        match number::read(&raw) {
-            Ok(n) => Some(n.value),
-            Err(error) => {
-                *whole = false;
-                findings.push(
-                    Finding::error("sp-number", format!("{key}: {error}"))
-                        .at(place(key), 1)
-                        .raw(&raw),
-                );
-                None
-            }
-        }
-    };
-    let stated_fields = numeric("NUMBER_OF_FIELDS", &mut findings, &mut whole);
-    let stated_sets = numeric("NUMBER_OF_SETS", &mut findings, &mut whole);
-    let bands = numeric("SPECTRAL_BANDS", &mut findings, &mut whole);
-    let start = numeric("SPECTRAL_START_NM", &mut findings, &mut whole);
-    let end = numeric("SPECTRAL_END_NM", &mut findings, &mut whole);
+    let file = draft(text, &mut findings).and_then(|draft| draft.finish(&mut findings));
+    Parsed::new(Format::SP, Kind::Spectrum, file, findings)
+}
 
-    let named: Vec<Option<f64>> = fields.iter().map(|f| wavelength_of(f.text)).collect();
-    let spectral: Vec<usize> = (0..named.len()).filter(|&i| named[i].is_some()).collect();
-    if let Some(stated) = stated_fields
-        && stated != fields.len() as f64
-    {
-        findings.push(
-            Finding::error(
-                "sp-fields",
-                format!("NUMBER_OF_FIELDS is {stated}, {} fields are named", fields.len()),
-            )
-            .at(place("NUMBER_OF_FIELDS"), 1)
-            .assumed("the fields that are named")
-            .fix("correct the number, or check for a lost field"),
-        );
-    }
-    if let Some(bands) = bands
-        && bands != spectral.len() as f64
-    {
-        findings.push(
-            Finding::error(
-                "sp-bands",
-                format!("SPECTRAL_BANDS is {bands}, {} wavelengths are named", spectral.len()),
-            )
-            .at(place("SPECTRAL_BANDS"), 1)
-            .assumed("the wavelengths that are named")
-            .fix("correct the number, or check for a lost field"),
-        );
-    }
-    let width = fields.len();
+fn draft(text: &Text<'_>, findings: &mut Findings) -> Option<Draft> {
+    let mut sections = Sections::of(text, findings)?;
+    let mut number = |key: &str| sections.number(key, findings);
+    let (stated_fields, stated_sets) = (number("NUMBER_OF_FIELDS"), number("NUMBER_OF_SETS"));
+    let bands = number("SPECTRAL_BANDS");
+    let (start, end) = (number("SPECTRAL_START_NM"), number("SPECTRAL_END_NM"));
+    let Sections {
+        keywords,
+        fields,
+        data,
+        mut whole,
+        ..
+    } = sections;
+
+    let named = fields.iter().enumerate();
+    let spectral: Vec<(usize, f64)> = named
+        .filter_map(|(k, field)| Some((k, wavelength_of(field.text)?)))
+        .collect();
+    check_fields(stated_fields, fields.len(), bands, spectral.len(), findings);
     if let Some(pairs) = Pairs::of(&fields) {
-        let mut draft = pairs.draft(&data, text.encoding, whole, &mut findings);
+        let mut draft = pairs.draft(&data, text.encoding, whole, findings);
         draft.header.extend(keywords);
-        let file = draft.finish(&mut findings);
-        return Parsed::new(Format::SP, Kind::Spectrum, file, findings);
+        return Some(draft);
     }
-    if spectral.is_empty() || width == 0 {
+    if spectral.is_empty() {
         findings.push(
             Finding::error("sp-no-wavelength", "no field names a wavelength: this is no spectrum")
                 .at(fields.first().map_or(1, |f| f.line), 1)
                 .fix("fields are named SPEC_380 or nm380"),
         );
-        return Parsed::refused(Some(Format::SP), Some(Kind::Spectrum), findings);
+        return None;
     }
+    let width = fields.len();
     if !data.len().is_multiple_of(width) || data.is_empty() {
         whole = false;
-        let line = data.last().map_or(text.len().max(1), |t| t.line);
+        let message = format!(
+            "{} values stand in the data, which is no multiple of {width} fields",
+            data.len()
+        );
         findings.push(
-            Finding::error(
-                "sp-data",
-                format!(
-                    "{} values stand in the data, which is no multiple of {width} fields",
-                    data.len()
-                ),
-            )
-            .at(line, 1)
-            .fix("check for a lost, doubled or torn number"),
+            Finding::error("sp-data", message)
+                .at(data.last().map_or(text.len().max(1), |token| token.line), 1)
+                .fix("check for a lost, doubled or torn number"),
         );
     }
-    let sets = data.len() / width;
-    if let Some(stated) = stated_sets
-        && stated != sets as f64
-    {
-        // A doubled line is where the count went wrong.
-        let doubled = (1..sets).find(|&set| {
-            let texts = |set: usize| data[set * width..(set + 1) * width].iter().map(|token| token.text);
-            texts(set).eq(texts(set - 1))
-        });
-        let line = doubled.map_or(place("NUMBER_OF_SETS"), |set| data[set * width].line);
-        findings.push(
-            Finding::error("sp-sets", format!("NUMBER_OF_SETS is {stated}, {sets} sets follow"))
-                .at(line, 1)
-                .assumed("the sets that stand there")
-                .fix("correct the number, or check for a lost line"),
-        );
-    }
+    let sets: Vec<&[Token<'_>]> = data.chunks_exact(width).collect();
+    check_sets(stated_sets, &sets, findings);
+
+    let mut draft = Draft::new(text.encoding);
+    draft.axis = Some(AxisUnit::Nanometre);
     // ArgyllCMS names fields by whole nm and gives the exact grid by start, end and number.
     let grid = match (start, end, bands) {
-        (Some(a), Some(b), Some(n)) if n == spectral.len() as f64 && n >= 2.0 && b > a => {
+        (Some((a, _)), Some((b, _)), Some((n, _))) if n == spectral.len() as f64 && n >= 2.0 && b > a => {
             Some(move |k: usize| a + (b - a) * k as f64 / (n - 1.0))
         }
         _ => None,
     };
-    let mut off = None;
-    let mut draft = Draft::new(text.encoding);
-    let mut comma = false;
-    for (k, &field) in spectral.iter().enumerate() {
-        let name = named[field].unwrap_or(0.0);
+    let (mut off, mut comma) = (None, false);
+    for (k, &(field, name)) in spectral.iter().enumerate() {
         let x = match &grid {
             Some(grid) if (grid(k) - name).abs() <= 1.0 => grid(k),
             Some(_) => {
@@ -251,27 +120,12 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
             }
             None => name,
         };
-        let mut value = Vec::with_capacity(sets);
-        for set in 0..sets {
-            let token = data[set * width + field];
-            match number::read_up_to(token.text, number::LARGEST_SPECTRAL) {
-                Ok(n) => {
-                    comma |= n.comma;
-                    value.push(Some(n.value));
-                }
-                Err(error) => {
-                    whole = false;
-                    findings.push(
-                        Finding::error("sp-number", error.to_string())
-                            .at(token.line, token.column)
-                            .raw(token.text),
-                    );
-                }
-            }
-        }
+        let value = column(&sets, field, &mut comma, findings);
+        whole &= value.len() == sets.len();
+        let first = data.get(field);
         draft.points.push(Point {
-            line: data.get(field).map_or(1, |t| t.line),
-            column: data.get(field).map_or(1, |t| t.column),
+            line: first.map_or(1, |token| token.line),
+            column: first.map_or(1, |token| token.column),
             x,
             value,
         });
@@ -292,44 +146,98 @@ pub(crate) fn read(text: &Text<'_>, mut findings: Findings) -> Parsed<SpectrumFi
         findings
             .push(Finding::note("sp-decimal-comma", "numbers are written with a decimal comma").at(data[0].line, 1));
     }
-    let name_field = fields.iter().position(|f| {
-        matches!(
-            f.text.to_ascii_uppercase().as_str(),
-            "SAMPLE_NAME" | "SAMPLE_ID" | "NAME"
-        )
-    });
-    draft.names = (0..sets)
-        .map(|set| {
-            name_field.map_or_else(
-                || format!("set {}", set + 1),
-                |f| data[set * width + f].text.trim_matches('"').to_owned(),
-            )
-        })
-        .collect();
-    for field in (0..width).filter(|i| spectral.binary_search(i).is_err()) {
-        if let Some(token) = data.get(field) {
-            keywords
-                .entry(fields[field].text.to_owned())
-                .or_insert_with(|| token.text.trim_matches('"').into());
-        }
-    }
-    draft.quantity = keywords
-        .get("SPECTRAL_UNITS")
-        .or_else(|| keywords.get("MEAS_TYPE"))
-        .and_then(Value::as_str)
-        .map(str::to_owned);
-    draft.header.extend(keywords);
-    draft.axis = Some(super::axis::AxisUnit::Nanometre);
     draft.whole = whole;
-    let file = draft.finish(&mut findings);
-    Parsed::new(Format::SP, Kind::Spectrum, file, findings)
+    draft.names = names(&fields, &sets);
+    let keywords = header(keywords, &fields, &data);
+    let quantity = keywords.get("SPECTRAL_UNITS").or_else(|| keywords.get("MEAS_TYPE"));
+    draft.quantity = quantity.and_then(Value::as_str).map(str::to_owned);
+    draft.header.extend(keywords);
+    Some(draft)
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Section {
-    Keywords,
-    Fields,
-    Data,
+/// The numbers of fields and of wavelengths that are stated, against those that are named.
+fn check_fields(fields: Stated, named: usize, bands: Stated, spectral: usize, findings: &mut Findings) {
+    for (stated, found, code, key, what) in [
+        (fields, named, "sp-fields", "NUMBER_OF_FIELDS", "fields"),
+        (bands, spectral, "sp-bands", "SPECTRAL_BANDS", "wavelengths"),
+    ] {
+        if let Some((stated, line)) = stated
+            && stated != found as f64
+        {
+            findings.push(
+                Finding::error(code, format!("{key} is {stated}, {found} {what} are named"))
+                    .at(line, 1)
+                    .assumed(format!("the {what} that are named"))
+                    .fix("correct the number, or check for a lost field"),
+            );
+        }
+    }
+}
+
+/// The number of sets that is stated, against those that stand there.
+fn check_sets(stated: Stated, sets: &[&[Token<'_>]], findings: &mut Findings) {
+    let Some((stated, line)) = stated.filter(|(stated, _)| *stated != sets.len() as f64) else {
+        return;
+    };
+    // A doubled line is where the count went wrong.
+    let same = |a: &[Token<'_>], b: &[Token<'_>]| a.iter().zip(b).all(|(a, b)| a.text == b.text);
+    let doubled = sets.windows(2).find(|pair| same(pair[0], pair[1]));
+    let line = doubled.map_or(line, |pair| pair[1][0].line);
+    let found = sets.len();
+    findings.push(
+        Finding::error("sp-sets", format!("NUMBER_OF_SETS is {stated}, {found} sets follow"))
+            .at(line, 1)
+            .assumed("the sets that stand there")
+            .fix("correct the number, or check for a lost line"),
+    );
+}
+
+/// The values of one field, set by set; fewer than sets where one is no number.
+fn column(sets: &[&[Token<'_>]], field: usize, comma: &mut bool, findings: &mut Findings) -> Vec<Option<f64>> {
+    let mut values = Vec::with_capacity(sets.len());
+    for token in sets.iter().map(|set| set[field]) {
+        match number::read_up_to(token.text, number::LARGEST_SPECTRAL) {
+            Ok(number) => {
+                *comma |= number.comma;
+                values.push(Some(number.value));
+            }
+            Err(error) => findings.push(
+                Finding::error("sp-number", error.to_string())
+                    .at(token.line, token.column)
+                    .raw(token.text),
+            ),
+        }
+    }
+    values
+}
+
+/// What the file calls its sets.
+fn names(fields: &[Token<'_>], sets: &[&[Token<'_>]]) -> Vec<String> {
+    let of_names = ["SAMPLE_NAME", "SAMPLE_ID", "NAME"];
+    let field = fields
+        .iter()
+        .position(|field| of_names.iter().any(|name| field.text.eq_ignore_ascii_case(name)));
+    let name = |(k, set): (usize, &&[Token<'_>])| {
+        field.map_or_else(
+            || format!("set {}", k + 1),
+            |field| set[field].text.trim_matches('"').to_owned(),
+        )
+    };
+    sets.iter().enumerate().map(name).collect()
+}
+
+/// The keywords, and of the fields without a wavelength what the first set has there.
+fn header(mut keywords: Map<String, Value>, fields: &[Token<'_>], data: &[Token<'_>]) -> Map<String, Value> {
+    for (field, token) in fields
+        .iter()
+        .zip(data)
+        .filter(|(field, _)| wavelength_of(field.text).is_none())
+    {
+        keywords
+            .entry(field.text)
+            .or_insert_with(|| token.text.trim_matches('"').into());
+    }
+    keywords
 }
 
 /// `SPEC_380`, `SPECTRAL_NM380`, `SPECTRAL_NM_380`, `nm380`, `R_380`, `380nm`, `380`: the number is the wavelength.

@@ -130,6 +130,56 @@ impl Header {
     /// [`Tm25Error`] with the bytes that are wrong.
     pub fn read(from: &mut impl Read) -> Result<Self, Tm25Error> {
         let mut source = Source { from, at: 0 };
+        let fixed = Fixed::read(&mut source)?;
+        let (spectra, additional, text) = (
+            fixed.size(76, "number of spectra")?,
+            fixed.size(80, "number of additional columns")?,
+            fixed.size(84, "size of the additional text")?,
+        );
+        let columns = fixed.columns(additional)?;
+        let spectral = fixed.spectral(columns)?;
+        let mut tables = Vec::new();
+        for _ in 0..spectra {
+            tables.push(source.table()?);
+        }
+        let spent = source.at - DATA as u64;
+        source.exactly(spent.next_multiple_of(32) - spent, "the padding of the spectra")?;
+        let mut names = Vec::new();
+        for _ in 0..additional {
+            names.push(utf32(&source.exactly(512, "the names of additional columns")?));
+        }
+        source.exactly(text as u64, "the additional text")?;
+        let Fixed(head) = &fixed;
+        let created: Vec<u8> = head[28..56].iter().copied().take_while(|byte| *byte != 0).collect();
+        Ok(Self {
+            method: fixed.int(8),
+            luminous_flux_lm: fixed.known(12),
+            radiant_flux_w: fixed.known(16),
+            rays: u64::from_le_bytes(std::array::from_fn(|k| head[20 + k])),
+            created: String::from_utf8_lossy(&created).into_owned(),
+            start: fixed.int(56),
+            spectral,
+            range_nm: [fixed.known(68), fixed.known(72)],
+            columns,
+            texts: std::array::from_fn(|k| utf32(&head[TEXTS + k * TEXT..TEXTS + (k + 1) * TEXT])),
+            tables,
+            names,
+            data: source.at,
+        })
+    }
+
+    /// Where the rays end by this header.
+    pub fn end(&self) -> u64 {
+        let ray = 4 * self.columns.count() as u64;
+        self.data.saturating_add(self.rays.saturating_mul(ray))
+    }
+}
+
+/// The part of a header that every file has, all [`DATA`] bytes of it, of the version that is read here.
+struct Fixed(Vec<u8>);
+
+impl Fixed {
+    fn read(source: &mut Source<'_, impl Read>) -> Result<Self, Tm25Error> {
         let head = source.take(DATA as u64, "the header")?;
         if head.get(..4) != Some(b"TM25") {
             return Err(Tm25Error::Magic {
@@ -143,34 +193,51 @@ impl Header {
                 found: head.len() as u64,
             });
         }
-        let word = |at: usize| -> [u8; 4] { std::array::from_fn(|k| head[at + k]) };
-        let int = |at: usize| i32::from_le_bytes(word(at));
-        let float = |at: usize| f64::from(f32::from_le_bytes(word(at)));
-        let known = |at: usize| Some(float(at)).filter(|value| !value.is_nan());
-        let field = |at: usize, name: &'static str, need: &'static str| Tm25Error::Field {
+        let fixed = Self(head);
+        match fixed.int(4) {
+            2013 => Ok(fixed),
+            version => Err(Tm25Error::Version { version }),
+        }
+    }
+
+    fn word(&self, at: usize) -> [u8; 4] {
+        std::array::from_fn(|k| self.0[at + k])
+    }
+
+    fn int(&self, at: usize) -> i32 {
+        i32::from_le_bytes(self.word(at))
+    }
+
+    fn float(&self, at: usize) -> f64 {
+        f64::from(f32::from_le_bytes(self.word(at)))
+    }
+
+    /// A number that is NaN where it is not known.
+    fn known(&self, at: usize) -> Option<f64> {
+        Some(self.float(at)).filter(|value| !value.is_nan())
+    }
+
+    fn wrong(&self, at: usize, name: &'static str, need: &'static str) -> Tm25Error {
+        Tm25Error::Field {
             span: [at as u64, at as u64 + 4],
             name,
-            value: i64::from(int(at)),
+            value: i64::from(self.int(at)),
             need,
-        };
-        if int(4) != 2013 {
-            return Err(Tm25Error::Version { version: int(4) });
         }
-        let size = |at: usize, name: &'static str| {
-            usize::try_from(int(at)).map_err(|_| field(at, name, ": a count is not negative"))
-        };
-        let (spectra, additional, text) = (
-            size(76, "number of spectra")?,
-            size(80, "number of additional columns")?,
-            size(84, "size of the additional text")?,
-        );
+    }
+
+    fn size(&self, at: usize, name: &'static str) -> Result<usize, Tm25Error> {
+        usize::try_from(self.int(at)).map_err(|_| self.wrong(at, name, ": a count is not negative"))
+    }
+
+    fn columns(&self, additional: usize) -> Result<Columns, Tm25Error> {
         let mut flags = [false; 8];
         for (k, flag) in flags.iter_mut().enumerate() {
             let at = FLAGS + 4 * k;
-            *flag = match int(at) {
+            *flag = match self.int(at) {
                 0 => false,
                 1 => true,
-                _ => return Err(field(at, "column flag", ": 0 or 1")),
+                _ => return Err(self.wrong(at, "column flag", ": 0 or 1")),
             };
         }
         let [
@@ -185,66 +252,33 @@ impl Header {
         ] = flags;
         if !position || !direction {
             let at = if position { FLAGS + 4 } else { FLAGS };
-            return Err(field(at, "flag of place or direction", ": both are needed"));
+            return Err(self.wrong(at, "flag of place or direction", ": both are needed"));
         }
         if !radiant && !luminous {
-            return Err(field(
-                FLAGS + 8,
-                "flags of flux",
-                ": radiant or luminous flux is needed",
-            ));
+            let need = ": radiant or luminous flux is needed";
+            return Err(self.wrong(FLAGS + 8, "flags of flux", need));
         }
-        let spectral = match int(60) {
-            0 => Spectral::None,
-            1 => Spectral::Single(float(64)),
-            2 if wavelength => Spectral::PerRay,
-            2 => return Err(field(FLAGS + 12, "wavelength flag", ": spectral type 2 needs it")),
-            3 => Spectral::Table,
-            4 => Spectral::Tables,
-            _ => return Err(field(60, "spectral type", ": 0 to 4")),
-        };
-        let texts = std::array::from_fn(|k| utf32(&head[TEXTS + k * TEXT..TEXTS + (k + 1) * TEXT]));
-        let mut tables = Vec::new();
-        for _ in 0..spectra {
-            tables.push(source.table()?);
-        }
-        let spent = source.at - DATA as u64;
-        source.exactly(spent.next_multiple_of(32) - spent, "the padding of the spectra")?;
-        let mut names = Vec::new();
-        for _ in 0..additional {
-            names.push(utf32(&source.exactly(512, "the names of additional columns")?));
-        }
-        source.exactly(text as u64, "the additional text")?;
-        let created: Vec<u8> = head[28..56].iter().copied().take_while(|byte| *byte != 0).collect();
-        Ok(Self {
-            method: int(8),
-            luminous_flux_lm: known(12),
-            radiant_flux_w: known(16),
-            rays: u64::from_le_bytes(std::array::from_fn(|k| head[20 + k])),
-            created: String::from_utf8_lossy(&created).into_owned(),
-            start: int(56),
-            spectral,
-            range_nm: [known(68), known(72)],
-            columns: Columns {
-                radiant,
-                wavelength,
-                luminous,
-                stokes,
-                tristimulus,
-                spectrum,
-                additional,
-            },
-            texts,
-            tables,
-            names,
-            data: source.at,
+        Ok(Columns {
+            radiant,
+            wavelength,
+            luminous,
+            stokes,
+            tristimulus,
+            spectrum,
+            additional,
         })
     }
 
-    /// Where the rays end by this header.
-    pub fn end(&self) -> u64 {
-        let ray = 4 * self.columns.count() as u64;
-        self.data.saturating_add(self.rays.saturating_mul(ray))
+    fn spectral(&self, columns: Columns) -> Result<Spectral, Tm25Error> {
+        match self.int(60) {
+            0 => Ok(Spectral::None),
+            1 => Ok(Spectral::Single(self.float(64))),
+            2 if columns.wavelength => Ok(Spectral::PerRay),
+            2 => Err(self.wrong(FLAGS + 12, "wavelength flag", ": spectral type 2 needs it")),
+            3 => Ok(Spectral::Table),
+            4 => Ok(Spectral::Tables),
+            _ => Err(self.wrong(60, "spectral type", ": 0 to 4")),
+        }
     }
 }
 

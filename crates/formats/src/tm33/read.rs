@@ -48,42 +48,13 @@ pub fn read(bytes: &[u8]) -> Parsed<Distribution> {
 }
 
 fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Option<Distribution> {
+    let emitters: Vec<&Element> = root.children.iter().filter(|child| child.name == "Emitter").collect();
     let mut tables = Vec::new();
-    for emitter in root.children.iter().filter(|child| child.name == "Emitter") {
+    for emitter in &emitters {
         tables.extend(table(emitter, findings).ok()?);
     }
-    let Some(first) = tables.first() else {
-        findings.push(
-            Finding::error("tm33-no-intensity", "no emitter has luminous intensities")
-                .at(root.line, 1)
-                .fix("radiant, photon and spectral data alone cannot become candela"),
-        );
-        return None;
-    };
-    let mut candela = first.candela.clone();
-    for other in &tables[1..] {
-        if other.horizontal != first.horizontal || other.vertical != first.vertical {
-            findings.push(
-                Finding::error(
-                    "tm33-emitters",
-                    "the emitters are given on different angles and cannot be added",
-                )
-                .at(other.line, 1)
-                .fix("give all emitters on the same angles"),
-            );
-            return None;
-        }
-        for (sum, value) in candela.iter_mut().zip(&other.candela) {
-            *sum += value;
-        }
-    }
-    if tables.len() > 1 {
-        findings.push(
-            Finding::note("tm33-emitters", format!("{} emitters are given", tables.len()))
-                .at(tables[1].line, 1)
-                .assumed("their sum"),
-        );
-    }
+    let candela = added(&tables, root, findings)?;
+    let first = tables.first()?;
     let (symmetry, rows) = circle(first, &candela, findings)?;
     let grid = match IntensityDistribution::expand(symmetry, &rows, first.vertical.clone()) {
         Ok(grid) => grid,
@@ -110,24 +81,8 @@ fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Opt
             findings,
         );
     }
-    let emitters = || root.children.iter().filter(|child| child.name == "Emitter");
-    let sum = |names: &[&str]| -> Option<f64> {
-        let all: Vec<f64> = emitters()
-            .filter_map(|emitter| number::read(emitter.words(names)?).ok())
-            .map(|n| n.value)
-            .collect();
-        (!all.is_empty()).then(|| all.iter().sum()).filter(|&total| total > 0.0)
-    };
-    let lamp_flux_lm = sum(&["RatedLumens"]);
+    let lamp_flux_lm = sum(&emitters, &["RatedLumens"]);
     plausible::flux(&grid, lamp_flux_lm, None, None, findings);
-    let absolute = first.absolute;
-    let watts = sum(&["InputWattage", "InputWatts"]);
-    let header_of = |name: &[&str]| {
-        root.child("Header")
-            .and_then(|header| header.words(name))
-            .unwrap_or_default()
-            .to_owned()
-    };
     let mut header = match as_json(root) {
         Value::Object(map) => map,
         _ => Map::new(),
@@ -138,41 +93,82 @@ fn distribution(root: &Element, text: &Text<'_>, findings: &mut Findings) -> Opt
         intensity: grid,
         symmetry,
         // Without the flag (ATLA S001) the rated lumens are those of the lamps all the same.
-        lamp_flux_lm: lamp_flux_lm.filter(|_| !absolute || !first.flagged),
-        absolute,
+        lamp_flux_lm: lamp_flux_lm.filter(|_| !first.absolute || !first.flagged),
+        absolute: first.absolute,
         native: None,
-        luminaire: Luminaire {
-            manufacturer: header_of(&["Manufacturer"]),
-            name: header_of(&["Description"]),
-            number: header_of(&["CatalogNumber"]),
-            report: header_of(&["ReportNumber"]),
-            date: header_of(&["ReportDate", "TestDate", "IssueDate"]),
-            laboratory: header_of(&["Laboratory"]),
-            lamp: emitters()
-                .next()
-                .and_then(|emitter| emitter.words(&["Description"]))
-                .unwrap_or_default()
-                .to_owned(),
-            lamp_count: emitters()
-                .next()
-                .and_then(|e| number::read(e.words(&["Quantity"])?).ok())
-                .map(|n| n.value),
-            colour: emitters()
-                .next()
-                .and_then(|emitter| emitter.words(&["CCT"]))
-                .unwrap_or_default()
-                .to_owned(),
-            rendering: emitters()
-                .next()
-                .and_then(|emitter| emitter.child("ColorRendering")?.words(&["Ra"]))
-                .unwrap_or_default()
-                .to_owned(),
-            watts,
-            ..sizes(root)
-        },
+        luminaire: luminaire(root, &emitters),
         header,
         eulumdat: None,
     })
+}
+
+/// The light of all emitters together, in cd.
+fn added(tables: &[Table], root: &Element, findings: &mut Findings) -> Option<Vec<f64>> {
+    let Some((first, others)) = tables.split_first() else {
+        findings.push(
+            Finding::error("tm33-no-intensity", "no emitter has luminous intensities")
+                .at(root.line, 1)
+                .fix("radiant, photon and spectral data alone cannot become candela"),
+        );
+        return None;
+    };
+    let mut candela = first.candela.clone();
+    for other in others {
+        if other.horizontal != first.horizontal || other.vertical != first.vertical {
+            findings.push(
+                Finding::error(
+                    "tm33-emitters",
+                    "the emitters are given on different angles and cannot be added",
+                )
+                .at(other.line, 1)
+                .fix("give all emitters on the same angles"),
+            );
+            return None;
+        }
+        for (sum, value) in candela.iter_mut().zip(&other.candela) {
+            *sum += value;
+        }
+    }
+    if let Some(second) = others.first() {
+        findings.push(
+            Finding::note("tm33-emitters", format!("{} emitters are given", tables.len()))
+                .at(second.line, 1)
+                .assumed("their sum"),
+        );
+    }
+    Some(candela)
+}
+
+/// The sum of a number over the emitters that state it, if it is above zero.
+fn sum(emitters: &[&Element], names: &[&str]) -> Option<f64> {
+    let stated = |emitter: &&Element| number::read(emitter.words(names)?).ok();
+    let all: Vec<f64> = emitters.iter().filter_map(stated).map(|n| n.value).collect();
+    Some(all.iter().sum()).filter(|&total: &f64| total > 0.0)
+}
+
+/// What the header and the first emitter say of it.
+fn luminaire(root: &Element, emitters: &[&Element]) -> Luminaire {
+    fn said(element: Option<&Element>, names: &[&str]) -> String {
+        element
+            .and_then(|element| element.words(names))
+            .unwrap_or_default()
+            .to_owned()
+    }
+    let (header, emitter) = (root.child("Header"), emitters.first().copied());
+    Luminaire {
+        manufacturer: said(header, &["Manufacturer"]),
+        name: said(header, &["Description"]),
+        number: said(header, &["CatalogNumber"]),
+        report: said(header, &["ReportNumber"]),
+        date: said(header, &["ReportDate", "TestDate", "IssueDate"]),
+        laboratory: said(header, &["Laboratory"]),
+        lamp: said(emitter, &["Description"]),
+        lamp_count: number::read(&said(emitter, &["Quantity"])).ok().map(|n| n.value),
+        colour: said(emitter, &["CCT"]),
+        rendering: said(emitter.and_then(|emitter| emitter.child("ColorRendering")), &["Ra"]),
+        watts: sum(emitters, &["InputWattage", "InputWatts"]),
+        ..sizes(root)
+    }
 }
 
 /// Housing and luminous opening in mm. As in LM-63 length lies along C0–C180 and width along C90–C270.

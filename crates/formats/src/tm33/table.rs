@@ -56,109 +56,27 @@ pub(super) fn table(emitter: &Element, findings: &mut Findings) -> Result<Option
         );
         return Ok(None);
     }
-    let kind: String = holder
-        .words(&["PhotometryType", "Type"])
-        .unwrap_or("C")
-        .chars()
-        .filter(char::is_ascii_alphanumeric)
-        .collect();
-    if !kind.to_ascii_uppercase().ends_with('C') {
-        findings.push(
-            Finding::error("tm33-type", format!("photometry type {kind} is not read here"))
-                .at(holder.line, 1)
-                .fix("convert the data to type C"),
-        );
-        return Err(Damaged);
-    }
-    let multiplier = match holder.words(&["Multiplier"]).map(number::read) {
-        None => 1.0,
-        Some(Ok(number)) if number.value > 0.0 => number.value,
-        Some(_) => {
-            findings
-                .push(Finding::error("tm33-multiplier", "the multiplier is no number above zero").at(holder.line, 1));
-            return Err(Damaged);
-        }
+    let mut damaged = |finding| {
+        findings.push(finding);
+        Damaged
     };
+    only_type_c(holder).map_err(&mut damaged)?;
+    let multiplier = multiplier(holder).map_err(damaged)?;
     if multiplier != 1.0 {
         let message = format!("the multiplier {multiplier} multiplies every intensity");
         findings.push(Finding::note("tm33-multiplier", message).at(holder.line, 1));
     }
-    let mut points: Vec<Point<'_>> = Vec::new();
-    let mut whole = true;
-    for point in holder.children.iter().filter(|child| is_point(child)) {
-        let mut value = |raw: Option<&str>, what: &str| {
-            let read = raw.map_or(Err(number::NotANumber::Blank), number::read);
-            if let Err(error) = &read {
-                whole = false;
-                let finding = Finding::error("tm33-number", format!("{what}: {error}")).at(point.line, point.column);
-                findings.push(finding.raw(raw.unwrap_or("")).fix("correct the number"));
-            }
-            read.ok().map(|number| number.value)
-        };
-        let h = value(point.attribute(&["horz", "horizontal", "h"]), "horizontal angle");
-        let v = value(point.attribute(&["vert", "vertical", "v"]), "vertical angle");
-        let intensity = value(Some(&point.text), "intensity");
-        if let (Some(h), Some(v), Some(intensity)) = (h, v, intensity) {
-            points.push(Point {
-                horizontal: h,
-                vertical: v,
-                intensity,
-                line: point.line,
-                text: &point.text,
-            });
-        }
-    }
-    if !whole {
-        return Err(Damaged);
-    }
+    let mut points = points(holder, findings)?;
     stated_counts(holder, &points, findings);
     points.sort_by(|a, b| {
         a.horizontal
             .total_cmp(&b.horizontal)
             .then(a.vertical.total_cmp(&b.vertical))
     });
-    if let Some(pair) = points
-        .windows(2)
-        .find(|pair| pair[0].horizontal == pair[1].horizontal && pair[0].vertical == pair[1].vertical)
-    {
-        let message = format!(
-            "the direction {}°, {}° is given twice",
-            pair[1].horizontal, pair[1].vertical
-        );
-        let line = pair[0].line.max(pair[1].line);
-        findings.push(
-            Finding::error("tm33-point-doubled", message)
-                .at(line, 1)
-                .raw(pair[1].text)
-                .fix("remove one of them"),
-        );
-        return Err(Damaged);
-    }
-    let mut horizontal: Vec<f64> = points.iter().map(|point| point.horizontal).collect();
-    horizontal.dedup();
-    let mut vertical: Vec<f64> = points.iter().map(|point| point.vertical).collect();
-    vertical.sort_by(f64::total_cmp);
-    vertical.dedup();
-    if points.len() != horizontal.len().saturating_mul(vertical.len()) {
-        let gap = points.iter().enumerate().find(|(index, point)| {
-            point.horizontal != horizontal[(index / vertical.len()).min(horizontal.len() - 1)]
-                || point.vertical != vertical[index % vertical.len()]
-        });
-        let line = gap.map_or(holder.line, |(_, point)| point.line);
-        let message = format!(
-            "{} directions are given; {} horizontal × {} vertical angles need {}",
-            points.len(),
-            horizontal.len(),
-            vertical.len(),
-            horizontal.len() * vertical.len()
-        );
-        findings.push(
-            Finding::error("tm33-points-missing", message)
-                .at(line, 1)
-                .fix("a point before this line is missing"),
-        );
-        return Err(Damaged);
-    }
+    let (horizontal, vertical) = grid(holder, &points).map_err(|finding| {
+        findings.push(finding);
+        Damaged
+    })?;
     let flag = holder.words(&["AbsolutePhotometry"]);
     let absolute = flag.is_none_or(|flag| flag.eq_ignore_ascii_case("true") || flag == "1");
     if !absolute {
@@ -182,6 +100,31 @@ pub(super) fn table(emitter: &Element, findings: &mut Findings) -> Result<Option
     }))
 }
 
+fn only_type_c(holder: &Element) -> Result<(), Finding> {
+    let kind: String = holder
+        .words(&["PhotometryType", "Type"])
+        .unwrap_or("C")
+        .chars()
+        .filter(char::is_ascii_alphanumeric)
+        .collect();
+    if kind.to_ascii_uppercase().ends_with('C') {
+        return Ok(());
+    }
+    Err(
+        Finding::error("tm33-type", format!("photometry type {kind} is not read here"))
+            .at(holder.line, 1)
+            .fix("convert the data to type C"),
+    )
+}
+
+fn multiplier(holder: &Element) -> Result<f64, Finding> {
+    match holder.words(&["Multiplier"]).map(number::read) {
+        None => Ok(1.0),
+        Some(Ok(number)) if number.value > 0.0 => Ok(number.value),
+        Some(_) => Err(Finding::error("tm33-multiplier", "the multiplier is no number above zero").at(holder.line, 1)),
+    }
+}
+
 /// One direction as it stands in the file.
 struct Point<'x> {
     horizontal: f64,
@@ -191,17 +134,77 @@ struct Point<'x> {
     text: &'x str,
 }
 
+/// The points in the order of the file.
+fn points<'x>(holder: &'x Element, findings: &mut Findings) -> Result<Vec<Point<'x>>, Damaged> {
+    let mut points = Vec::new();
+    let mut whole = true;
+    for point in holder.children.iter().filter(|child| is_point(child)) {
+        let mut value = |raw: Option<&str>, what: &str| {
+            let read = raw.map_or(Err(number::NotANumber::Blank), number::read);
+            if let Err(error) = &read {
+                whole = false;
+                let finding = Finding::error("tm33-number", format!("{what}: {error}")).at(point.line, point.column);
+                findings.push(finding.raw(raw.unwrap_or("")).fix("correct the number"));
+            }
+            read.map_or(0.0, |number| number.value)
+        };
+        points.push(Point {
+            horizontal: value(point.attribute(&["horz", "horizontal", "h"]), "horizontal angle"),
+            vertical: value(point.attribute(&["vert", "vertical", "v"]), "vertical angle"),
+            intensity: value(Some(&point.text), "intensity"),
+            line: point.line,
+            text: &point.text,
+        });
+    }
+    if whole { Ok(points) } else { Err(Damaged) }
+}
+
+/// Horizontal and vertical angles of the sorted points, which have every pair of them once.
+fn grid(holder: &Element, points: &[Point<'_>]) -> Result<(Vec<f64>, Vec<f64>), Finding> {
+    let twice = |pair: &&[Point<'_>]| pair[0].horizontal == pair[1].horizontal && pair[0].vertical == pair[1].vertical;
+    if let Some(pair) = points.windows(2).find(twice) {
+        let message = format!(
+            "the direction {}°, {}° is given twice",
+            pair[1].horizontal, pair[1].vertical
+        );
+        let line = pair[0].line.max(pair[1].line);
+        return Err(Finding::error("tm33-point-doubled", message)
+            .at(line, 1)
+            .raw(pair[1].text)
+            .fix("remove one of them"));
+    }
+    let horizontal = distinct(points, |point| point.horizontal);
+    let vertical = distinct(points, |point| point.vertical);
+    let (nh, nv) = (horizontal.len(), vertical.len());
+    if points.len() != nh.saturating_mul(nv) {
+        let gap = points.iter().enumerate().find(|(index, point)| {
+            point.horizontal != horizontal[(index / nv).min(nh - 1)] || point.vertical != vertical[index % nv]
+        });
+        let message = format!(
+            "{} directions are given; {nh} horizontal × {nv} vertical angles need {}",
+            points.len(),
+            nh * nv
+        );
+        return Err(Finding::error("tm33-points-missing", message)
+            .at(gap.map_or(holder.line, |(_, point)| point.line), 1)
+            .fix("a point before this line is missing"));
+    }
+    Ok((horizontal, vertical))
+}
+
+/// The angles that occur, rising.
+fn distinct(points: &[Point<'_>], of: fn(&Point<'_>) -> f64) -> Vec<f64> {
+    let mut all: Vec<f64> = points.iter().map(of).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
 fn stated_counts(holder: &Element, points: &[Point<'_>], findings: &mut Findings) {
-    let distinct = |of: fn(&Point<'_>) -> f64| {
-        let mut all: Vec<f64> = points.iter().map(of).collect();
-        all.sort_by(f64::total_cmp);
-        all.dedup();
-        all.len()
-    };
     for (name, found) in [
         ("NumberMeasured", points.len()),
-        ("NumberHorz", distinct(|point| point.horizontal)),
-        ("NumberVert", distinct(|point| point.vertical)),
+        ("NumberHorz", distinct(points, |point| point.horizontal).len()),
+        ("NumberVert", distinct(points, |point| point.vertical).len()),
     ] {
         let Some(child) = holder.child(name) else { continue };
         if child.text.parse() != Ok(found) {

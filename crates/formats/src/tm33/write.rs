@@ -45,73 +45,27 @@ pub(crate) fn encode(distribution: &Distribution, options: &WriteOptions) -> Res
 /// can say it.
 pub fn write(distribution: &Distribution, edition: Edition) -> Written {
     let mut findings = Findings::new();
-    let grid = &distribution.intensity;
-    let luminaire = &distribution.luminaire;
-    let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     // The schema of ATLA S001 puts the root alone into its namespace; a blank one on the children takes them out again.
-    let (root, child) = match edition {
-        Edition::E2018 => {
-            out.push_str("<LuminaireOpticalData version=\"1.0\" xmlns=\"http://www.ies.org/tm-33\">\n");
-            ("LuminaireOpticalData", " xmlns=\"\"")
-        }
+    let (opening, root, child) = match edition {
+        Edition::E2018 => (
+            "<LuminaireOpticalData version=\"1.0\" xmlns=\"http://www.ies.org/tm-33\">",
+            "LuminaireOpticalData",
+            " xmlns=\"\"",
+        ),
         Edition::E2023 => {
             let message = "TM-33-23 is written after samples, not after the standard: experimental";
             findings.push(Finding::warning("tm33-experimental", message).fix("write --edition 2018 for exchange"));
-            out.push_str("<IESTM33-22>\n  <Version>1.1</Version>\n");
-            ("IESTM33-22", "")
+            ("<IESTM33-22>\n  <Version>1.1</Version>", "IESTM33-22", "")
         }
     };
-    let mut lines = vec![format!("  <Header{child}>")];
-    let element = |lines: &mut Vec<String>, name: &str, text: &str| {
-        if !text.is_empty() {
-            lines.push(format!("    <{name}>{}</{name}>", escaped(text)));
-        }
-    };
-    for (name, text) in [
-        ("Manufacturer", &luminaire.manufacturer),
-        ("CatalogNumber", &luminaire.number),
-        ("Description", &luminaire.name),
-        ("Laboratory", &luminaire.laboratory),
-        ("ReportNumber", &luminaire.report),
-        ("ReportDate", &luminaire.date),
-    ] {
-        element(&mut lines, name, text);
-    }
-    let comments = distribution.header.get("comments").and_then(Value::as_str);
-    element(&mut lines, "Comments", comments.unwrap_or_default());
-    lines.push("  </Header>".into());
-    lines.extend(housing(luminaire, child));
+    let mut lines = vec![
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>".to_owned(),
+        opening.to_owned(),
+    ];
+    lines.extend(header(distribution, child));
+    lines.extend(housing(&distribution.luminaire, child));
     lines.push(format!("  <Emitter{child}>"));
-    element(&mut lines, "Description", &luminaire.lamp);
-    let quantity = luminaire.lamp_count.unwrap_or(1.0).max(1.0) as u64;
-    element(&mut lines, "Quantity", &quantity.to_string());
-    let watts = if edition == Edition::E2018 {
-        "InputWatts"
-    } else {
-        "InputWattage"
-    };
-    for (name, value) in [("RatedLumens", distribution.lamp_flux_lm), (watts, luminaire.watts)] {
-        element(
-            &mut lines,
-            name,
-            &value.map_or(String::new(), |value| number::significant(value, 10)),
-        );
-    }
-    element(
-        &mut lines,
-        "CCT",
-        &number::decimal(&luminaire.colour).unwrap_or_default(),
-    );
-    if let Some(ra) = number::decimal(&luminaire.rendering) {
-        lines.push(format!("    <ColorRendering><Ra>{ra}</Ra></ColorRendering>"));
-    }
-    let (holder, kind) = match edition {
-        Edition::E2018 => ("IntensityDistribution", "C"),
-        Edition::E2023 => ("LuminousData", "CIE _ C"),
-    };
-    let (planes, last) = stored(distribution);
-    lines.push(format!("    <{holder}>"));
-    lines.push(format!("      <PhotometryType>{kind}</PhotometryType>"));
+    lines.extend(lamp(distribution, edition));
     if let Some(unit) = distribution.header.get("intensity_unit").and_then(Value::as_str) {
         let message = format!("the source says {unit}; its numbers are written as luminous intensity");
         findings.push(
@@ -120,18 +74,80 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
                 .fix("do not hand this document on as photometry"),
         );
     }
-    lines.push("      <Metric>Luminous</Metric>".into());
+    lines.extend(intensities(distribution, edition));
+    lines.push("  </Emitter>".into());
+    lines.push(format!("</{root}>\n"));
+    Written {
+        bytes: lines.join("\n").into_bytes(),
+        findings: findings.into_vec(),
+    }
+}
+
+/// An element in a child of the root; none without text.
+fn element(name: &str, text: &str) -> Option<String> {
+    (!text.is_empty()).then(|| format!("    <{name}>{}</{name}>", escaped(text)))
+}
+
+fn header(distribution: &Distribution, child: &str) -> Vec<String> {
+    let luminaire = &distribution.luminaire;
+    let comments = distribution.header.get("comments").and_then(Value::as_str);
+    let fields = [
+        ("Manufacturer", luminaire.manufacturer.as_str()),
+        ("CatalogNumber", &luminaire.number),
+        ("Description", &luminaire.name),
+        ("Laboratory", &luminaire.laboratory),
+        ("ReportNumber", &luminaire.report),
+        ("ReportDate", &luminaire.date),
+        ("Comments", comments.unwrap_or_default()),
+    ];
+    let mut lines = vec![format!("  <Header{child}>")];
+    lines.extend(fields.iter().filter_map(|(name, text)| element(name, text)));
+    lines.push("  </Header>".into());
+    lines
+}
+
+/// What the emitter is, before its intensities.
+fn lamp(distribution: &Distribution, edition: Edition) -> Vec<String> {
+    let luminaire = &distribution.luminaire;
+    let watts = match edition {
+        Edition::E2018 => "InputWatts",
+        Edition::E2023 => "InputWattage",
+    };
+    let ten_digits = |value: Option<f64>| value.map_or(String::new(), |value| number::significant(value, 10));
+    let quantity = luminaire.lamp_count.unwrap_or(1.0).max(1.0) as u64;
+    let fields = [
+        ("Description", luminaire.lamp.clone()),
+        ("Quantity", quantity.to_string()),
+        ("RatedLumens", ten_digits(distribution.lamp_flux_lm)),
+        (watts, ten_digits(luminaire.watts)),
+        ("CCT", number::decimal(&luminaire.colour).unwrap_or_default()),
+    ];
+    let mut lines: Vec<String> = fields.iter().filter_map(|(name, text)| element(name, text)).collect();
+    if let Some(ra) = number::decimal(&luminaire.rendering) {
+        lines.push(format!("    <ColorRendering><Ra>{ra}</Ra></ColorRendering>"));
+    }
+    lines
+}
+
+fn intensities(distribution: &Distribution, edition: Edition) -> Vec<String> {
+    let grid = &distribution.intensity;
+    let (holder, kind) = match edition {
+        Edition::E2018 => ("IntensityDistribution", "C"),
+        Edition::E2023 => ("LuminousData", "CIE _ C"),
+    };
+    let (planes, last) = stored(distribution);
+    let mut lines = vec![
+        format!("    <{holder}>"),
+        format!("      <PhotometryType>{kind}</PhotometryType>"),
+        "      <Metric>Luminous</Metric>".to_owned(),
+    ];
     // ATLA S001 has neither the flag nor the counts.
     if edition == Edition::E2023 {
-        lines.push(format!(
-            "      <AbsolutePhotometry>{}</AbsolutePhotometry>",
-            distribution.absolute || distribution.lamp_flux_lm.is_none()
-        ));
-        lines.push(format!(
-            "      <NumberHorz>{}</NumberHorz>",
-            planes.len() + usize::from(last)
-        ));
-        lines.push(format!("      <NumberVert>{}</NumberVert>", grid.gamma_deg().len()));
+        let absolute = distribution.absolute || distribution.lamp_flux_lm.is_none();
+        let (nh, nv) = (planes.len() + usize::from(last), grid.gamma_deg().len());
+        lines.push(format!("      <AbsolutePhotometry>{absolute}</AbsolutePhotometry>"));
+        lines.push(format!("      <NumberHorz>{nh}</NumberHorz>"));
+        lines.push(format!("      <NumberVert>{nv}</NumberVert>"));
     }
     let closing = last.then_some((0, 360.0));
     for (plane, c) in planes.iter().map(|&plane| (plane, grid.c_deg()[plane])).chain(closing) {
@@ -145,14 +161,7 @@ pub fn write(distribution: &Distribution, edition: Edition) -> Written {
         }
     }
     lines.push(format!("    </{holder}>"));
-    lines.push("  </Emitter>".into());
-    lines.push(format!("</{root}>"));
-    out.push_str(&lines.join("\n"));
-    out.push('\n');
-    Written {
-        bytes: out.into_bytes(),
-        findings: findings.into_vec(),
-    }
+    lines
 }
 
 /// Housing and luminous opening in mm, where they are known. As in LM-63 length lies along C0–C180 and width along

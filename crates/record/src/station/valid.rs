@@ -3,7 +3,7 @@
 //! The ranges are wide. They are no advice but a net: what lies outside was typed wrong, and would move, wait or
 //! multiply by what nobody meant.
 
-use super::{Axis, Rail, StationDocument};
+use super::document::{Axis, Bench, Lamp, LuxMeter, Rail, Spectroradiometer, StationDocument, Supply};
 use crate::document::Fault;
 
 /// Distances between the axes' crossing and a detector, in mm.
@@ -12,70 +12,21 @@ const DISTANCE_MM: (f64, f64) = (1.0, 1e6);
 /// What a bound of stray light is a fraction of.
 const STRAY: &str = " (a fraction of the direct light)";
 
+/// How a relative uncertainty is written.
+const FRACTION: &str = " (a fraction: 0.015 is 1.5 %)";
+
 /// Largest relative standard uncertainty of a calibration.
 const MOST_U_REL: f64 = 0.5;
 
 /// Checks a whole station.
 pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
-    let bench = &station.bench;
-    distance("bench", bench.distance_mm, bench.u_distance_mm)?;
-    optional(within, "bench.floor_mm", bench.floor_mm, (1.0, 1e5), " mm")?;
-    // A bound may be zero: where it is known that there is nothing.
-    optional(within, "bench.stray_max_rel", bench.stray_max_rel, (0.0, 1.0), STRAY)?;
-    optional(within, "bench.ambient_max_lx", bench.ambient_max_lx, (0.0, 1e5), " lx")?;
-    optional(within, "bench.dark_max_lx", bench.dark_max_lx, (0.0, 1e5), " lx")?;
+    check_bench(&station.bench)?;
     for (name, axis) in [("axis.c", &station.axis.c), ("axis.gamma", &station.axis.gamma)] {
         check_axis(name, axis)?;
     }
-    let meter = &station.luxmeter;
-    driver_and_target("luxmeter.open", &meter.open)?;
-    within("luxmeter.calibration_factor", meter.calibration_factor, (1e-3, 1e3), "")?;
-    within(
-        "luxmeter.u_rel",
-        meter.u_rel,
-        (0.0, MOST_U_REL),
-        " (a fraction: 0.015 is 1.5 %)",
-    )?;
-    optional(
-        within,
-        "luxmeter.noise_rel",
-        meter.noise_rel,
-        (0.0, MOST_U_REL),
-        " (a fraction)",
-    )?;
-    optional(within, "luxmeter.noise_lx", meter.noise_lx, (0.0, 1e3), " lx")?;
-    if let Some(due) = &meter.due
-        && !is_day(due)
-    {
-        return Err(Fault::new(
-            "luxmeter.due",
-            format!("`{due}` is no day, write YYYY-MM-DD"),
-        ));
-    }
+    check_luxmeter(&station.luxmeter)?;
     if let Some(spectro) = &station.spectroradiometer {
-        driver_and_target("spectroradiometer.open", &spectro.open)?;
-        distance("spectroradiometer", spectro.distance_mm, spectro.u_distance_mm)?;
-        optional(
-            above,
-            "spectroradiometer.u_rel",
-            spectro.u_rel,
-            (0.0, MOST_U_REL),
-            " (a fraction: 0.015 is 1.5 %)",
-        )?;
-    }
-    if let Some(spectro) = &station.spectroradiometer {
-        let key = "spectroradiometer.u_shape_rel";
-        optional(
-            within,
-            key,
-            spectro.u_shape_rel,
-            (0.0, MOST_U_REL),
-            " (a fraction: 0.015 is 1.5 %)",
-        )?;
-        let key = "spectroradiometer.u_wavelength_nm";
-        optional(within, key, spectro.u_wavelength_nm, (0.0, 50.0), " nm")?;
-        let key = "spectroradiometer.stray_max_rel";
-        optional(within, key, spectro.stray_max_rel, (0.0, 1.0), STRAY)?;
+        check_spectroradiometer(spectro)?;
     }
     if let Some(meter) = &station.powermeter {
         driver_and_target("powermeter.open", &meter.open)?;
@@ -91,40 +42,7 @@ pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
         driver_and_target("supply.open", &supply.open)?;
     }
     if let Some(lamp) = &station.lamp {
-        match (&station.supply, &lamp.open, &lamp.prompt) {
-            (None, open, prompt) => one_of("lamp", open.as_deref(), prompt.as_deref())?,
-            (Some(_), None, None) => {}
-            (Some(_), open, _) => {
-                let key = if open.is_some() { "lamp.open" } else { "lamp.prompt" };
-                return Err(Fault::new(
-                    key,
-                    "the lamp is switched by its [supply]; remove this key, or that table",
-                ));
-            }
-        }
-        optional(within, "lamp.diameter_mm", lamp.diameter_mm, (0.01, 1e5), " mm")?;
-        optional(above, "lamp.flux_lm", lamp.flux_lm, (0.0, 1e9), " lm")?;
-        optional(above, "lamp.peak_cd", lamp.peak_cd, (0.0, 1e9), " cd")?;
-        if let (Some(flux_lm), Some(peak_cd)) = (lamp.flux_lm, lamp.peak_cd) {
-            // No intensity is everywhere below the mean over the sphere.
-            let mean_cd = flux_lm / (4.0 * std::f64::consts::PI);
-            above(
-                "lamp.peak_cd",
-                peak_cd,
-                (mean_cd, 1e9),
-                " cd, as the mean over the sphere is",
-            )?;
-        }
-        if let Some(stable) = &lamp.stable {
-            within("lamp.stable.least_s", stable.least_s, (0.1, 86_400.0), " s")?;
-            within("lamp.stable.window_s", stable.window_s, (0.1, 86_400.0), " s")?;
-            above(
-                "lamp.stable.spread_rel",
-                stable.spread_rel,
-                (0.0, 0.5),
-                " (a fraction: 0.005 is 0.5 %)",
-            )?;
-        }
+        check_lamp(lamp, station.supply.as_ref())?;
     }
     for (name, access) in [
         ("shutter", &station.shutter),
@@ -135,8 +53,73 @@ pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
             one_of(name, access.open.as_deref(), access.prompt.as_deref())?;
         }
     }
-    if let Some(rail) = &station.rail {
-        check_rail(rail)?;
+    station.rail.as_ref().map_or(Ok(()), check_rail)
+}
+
+fn check_bench(bench: &Bench) -> Result<(), Fault> {
+    distance("bench", bench.distance_mm, bench.u_distance_mm)?;
+    optional(within, "bench.floor_mm", bench.floor_mm, (1.0, 1e5), " mm")?;
+    // A bound may be zero: where it is known that there is nothing.
+    optional(within, "bench.stray_max_rel", bench.stray_max_rel, (0.0, 1.0), STRAY)?;
+    optional(within, "bench.ambient_max_lx", bench.ambient_max_lx, (0.0, 1e5), " lx")?;
+    optional(within, "bench.dark_max_lx", bench.dark_max_lx, (0.0, 1e5), " lx")
+}
+
+fn check_luxmeter(meter: &LuxMeter) -> Result<(), Fault> {
+    driver_and_target("luxmeter.open", &meter.open)?;
+    within("luxmeter.calibration_factor", meter.calibration_factor, (1e-3, 1e3), "")?;
+    within("luxmeter.u_rel", meter.u_rel, (0.0, MOST_U_REL), FRACTION)?;
+    let key = "luxmeter.noise_rel";
+    optional(within, key, meter.noise_rel, (0.0, MOST_U_REL), " (a fraction)")?;
+    optional(within, "luxmeter.noise_lx", meter.noise_lx, (0.0, 1e3), " lx")?;
+    match &meter.due {
+        Some(due) if !is_day(due) => Err(Fault::new(
+            "luxmeter.due",
+            format!("`{due}` is no day, write YYYY-MM-DD"),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn check_spectroradiometer(spectro: &Spectroradiometer) -> Result<(), Fault> {
+    driver_and_target("spectroradiometer.open", &spectro.open)?;
+    distance("spectroradiometer", spectro.distance_mm, spectro.u_distance_mm)?;
+    let key = "spectroradiometer.u_rel";
+    optional(above, key, spectro.u_rel, (0.0, MOST_U_REL), FRACTION)?;
+    let key = "spectroradiometer.u_shape_rel";
+    optional(within, key, spectro.u_shape_rel, (0.0, MOST_U_REL), FRACTION)?;
+    let key = "spectroradiometer.u_wavelength_nm";
+    optional(within, key, spectro.u_wavelength_nm, (0.0, 50.0), " nm")?;
+    let key = "spectroradiometer.stray_max_rel";
+    optional(within, key, spectro.stray_max_rel, (0.0, 1.0), STRAY)
+}
+
+fn check_lamp(lamp: &Lamp, supply: Option<&Supply>) -> Result<(), Fault> {
+    match (supply, &lamp.open, &lamp.prompt) {
+        (None, open, prompt) => one_of("lamp", open.as_deref(), prompt.as_deref())?,
+        (Some(_), None, None) => {}
+        (Some(_), open, _) => {
+            let key = if open.is_some() { "lamp.open" } else { "lamp.prompt" };
+            return Err(Fault::new(
+                key,
+                "the lamp is switched by its [supply]; remove this key, or that table",
+            ));
+        }
+    }
+    optional(within, "lamp.diameter_mm", lamp.diameter_mm, (0.01, 1e5), " mm")?;
+    optional(above, "lamp.flux_lm", lamp.flux_lm, (0.0, 1e9), " lm")?;
+    optional(above, "lamp.peak_cd", lamp.peak_cd, (0.0, 1e9), " cd")?;
+    if let (Some(flux_lm), Some(peak_cd)) = (lamp.flux_lm, lamp.peak_cd) {
+        // No intensity is everywhere below the mean over the sphere.
+        let mean_cd = flux_lm / (4.0 * std::f64::consts::PI);
+        let unit = " cd, as the mean over the sphere is";
+        above("lamp.peak_cd", peak_cd, (mean_cd, 1e9), unit)?;
+    }
+    if let Some(stable) = &lamp.stable {
+        within("lamp.stable.least_s", stable.least_s, (0.1, 86_400.0), " s")?;
+        within("lamp.stable.window_s", stable.window_s, (0.1, 86_400.0), " s")?;
+        let unit = " (a fraction: 0.005 is 0.5 %)";
+        above("lamp.stable.spread_rel", stable.spread_rel, (0.0, 0.5), unit)?;
     }
     Ok(())
 }

@@ -23,66 +23,19 @@ pub(super) fn tall(
     draft: &mut Draft,
     findings: &mut Findings,
 ) {
-    let begin = rows.iter().position(|row| is_begin(row.text));
-    let first = (begin.map_or(0, |b| b + 1)..rows.len()).find(|&i| rows[i].is_data());
-    let Some(first) = first else {
+    let Some((first, end)) = extent(rows, text, findings) else {
         describe_failure(rows, text, draft, findings);
         return;
     };
-    // Damage in the very first line of data must not turn it into a heading.
-    let first = (begin.map_or(0, |b| b + 1)..first)
-        .rev()
-        .take_while(|&i| rows[i].nearly_data())
-        .last()
-        .unwrap_or(first);
-    let above = |i: usize| i.checked_sub(1).map(|k| &rows[k]);
-    let first = match first.checked_sub(1) {
-        Some(i) if i >= begin.map_or(0, |b| b + 1) && rows[i].torn(&rows[first], above(i)) => i,
-        _ => first,
-    };
-    let end = (first..rows.len())
-        .find(|&i| rows[i].text.contains(">>>>>"))
-        .unwrap_or(rows.len());
-    if begin.is_some() && end == rows.len() {
-        findings.push(Finding::note("csv-no-end", "no >>>>>End<<<<< line closes the data").at(text.len(), 1));
-    }
-    let body = &rows[first..end];
-    let usual = common_width(body);
-    let body = without_footer(body, usual);
-    let last = body
-        .iter()
-        .rposition(|row| row.is_data() || row.nearly_data() || row.lost_its_wavelength(usual))
-        .unwrap_or(0);
-    let after = &rows[first + last + 1..end];
-    if let Some(row) = after.iter().find(|row| !row.comment) {
-        findings.push(
-            Finding::note(
-                "csv-after-data",
-                format!(
-                    "{} lines stand after the data",
-                    after.iter().filter(|row| !row.comment).count()
-                ),
-            )
-            .at(row.line, 1)
-            .raw(row.text)
-            .assumed("a description: kept in the header"),
-        );
-    }
-    preamble(after, None, draft);
-    let body = first_table(&body[..=last], findings);
-    let heading = heading(&rows[..first], body);
-    preamble(&rows[..first], heading, draft);
+    let before = &rows[..first];
+    let body = without_description(&rows[first..end], draft, findings);
+    let heading = heading(before, body);
+    preamble(before, heading, draft);
 
     let width = common_width(body);
-    let names: Vec<&str> = heading.map_or(Vec::new(), |row| row.cells.clone());
-    let names: Vec<&str> = names.iter().map(|n| bare(n)).collect();
-    if asked.is_none()
-        && format == Format::SPD
-        && names.is_empty()
-        && width > 2
-        && width.is_multiple_of(2)
-        && in_one_run(body)
-    {
+    let names: Vec<&str> = heading.map_or(Vec::new(), |row| row.cells.iter().map(|name| bare(name)).collect());
+    let pairs = asked.is_none() && format == Format::SPD && names.is_empty() && width > 2 && width.is_multiple_of(2);
+    if pairs && in_one_run(body) {
         pairs_in_a_run(body, draft, findings);
         return;
     }
@@ -98,10 +51,10 @@ pub(super) fn tall(
         },
         None => Columns::of(&names, body, width, findings),
     };
-    draft.axis = names
-        .get(columns.wavelength)
+    let name = names.get(columns.wavelength);
+    draft.axis = name
         .and_then(|name| AxisUnit::of(name))
-        .or_else(|| believable_unit(&rows[..first], names.is_empty(), body, columns.wavelength, findings))
+        .or_else(|| believable_unit(before, names.is_empty(), body, columns.wavelength, findings))
         .or_else(|| {
             let cell = body.iter().find_map(|row| row.cells.get(columns.wavelength));
             cell.filter(|cell| without_nm(cell) != **cell)
@@ -109,15 +62,14 @@ pub(super) fn tall(
         })
         // Pairs of pbrt and Mitsuba are in nm by definition.
         .or((format != Format::CSV && !small(body, columns.wavelength)).then_some(AxisUnit::Nanometre));
+    let marked = rows.iter().any(|row| is_begin(row.text));
     let claimed = asked.is_some()
         || format != Format::CSV
-        || begin.is_some()
+        || marked
         || draft.axis.is_some()
-        || names
-            .get(columns.wavelength)
-            .is_some_and(|name| is_wavelength_heading(name));
+        || name.is_some_and(|name| is_wavelength_heading(name));
     // What stands further up is a description, not a heading.
-    let above = rows[..first].last();
+    let above = before.last();
     let named: &[&str] = match (heading, above) {
         (Some(heading), Some(above)) if heading.line == above.line => &names,
         _ => &[],
@@ -131,19 +83,7 @@ pub(super) fn tall(
         bins::take_upper_edges(&mut columns, body, findings);
     }
     undefined::whole_first(&mut columns, &names, body, findings);
-    draft.names = columns
-        .values
-        .iter()
-        .map(|&k| names.get(k).map_or(String::new(), |n| (*n).to_owned()))
-        .collect();
-    if let Some(name) = columns.values.first().and_then(|&k| names.get(k)) {
-        let (quantity, unit) = quantity_of(name);
-        draft.quantity = quantity;
-        draft.unit = unit;
-        draft
-            .header
-            .insert("columns".into(), names.iter().map(|n| Value::from(*n)).collect());
-    }
+    describe_values(&columns, &names, draft);
     values::read(body, &columns, width, draft, findings);
     // What the writer put into comments.
     for (field, key) in [(&mut draft.quantity, "quantity"), (&mut draft.unit, "unit")] {
@@ -152,6 +92,69 @@ pub(super) fn tall(
         {
             *field = text.as_str().map(str::to_owned);
         }
+    }
+}
+
+/// First row of the data, and the row behind which nothing of them can be.
+fn extent(rows: &[Row<'_>], text: &Text<'_>, findings: &mut Findings) -> Option<(usize, usize)> {
+    let begin = rows.iter().position(|row| is_begin(row.text));
+    let earliest = begin.map_or(0, |begin| begin + 1);
+    let first = (earliest..rows.len()).find(|&i| rows[i].is_data())?;
+    // Damage in the very first line of data must not turn it into a heading.
+    let first = (earliest..first)
+        .rev()
+        .take_while(|&i| rows[i].nearly_data())
+        .last()
+        .unwrap_or(first);
+    let above = |i: usize| i.checked_sub(1).map(|k| &rows[k]);
+    let first = match first.checked_sub(1) {
+        Some(i) if i >= earliest && rows[i].torn(&rows[first], above(i)) => i,
+        _ => first,
+    };
+    let end = (first..rows.len()).find(|&i| rows[i].text.contains(">>>>>"));
+    if begin.is_some() && end.is_none() {
+        findings.push(Finding::note("csv-no-end", "no >>>>>End<<<<< line closes the data").at(text.len(), 1));
+    }
+    Some((first, end.unwrap_or(rows.len())))
+}
+
+/// The first table without what is written behind it, which goes into the header.
+fn without_description<'r, 't>(rows: &'r [Row<'t>], draft: &mut Draft, findings: &mut Findings) -> &'r [Row<'t>] {
+    let usual = common_width(rows);
+    let body = without_footer(rows, usual);
+    let last = body
+        .iter()
+        .rposition(|row| row.is_data() || row.nearly_data() || row.lost_its_wavelength(usual))
+        .unwrap_or(0);
+    let after = &rows[last + 1..];
+    let mut words = after.iter().filter(|row| !row.comment);
+    if let Some(row) = words.next() {
+        findings.push(
+            Finding::note(
+                "csv-after-data",
+                format!("{} lines stand after the data", 1 + words.count()),
+            )
+            .at(row.line, 1)
+            .raw(row.text)
+            .assumed("a description: kept in the header"),
+        );
+    }
+    preamble(after, None, draft);
+    first_table(&body[..=last], findings)
+}
+
+/// What the heading says of the values.
+fn describe_values(columns: &Columns, names: &[&str], draft: &mut Draft) {
+    let of = |&k: &usize| names.get(k).copied();
+    draft.names = columns
+        .values
+        .iter()
+        .map(|k| of(k).unwrap_or_default().to_owned())
+        .collect();
+    if let Some(name) = columns.values.first().and_then(of) {
+        (draft.quantity, draft.unit) = quantity_of(name);
+        let columns = names.iter().map(|name| Value::from(*name)).collect();
+        draft.header.insert("columns".into(), columns);
     }
 }
 
