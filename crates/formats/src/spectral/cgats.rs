@@ -103,34 +103,15 @@ fn draft(text: &Text<'_>, findings: &mut Findings) -> Option<Draft> {
 
     let mut draft = Draft::new(text.encoding);
     draft.axis = Some(AxisUnit::Nanometre);
-    // ArgyllCMS names fields by whole nm and gives the exact grid by start, end and number.
-    let grid = match (start, end, bands) {
-        (Some((a, _)), Some((b, _)), Some((n, _))) if n == spectral.len() as f64 && n >= 2.0 && b > a => {
-            Some(move |k: usize| a + (b - a) * k as f64 / (n - 1.0))
-        }
-        _ => None,
-    };
-    let (mut off, mut comma) = (None, false);
-    for (k, &(field, name)) in spectral.iter().enumerate() {
-        let x = match &grid {
-            Some(grid) if (grid(k) - name).abs() <= 1.0 => grid(k),
-            Some(_) => {
-                off.get_or_insert(fields[field]);
-                name
-            }
-            None => name,
-        };
+    let (exact, off) = exact_nm(&spectral, start, end, bands);
+    let mut comma = false;
+    for (x, &(field, _)) in exact.into_iter().zip(&spectral) {
         let value = column(&sets, field, &mut comma, findings);
         whole &= value.len() == sets.len();
-        let first = data.get(field);
-        draft.points.push(Point {
-            line: first.map_or(1, |token| token.line),
-            column: first.map_or(1, |token| token.column),
-            x,
-            value,
-        });
+        let (line, column) = data.get(field).map_or((1, 1), |token| (token.line, token.column));
+        draft.points.push(Point { line, column, x, value });
     }
-    if let Some(field) = off {
+    if let Some(field) = off.map(|field| fields[field]) {
         whole = false;
         findings.push(
             Finding::error(
@@ -153,6 +134,28 @@ fn draft(text: &Text<'_>, findings: &mut Findings) -> Option<Draft> {
     draft.quantity = quantity.and_then(Value::as_str).map(str::to_owned);
     draft.header.extend(keywords);
     Some(draft)
+}
+
+/// Wavelengths of the fields. ArgyllCMS names fields by whole nm and gives the exact grid by start, end and number;
+/// beside them the first field whose name contradicts that grid.
+fn exact_nm(spectral: &[(usize, f64)], start: Stated, end: Stated, bands: Stated) -> (Vec<f64>, Option<usize>) {
+    let named = || spectral.iter().map(|&(_, name)| name).collect();
+    let (Some((a, _)), Some((b, _)), Some((n, _))) = (start, end, bands) else {
+        return (named(), None);
+    };
+    if n != spectral.len() as f64 || n < 2.0 || b <= a {
+        return (named(), None);
+    }
+    let mut off = None;
+    let exact = |(k, &(field, name)): (usize, &(usize, f64))| {
+        let exact = a + (b - a) * k as f64 / (n - 1.0);
+        if (exact - name).abs() <= 1.0 {
+            return exact;
+        }
+        off.get_or_insert(field);
+        name
+    };
+    (spectral.iter().enumerate().map(exact).collect(), off)
 }
 
 /// The numbers of fields and of wavelengths that are stated, against those that are named.
