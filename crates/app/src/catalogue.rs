@@ -239,6 +239,35 @@ mod tests {
         assert_eq!(failure.kind, FailureKind::Instrument);
     }
 
+    /// The table of drivers in the book is made from their constants: `WRITE_PAGE=1 cargo test -p isolux-app --lib page`
+    /// writes it.
+    #[test]
+    fn the_page_of_instruments_has_a_row_for_every_driver_as_it_says() {
+        const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/devices.md");
+        const HEAD: &str = "| driver | instruments | tried with |\n|---|---|---|\n";
+        let page = std::fs::read_to_string(PAGE).unwrap();
+        let begin = page.find(HEAD).unwrap() + HEAD.len();
+        let end = begin + page[begin..].find("\n\n").unwrap() + 1;
+        let row = |driver: &Driver| {
+            let Driver {
+                name,
+                speaks_to,
+                seen_with,
+                ..
+            } = driver;
+            format!("| `{name}` | {speaks_to} | {seen_with} |\n")
+        };
+        let made = page[..begin].to_owned() + &drivers().map(row).collect::<String>() + &page[end..];
+        if std::env::var_os("WRITE_PAGE").is_some() {
+            std::fs::write(PAGE, made).unwrap();
+            return;
+        }
+        for (written, made) in page.lines().zip(made.lines()) {
+            assert_eq!(written, made, "write docs/src/devices.md with WRITE_PAGE=1");
+        }
+        assert_eq!(page.len(), made.len(), "write docs/src/devices.md with WRITE_PAGE=1");
+    }
+
     #[test]
     fn every_driver_has_one_example_a_kind_and_reads_it() {
         let catalogue = Catalogue::new(Arc::new(MemoryLinks::default()));

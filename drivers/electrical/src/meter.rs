@@ -25,9 +25,9 @@ const NAME: &str = "scpi-meter";
 /// Power meters in SCPI.
 pub const SCPI_METER: Driver = Driver {
     name: NAME,
-    speaks_to: "power meters in SCPI over serial or TCP, by a profile in TOML (GW Instek GPM-8213, Hioki PW3336/3337)",
+    speaks_to: "power meters in SCPI by a profile: GW Instek GPM-8213, Hioki PW3336/3337",
     examples: &[(Kind::PowerMeter, "scpi-meter:/dev/ttyUSB0?profile=gpm-8213")],
-    seen_with: "🧪 its virtual twin, which pyvisa-py reads too, and scripted bytes; not yet real hardware",
+    seen_with: "🧪 its virtual twin; pyvisa-py 0.8.1 (GPM-8213)",
     usb: &[],
     identify: &[Probe {
         line: LineSettings {

@@ -21,12 +21,12 @@ const READ_BACK: f64 = 1e-3;
 /// Supplies in SCPI.
 pub const SCPI_SUPPLY: Driver = Driver {
     name: NAME,
-    speaks_to: "supplies in SCPI over serial or TCP, by a profile in TOML (Rigol DP800)",
+    speaks_to: "supplies in SCPI by a profile: Rigol DP800",
     examples: &[(
         Kind::Switch,
         "scpi-supply:tcp://192.168.1.5:5555?profile=dp800&channel=1&voltage_v=24&current_a=0.35",
     )],
-    seen_with: "🧪 its virtual twin, which pyvisa-py switches too, and scripted bytes; not yet real hardware",
+    seen_with: "🧪 its virtual twin; pyvisa-py 0.8.1",
     usb: &[],
     // A power meter asks the same.
     identify: &[],

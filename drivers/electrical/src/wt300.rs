@@ -40,9 +40,9 @@ const LINE: LineSettings = LineSettings {
 /// WT300 and WT300E over Modbus/TCP.
 pub const YOKOGAWA_WT300: Driver = Driver {
     name: NAME,
-    speaks_to: "power meters Yokogawa WT310 to WT333, WT310E to WT333E over Modbus/TCP, items as delivered",
+    speaks_to: "Yokogawa WT310–WT333, WT310E–WT333E, Modbus/TCP",
     examples: &[(Kind::PowerMeter, "yokogawa-wt300:modbus-tcp://192.168.1.6:502")],
-    seen_with: "🧪 its virtual twin and scripted bytes after the manual; not yet real hardware",
+    seen_with: "🧪 its virtual twin",
     usb: &[],
     // The register map has no identity.
     identify: &[],

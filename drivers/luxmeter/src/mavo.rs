@@ -42,9 +42,9 @@ const GUARD: Duration = Duration::from_millis(100);
 /// The MAVO-USB interface of Gossen.
 pub const GOSSEN_MAVO_USB: Driver = Driver {
     name: NAME,
-    speaks_to: "Gossen MAVOLUX 5032 by its MAVO-USB interface",
+    speaks_to: "Gossen MAVOLUX 5032 with MAVO-USB",
     examples: &[(Kind::LuxMeter, "gossen-mavo-usb:/dev/ttyUSB0")],
-    seen_with: "🧪 its virtual twin and the exchanges printed in its interface description; not yet real hardware",
+    seen_with: "🧪 its virtual twin; exchanges printed in its description",
     usb: &[],
     identify: &[Probe {
         line: LINE,

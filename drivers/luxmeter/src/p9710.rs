@@ -52,9 +52,9 @@ const GUARD: Duration = Duration::from_millis(100);
 /// The P-9710 of Gigahertz-Optik.
 pub const GIGAHERTZ_P9710: Driver = Driver {
     name: NAME,
-    speaks_to: "Gigahertz-Optik P-9710 with a photometric detector",
+    speaks_to: "Gigahertz-Optik P-9710 lux meter",
     examples: &[(Kind::LuxMeter, "gigahertz-p9710:/dev/ttyUSB0")],
-    seen_with: "🧪 its virtual twin and the forms printed in its manual; not yet real hardware",
+    seen_with: "🧪 its virtual twin; forms printed in its manual",
     usb: &[],
     identify: &[Probe {
         line: LINE,

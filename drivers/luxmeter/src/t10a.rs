@@ -36,9 +36,9 @@ const NAME: &str = "konica-t10a";
 /// Konica Minolta T-10A.
 pub const KONICA_T10A: Driver = Driver {
     name: NAME,
-    speaks_to: "Konica Minolta T-10A illuminance meter, one or several heads on a line",
+    speaks_to: "Konica Minolta T-10A lux meter",
     examples: &[(Kind::LuxMeter, "konica-t10a:/dev/ttyUSB1?head=0")],
-    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    seen_with: "🧪 its virtual twin",
     usb: &[],
     identify: &[Probe {
         line: LINE,

@@ -58,9 +58,9 @@ const TEMPERATURES: std::ops::RangeInclusive<f32> = -40.0..=100.0;
 /// Ocean Optics STS.
 pub const OCEAN_OBP: Driver = Driver {
     name: NAME,
-    speaks_to: "Ocean Optics STS in the Ocean Binary Protocol, over USB or a serial line",
+    speaks_to: "Ocean Optics STS",
     examples: &[(Kind::Spectroradiometer, "ocean-obp:usb:serial=S01234")],
-    seen_with: "🧪 its virtual twin, which the maker's library cseabreeze reads too; not yet real hardware",
+    seen_with: "🧪 its virtual twin; cseabreeze 2.11.0, over USB",
     usb: &[UsbModel {
         id: USB.ids[0],
         model: "Ocean Optics STS",

@@ -61,9 +61,9 @@ const USB: UsbProfile = UsbProfile {
 /// Ocean Optics spectrometers in the OOI language.
 pub const OCEAN_OOI: Driver = Driver {
     name: NAME,
-    speaks_to: "Ocean Optics USB2000+ and Flame-S in the OOI language, over USB",
+    speaks_to: "Ocean Optics USB2000+, Flame-S",
     examples: &[(Kind::Spectroradiometer, "ocean-ooi:usb:serial=USB2+H16355")],
-    seen_with: "🧪 its virtual twin, which the maker's library cseabreeze reads too; not yet real hardware",
+    seen_with: "🧪 its virtual twin; cseabreeze 2.11.0, over USB",
     usb: &[UsbModel {
         id: USB.ids[0],
         model: "Ocean Optics USB2000+ or Flame-S",

@@ -28,9 +28,9 @@ pub(crate) const NAME: &str = "ascii-axis";
 /// Axes in plain ASCII.
 pub const ASCII_AXIS: Driver = Driver {
     name: NAME,
-    speaks_to: "turntables and rails with a simple ASCII language, by a profile in TOML of your own (template: a start)",
+    speaks_to: "turntables and rails in simple ASCII by a profile",
     examples: &[(Kind::Axis, "ascii-axis:/dev/ttyUSB0?profile=template&address=1")],
-    seen_with: "🧪 a template: the virtual twin of an instrument that does not exist",
+    seen_with: "🧪 the virtual twin of the template",
     usb: &[],
     // Every language is another one: what could be asked stands in a profile.
     identify: &[],

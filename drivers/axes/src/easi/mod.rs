@@ -35,9 +35,9 @@ const LINE: LineSettings = LineSettings {
 /// Parker XLi.
 pub const PARKER_EASI: Driver = Driver {
     name: NAME,
-    speaks_to: "Parker XLi indexer drives in EASI, one or a daisy chain",
+    speaks_to: "Parker XLi axes (EASI)",
     examples: &[(Kind::Axis, "parker-easi:/dev/ttyUSB0?address=1")],
-    seen_with: "🧪 its virtual twin and scripted bytes; not yet real hardware",
+    seen_with: "🧪 its virtual twin",
     usb: &[],
     identify: &[Probe {
         line: LINE,

@@ -30,9 +30,9 @@ pub(crate) const NAME: &str = "oriental-az";
 /// Oriental Motor AZ.
 pub const ORIENTAL_AZ: Driver = Driver {
     name: NAME,
-    speaks_to: "Oriental Motor AZ drives over Modbus RTU, on a line or behind a bridge or gateway",
+    speaks_to: "Oriental Motor AZ axes, Modbus RTU",
     examples: &[(Kind::Axis, "oriental-az:/dev/ttyUSB0?unit=1")],
-    seen_with: "🧪 its virtual twin, which pymodbus moves too; not yet real hardware",
+    seen_with: "🧪 its virtual twin; pymodbus 3.16.1, RTU and TCP",
     usb: &[],
     identify: &[Probe {
         line: LineSettings {

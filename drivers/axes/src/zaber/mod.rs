@@ -29,13 +29,13 @@ pub(crate) const NAME: &str = "zaber";
 /// Zaber controllers and what hangs on them.
 pub const ZABER: Driver = Driver {
     name: NAME,
-    speaks_to: "Zaber controllers and stages in the ASCII language, firmware 6 and 7",
+    speaks_to: "Zaber axes, firmware 6 and 7",
     examples: &[
         (Kind::Axis, "zaber:/dev/ttyUSB0?axis=1"),
         (Kind::Switch, "zaber:/dev/ttyUSB0?do=1"),
         (Kind::Thermometer, "zaber:/dev/ttyUSB0?ai=1&c_at_0v=-50&c_at_10v=100"),
     ],
-    seen_with: "🧪 its virtual twin, which the maker's library zaber-motion moves too; not yet real hardware",
+    seen_with: "🧪 its virtual twin; zaber-motion 10.2.0",
     usb: &[],
     identify: &[identify(115_200), identify(9600)],
     place: |target, kind| Ok(Address::parse(target, kind)?.place),

@@ -38,9 +38,9 @@ const LINE: Duration = Duration::from_secs(5);
 /// Lux meters in plain ASCII.
 pub const ASCII_LUX: Driver = Driver {
     name: NAME,
-    speaks_to: "lux meters with a simple ASCII language, by a profile in TOML of your own (template: a start)",
+    speaks_to: "lux meters in simple ASCII by a profile",
     examples: &[(Kind::LuxMeter, "ascii-lux:/dev/ttyUSB0?profile=template")],
-    seen_with: "🧪 a template: the virtual twin of an instrument that does not exist",
+    seen_with: "🧪 the virtual twin of the template",
     usb: &[],
     // Every language is another one: what could be asked stands in a profile.
     identify: &[],

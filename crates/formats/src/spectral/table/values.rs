@@ -71,7 +71,7 @@ impl Reader<'_> {
         for (place, &k) in columns.values.iter().enumerate() {
             match self.number(row, row.cells[k]) {
                 Ok(read) => value.push(Some(read)),
-                Err(error) if self.may_be_missing(row, place, &error, findings) => value.push(None),
+                Err(error) if self.may_be_missing(row, place, error, findings) => value.push(None),
                 Err(error) => damage(k, error, MEASURED, findings),
             }
         }
@@ -98,7 +98,7 @@ impl Reader<'_> {
     }
 
     /// Whether the value number `place` of the row may be left out.
-    fn may_be_missing(&self, row: &Row<'_>, place: usize, error: &NotANumber, findings: &mut Findings) -> bool {
+    fn may_be_missing(&self, row: &Row<'_>, place: usize, error: NotANumber, findings: &mut Findings) -> bool {
         match error {
             NotANumber::Blank => self.columns.values.len() > 1,
             // NaN and infinity are how programs write what they could not compute; a spectrum's own values must be
