@@ -5,20 +5,19 @@
 
 mod asked;
 mod before;
+mod light;
+mod report;
 mod stored;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::document::{Independence, Verdict};
-use isolux_diagnose::on_axis::{self, Comparison};
-use isolux_model::Model;
 use isolux_record::run::StopHow;
 use isolux_record::{Job, Run, RunError};
-use isolux_reduce::Reduction;
 use isolux_report::answer::statistics;
-use isolux_report::day::{DayResults, Diagnosed, document};
-use isolux_sim::simulation::Method;
+use isolux_report::day::{Diagnosed, document};
 use isolux_virtual::twins::Choice;
 
+pub use self::report::report;
 use crate::catalogue::Catalogue;
 use crate::control::Control;
 use crate::files::{self, Overwrite};
@@ -26,7 +25,6 @@ use crate::init::DayPlan;
 use crate::progress::{Event, Progress};
 use crate::reduce::Reduced;
 use crate::scan::{Operator, Place, Target};
-use crate::scene::{self, Changes};
 use crate::session::{self, Session};
 use crate::signals::OnSignals;
 use crate::{Failure, bench, diagnose, init, record, reduce, scan, simulate};
@@ -206,7 +204,7 @@ fn finish(
     progress.event(Event::Ended(&format!("flux {}", reduced.reduction.flux.stated())));
 
     let Reduced { run, reduction, .. } = reduced;
-    let mut day_results = light(&results, run, reduction, job.map(Job::scene), progress)?;
+    let mut day_results = light::light(&results, run, reduction, job.map(Job::scene), progress)?;
     simulate::write(
         &results,
         &day_results.simulation,
@@ -219,8 +217,8 @@ fn finish(
     }
 
     let model = results.join("luminaire.model.toml");
-    let asked = job.and_then(|job| wanted(job, &results, overwrite));
-    let request = asked.unwrap_or_else(|| diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
+    let wanted = job.and_then(|job| asked::diagnosis(job, &results, overwrite));
+    let request = wanted.unwrap_or_else(|| asked::diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
     // A record of which every reading made the distribution has none that could check it.
     if let Ok(answer) = diagnose::attempt(&request, progress)? {
         let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
@@ -240,155 +238,6 @@ fn finish(
         folder: folder.to_owned(),
         report,
     })
-}
-
-/// The diagnosis that a job asks for.
-fn wanted(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> Option<diagnose::Request> {
-    let (model, observations) = job.diagnose()?;
-    Some(diagnosis_of(
-        model.to_owned(),
-        observations.to_vec(),
-        results,
-        overwrite,
-    ))
-}
-
-fn diagnosis_of(
-    model: Utf8PathBuf,
-    observations: Vec<Utf8PathBuf>,
-    results: &Utf8Path,
-    overwrite: Overwrite,
-) -> diagnose::Request {
-    diagnose::Request {
-        model,
-        observations,
-        out: results.join("diagnosis"),
-        held_out: None,
-        seed: 1,
-        accept: false,
-        overwrite,
-    }
-}
-
-/// Simulates the sensor with the model in the folder of results, and compares the axis.
-fn light(
-    results: &Utf8Path,
-    run: Run,
-    reduction: Reduction,
-    sensor: Option<&Utf8Path>,
-    progress: &dyn Progress,
-) -> Result<DayResults, Failure> {
-    progress.event(Event::Began {
-        step: "simulate",
-        total: None,
-    });
-    let model = results.join(isolux_reduce::file_name(&reduction, "luminaire.model.toml"));
-    let scene = match sensor {
-        // Whatever model the scene names.
-        Some(file) => scene::lit_by(file, &Model::load(&model).map_err(Failure::bad_input)?)?,
-        None => scene::load(&model, &Changes::default())?,
-    };
-    let mut simulation = simulate::solve(&scene, Method::Inverse)?;
-    progress.event(Event::Ended(&format!(
-        "{} × {} pixels in {:.2} s, mean {:.4} {}",
-        simulation.facts.pixels[0],
-        simulation.facts.pixels[1],
-        simulation.facts.elapsed_s,
-        simulation.facts.mean,
-        simulation.facts.unit.symbol()
-    )));
-    // No wall clock in results: the time of the solver is for the terminal. NaN is written as null.
-    simulation.facts.elapsed_s = f64::NAN;
-    let colour = reduction
-        .spectral
-        .as_ref()
-        .map(|spectral| isolux_spectrum::quantities(&spectral.spectrum));
-    let comparison = compared(&model, &run, &reduction)?;
-    Ok(DayResults {
-        run,
-        reduction,
-        folder: results.to_owned(),
-        scene,
-        simulation,
-        colour,
-        comparison,
-        diagnosis: None,
-        stale: Vec::new(),
-    })
-}
-
-/// What the spectroradiometer read on the axis against what the model of the day says there.
-fn compared(model: &Utf8Path, run: &Run, reduction: &Reduction) -> Result<Option<Comparison>, Failure> {
-    // One pixel, small against everything, where the instrument's reference plane meets the axis.
-    let simulated_w_m2 = |distance_mm: f64, ring_mm: Option<f64>| -> Result<f64, Failure> {
-        let ring = |radius_mm: f64| {
-            format!("effect = [{{ name = \"near_field\", radius_mm = {radius_mm:?}, aim_deg = 0.0 }}]")
-        };
-        let changes = Changes {
-            distance_mm: Some(distance_mm),
-            sensor_mm: Some([0.1, 0.1]),
-            pixels: Some([1, 1]),
-            set: ring_mm.map(ring).into_iter().collect(),
-            ..Changes::default()
-        };
-        Ok(simulate::solve(&scene::load(model, &changes)?, Method::Inverse)?
-            .facts
-            .mean)
-    };
-    let luminous_diameter_mm = run.header.station.lamp().and_then(|lamp| lamp.diameter_mm);
-    on_axis::on_axis(reduction, luminous_diameter_mm, simulated_w_m2)
-}
-
-/// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML
-/// page or as PDF. `job` is that of a day that does not hold its own. The report of a scan that is not finished has
-/// `partial` in its name, which is returned.
-///
-/// # Errors
-/// Bad input (exit 2) when there is no run, no result, or the file exists; when the results are not of this record;
-/// when the day had a job that is not known.
-pub fn report(
-    folder: &Utf8Path,
-    job: Option<&Utf8Path>,
-    out: &Utf8Path,
-    pdf: bool,
-    overwrite: Overwrite,
-    progress: &dyn Progress,
-) -> Result<Utf8PathBuf, Failure> {
-    let mut run = record::read_at_rest(folder)?;
-    let asked::OfReport {
-        scene,
-        own_model,
-        subject,
-    } = asked::of_report(folder, job)?;
-    run.header.state(&subject);
-    let reduction = stored::reduction(folder, &run)?;
-    let out = named(out, &reduction);
-    files::refuse_existing(&out, overwrite)?;
-    let results = reduce::results_folder(folder, &reduction);
-    let mut day_results = light(&results, run, reduction, scene.as_deref(), progress)?;
-    stored::beside(folder, own_model, &mut day_results)?;
-    let document = document(&day_results)?;
-    if !pdf {
-        files::write(&out, document.html().as_bytes(), overwrite)?;
-        return Ok(out);
-    }
-    let paper = document.pdf().map_err(Failure::instrument)?;
-    if !paper.unknown.is_empty() {
-        let letters: String = paper.unknown.iter().collect();
-        let note = format!("the PDF shows ? for characters that its font lacks: {letters}; the HTML report has them");
-        progress.event(Event::Note(&note));
-    }
-    files::write(&out, &paper.bytes, overwrite)?;
-    Ok(out)
-}
-
-/// The name of a report, with `partial` in it where the scan is not finished.
-fn named(out: &Utf8Path, reduction: &Reduction) -> Utf8PathBuf {
-    let name = out.file_name().unwrap_or("report.html");
-    if reduction.partial.is_none() || name.contains("partial") {
-        return out.to_owned();
-    }
-    out.with_file_name(isolux_reduce::file_name(reduction, name))
 }
 
 /// `day`, or the first of `day-2`, `day-3`, … that does not exist.

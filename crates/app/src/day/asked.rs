@@ -11,7 +11,7 @@ use crate::files::{self, Overwrite};
 use crate::init::DayPlan;
 use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
-use crate::{Failure, init, record};
+use crate::{Failure, diagnose, init, record};
 
 /// The folder's name in the day.
 const FOLDER: &str = "job";
@@ -243,4 +243,33 @@ fn whole(path: &Utf8Path) -> Result<Value, Failure> {
     let path = std::path::absolute(path).map_err(Failure::instrument)?;
     let path = Utf8PathBuf::try_from(path).map_err(Failure::bad_input)?;
     Ok(path.into_string().into())
+}
+
+/// The diagnosis that a job asks for.
+pub(super) fn diagnosis(job: &Job, results: &Utf8Path, overwrite: Overwrite) -> Option<diagnose::Request> {
+    let (model, observations) = job.diagnose()?;
+    Some(diagnosis_of(
+        model.to_owned(),
+        observations.to_vec(),
+        results,
+        overwrite,
+    ))
+}
+
+/// The diagnosis of `observations` against `model` that a day makes.
+pub(super) fn diagnosis_of(
+    model: Utf8PathBuf,
+    observations: Vec<Utf8PathBuf>,
+    results: &Utf8Path,
+    overwrite: Overwrite,
+) -> diagnose::Request {
+    diagnose::Request {
+        model,
+        observations,
+        out: results.join("diagnosis"),
+        held_out: None,
+        seed: 1,
+        accept: false,
+        overwrite,
+    }
 }

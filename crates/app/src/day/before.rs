@@ -29,7 +29,7 @@ pub(super) fn check(job: &Job, scanned: Option<&Utf8Path>, attended: bool) -> Re
         message: format!("{}: {}", job.scene(), failure.message),
         ..failure
     })?;
-    if let Some(request) = super::wanted(job, Utf8Path::new("results"), Overwrite::Never) {
+    if let Some(request) = super::asked::diagnosis(job, Utf8Path::new("results"), Overwrite::Never) {
         diagnose::check(&request)?;
     }
     Ok(())

@@ -33,7 +33,7 @@ const SCENE: &str = include_str!("scene.js");
 fn inlined(modules: &[&str], call: &str) -> String {
     let lines = modules.iter().flat_map(|module| module.lines());
     let own = lines.filter(|line| !line.starts_with("import "));
-    own.chain([call]).map(|line| format!("{line}\n")).collect()
+    own.chain([call]).flat_map(|line| [line, "\n"]).collect()
 }
 
 /// The library for [`Page::data`]: gzip in base64.

@@ -1,0 +1,82 @@
+//! The sensor lit by the luminaire of a day, and its axis beside what the spectroradiometer read.
+
+use camino::Utf8Path;
+use isolux_diagnose::on_axis::{self, Comparison};
+use isolux_model::Model;
+use isolux_record::Run;
+use isolux_reduce::Reduction;
+use isolux_report::day::DayResults;
+use isolux_sim::simulation::Method;
+
+use crate::progress::{Event, Progress};
+use crate::scene::{self, Changes};
+use crate::{Failure, simulate};
+
+/// Simulates the sensor with the model in the folder of results, and compares the axis.
+pub(super) fn light(
+    results: &Utf8Path,
+    run: Run,
+    reduction: Reduction,
+    sensor: Option<&Utf8Path>,
+    progress: &dyn Progress,
+) -> Result<DayResults, Failure> {
+    progress.event(Event::Began {
+        step: "simulate",
+        total: None,
+    });
+    let model = results.join(isolux_reduce::file_name(&reduction, "luminaire.model.toml"));
+    let scene = match sensor {
+        // Whatever model the scene names.
+        Some(file) => scene::lit_by(file, &Model::load(&model).map_err(Failure::bad_input)?)?,
+        None => scene::load(&model, &Changes::default())?,
+    };
+    let mut simulation = simulate::solve(&scene, Method::Inverse)?;
+    progress.event(Event::Ended(&format!(
+        "{} × {} pixels in {:.2} s, mean {:.4} {}",
+        simulation.facts.pixels[0],
+        simulation.facts.pixels[1],
+        simulation.facts.elapsed_s,
+        simulation.facts.mean,
+        simulation.facts.unit.symbol()
+    )));
+    // No wall clock in results: the time of the solver is for the terminal. NaN is written as null.
+    simulation.facts.elapsed_s = f64::NAN;
+    let colour = reduction
+        .spectral
+        .as_ref()
+        .map(|spectral| isolux_spectrum::quantities(&spectral.spectrum));
+    let comparison = compared(&model, &run, &reduction)?;
+    Ok(DayResults {
+        run,
+        reduction,
+        folder: results.to_owned(),
+        scene,
+        simulation,
+        colour,
+        comparison,
+        diagnosis: None,
+        stale: Vec::new(),
+    })
+}
+
+/// What the spectroradiometer read on the axis against what the model of the day says there.
+fn compared(model: &Utf8Path, run: &Run, reduction: &Reduction) -> Result<Option<Comparison>, Failure> {
+    // One pixel, small against everything, where the instrument's reference plane meets the axis.
+    let simulated_w_m2 = |distance_mm: f64, ring_mm: Option<f64>| -> Result<f64, Failure> {
+        let ring = |radius_mm: f64| {
+            format!("effect = [{{ name = \"near_field\", radius_mm = {radius_mm:?}, aim_deg = 0.0 }}]")
+        };
+        let changes = Changes {
+            distance_mm: Some(distance_mm),
+            sensor_mm: Some([0.1, 0.1]),
+            pixels: Some([1, 1]),
+            set: ring_mm.map(ring).into_iter().collect(),
+            ..Changes::default()
+        };
+        Ok(simulate::solve(&scene::load(model, &changes)?, Method::Inverse)?
+            .facts
+            .mean)
+    };
+    let luminous_diameter_mm = run.header.station.lamp().and_then(|lamp| lamp.diameter_mm);
+    on_axis::on_axis(reduction, luminous_diameter_mm, simulated_w_m2)
+}

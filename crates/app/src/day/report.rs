@@ -1,0 +1,63 @@
+//! The report of a run that was reduced.
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_reduce::Reduction;
+use isolux_report::day::document;
+
+use super::light::light;
+use super::{asked, stored};
+use crate::files::{self, Overwrite};
+use crate::progress::{Event, Progress};
+use crate::{Failure, record, reduce};
+
+/// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML
+/// page or as PDF. `job` is that of a day that does not hold its own. The report of a scan that is not finished has
+/// `partial` in its name, which is returned.
+///
+/// # Errors
+/// Bad input (exit 2) when there is no run, no result, or the file exists; when the results are not of this record;
+/// when the day had a job that is not known.
+pub fn report(
+    folder: &Utf8Path,
+    job: Option<&Utf8Path>,
+    out: &Utf8Path,
+    pdf: bool,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<Utf8PathBuf, Failure> {
+    let mut run = record::read_at_rest(folder)?;
+    let asked::OfReport {
+        scene,
+        own_model,
+        subject,
+    } = asked::of_report(folder, job)?;
+    run.header.state(&subject);
+    let reduction = stored::reduction(folder, &run)?;
+    let out = named(out, &reduction);
+    files::refuse_existing(&out, overwrite)?;
+    let results = reduce::results_folder(folder, &reduction);
+    let mut day_results = light(&results, run, reduction, scene.as_deref(), progress)?;
+    stored::beside(folder, own_model, &mut day_results)?;
+    let document = document(&day_results)?;
+    if !pdf {
+        files::write(&out, document.html().as_bytes(), overwrite)?;
+        return Ok(out);
+    }
+    let paper = document.pdf().map_err(Failure::instrument)?;
+    if !paper.unknown.is_empty() {
+        let letters: String = paper.unknown.iter().collect();
+        let note = format!("the PDF shows ? for characters that its font lacks: {letters}; the HTML report has them");
+        progress.event(Event::Note(&note));
+    }
+    files::write(&out, &paper.bytes, overwrite)?;
+    Ok(out)
+}
+
+/// The name of a report, with `partial` in it where the scan is not finished.
+fn named(out: &Utf8Path, reduction: &Reduction) -> Utf8PathBuf {
+    let name = out.file_name().unwrap_or("report.html");
+    if reduction.partial.is_none() || name.contains("partial") {
+        return out.to_owned();
+    }
+    out.with_file_name(isolux_reduce::file_name(reduction, name))
+}
