@@ -1,21 +1,36 @@
 //! A file that came as bytes: inspected and drawn beside nothing else, as `inspect --plot` would.
 
-use camino::{Utf8Path, Utf8PathBuf};
+use camino::Utf8Path;
+use isolux_formats::Finding;
+use isolux_report::content;
 use serde::Serialize;
 
-use crate::files::Overwrite;
+use crate::Failure;
 use crate::inspect::{self, Inspection};
-use crate::{Failure, plot};
+use crate::study::Figure;
 
-/// What is said of a file, and its pictures.
+/// What is said of a file.
 #[derive(Debug, Serialize)]
 pub struct Dropped {
     /// One entry a photometry or spectrum in it.
-    pub inspections: Vec<Inspection>,
+    pub contents: Vec<Told>,
     /// Whether any finding is an error.
     pub wrong: bool,
-    /// Pictures, SVG, each with its name.
-    pub pictures: Vec<(String, String)>,
+}
+
+/// What is said of one photometry or spectrum.
+#[derive(Debug, Serialize)]
+pub struct Told {
+    /// The file, `outer!inner` inside a container.
+    pub file: String,
+    /// What it is, in words.
+    pub what: String,
+    /// What the reader found.
+    pub findings: Vec<Finding>,
+    /// Names, and values with their units.
+    pub quantities: Vec<(String, String)>,
+    /// Its pictures.
+    pub figures: Vec<Figure>,
 }
 
 /// Inspects and draws the file of this name. It is kept nowhere; files that it names beside itself are not there.
@@ -31,26 +46,32 @@ pub fn dropped(name: &str, bytes: &[u8]) -> Result<Dropped, Failure> {
         .ok_or_else(|| Failure::instrument("the temporary folder's name is not UTF-8"))?;
     let path = folder.join(name);
     std::fs::write(&path, bytes).map_err(Failure::instrument)?;
-    let mut inspections = inspect::file(&path, isolux_formats::ReadOptions::default());
-    let mut pictures: Vec<Utf8PathBuf> = Vec::new();
-    let drawn = folder.join("pictures");
-    for inspection in &inspections {
-        // A picture of the same name is of the same content twice.
-        pictures.extend(plot::write(inspection, &drawn, Overwrite::Force)?);
-    }
-    let pictures = pictures.iter().map(|picture| {
-        let svg = std::fs::read_to_string(picture).map_err(Failure::instrument)?;
-        Ok((picture.file_name().unwrap_or("picture").to_owned(), svg))
-    });
-    let pictures = pictures.collect::<Result<Vec<_>, Failure>>()?;
-    for inspection in &mut inspections {
-        inspection.file = inspection.file.replace(path.as_str(), name);
-    }
+    let inspections = inspect::file(&path, isolux_formats::ReadOptions::default());
     Ok(Dropped {
         wrong: inspections.iter().any(Inspection::has_error),
-        inspections,
-        pictures,
+        contents: inspections
+            .into_iter()
+            .map(|inspection| Told {
+                file: inspection.file.replace(path.as_str(), name),
+                what: inspection.what(),
+                quantities: inspection.stated(),
+                figures: figures(&inspection),
+                findings: inspection.findings,
+            })
+            .collect(),
     })
+}
+
+fn figures(inspection: &Inspection) -> Vec<Figure> {
+    let pictures = inspection
+        .content
+        .as_ref()
+        .map_or_else(Vec::new, |content| content::pictures(content, ""));
+    let figure = |(kind, svg)| Figure {
+        title: content::title(kind).to_owned(),
+        svg,
+    };
+    pictures.into_iter().map(figure).collect()
 }
 
 #[cfg(test)]
@@ -61,14 +82,19 @@ mod tests {
     fn a_spectrum_is_told_and_drawn_and_nonsense_is_a_finding() {
         let table = "wavelength_nm,value\n400,1\n500,2\n600,3\n700,1\n";
         let told = dropped("lamp.csv", table.as_bytes()).unwrap();
-        assert!(!told.wrong && told.inspections[0].file == "lamp.csv", "{told:?}");
+        let [one] = &told.contents[..] else { panic!("{told:?}") };
         assert!(
-            told.pictures
-                .iter()
-                .any(|(name, svg)| name.starts_with("lamp.csv.") && svg.contains("<svg"))
+            !told.wrong && one.file == "lamp.csv" && one.what.starts_with("spectrum"),
+            "{told:?}"
         );
+        assert!(
+            one.quantities
+                .contains(&("peak wavelength".to_owned(), "600 nm".to_owned())),
+            "{told:?}"
+        );
+        assert!(one.figures[0].title == "Spectrum" && one.figures[0].svg.contains("<svg"));
         let nonsense = dropped("lamp.ldt", b"\x00\x01").unwrap();
-        assert!(nonsense.wrong && nonsense.pictures.is_empty());
+        assert!(nonsense.wrong && nonsense.contents[0].figures.is_empty());
         assert!(dropped("../lamp.ldt", b"").is_err());
     }
 }

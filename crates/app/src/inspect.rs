@@ -5,6 +5,7 @@ mod mismatch;
 pub(crate) mod rays;
 mod read;
 mod source;
+mod stated;
 
 use camino::Utf8Path;
 use isolux_formats::{Content, Parsed, ReadOptions};

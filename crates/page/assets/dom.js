@@ -20,7 +20,8 @@ export function inline(svg) {
 export function picture({ title, svg }) {
   const drawing = inline(svg);
   drawing.setAttribute("aria-label", title);
-  return make("figure", {}, make("div", { className: "card" }, drawing), make("figcaption", { textContent: title }));
+  const { width, height } = drawing.viewBox.baseVal;
+  return make("figure", { className: width > 3.5 * height ? "wide" : "" }, make("div", { className: "card" }, drawing), make("figcaption", { textContent: title }));
 }
 
 /** Rows of names and numbers as a list. */

@@ -2,7 +2,6 @@
 
 import { inspect } from "./commands.js";
 import { facts, make, picture } from "./dom.js";
-import { significant } from "./words.js";
 
 function base64(file) {
   return new Promise((resolve, reject) => {
@@ -13,31 +12,19 @@ function base64(file) {
   });
 }
 
-/** Numbers and texts of an object, at most two levels deep; lists are left to the command line. */
-function quantities(object, prefix = "") {
-  return Object.entries(object).flatMap(([key, value]) => {
-    const name = `${prefix}${key}`.replaceAll("_", " ");
-    if (typeof value === "number") return [[name, significant(value, 6)]];
-    if (typeof value === "string" || typeof value === "boolean") return [[name, String(value)]];
-    if (value && typeof value === "object" && !Array.isArray(value) && !prefix) return quantities(value, `${key} `);
-    return [];
-  });
-}
-
 function show(told, target) {
-  const parts = [];
-  for (const one of told.inspections) {
-    const kind = one.kind ? `${one.kind}, ${one.format ?? "format not known"}` : "of no known format";
-    parts.push(make("h3", { textContent: `${one.file}: ${kind}${one.readable ? "" : ", not readable"}` }));
+  target.replaceChildren(...told.contents.flatMap((one) => {
     const findings = one.findings.map((found) => {
       const { line } = found;
       return `${found.severity} ${found.code}${line ? `, line ${line}` : ""}: ${found.message}${found.fix ? `. ${found.fix}` : ""}`;
     });
     const lines = findings.length ? findings : ["no findings"];
-    parts.push(make("ul", {}, ...lines.map((textContent) => make("li", { textContent }))), facts(quantities(one.quantities ?? {})));
-  }
-  const drawn = told.pictures.map(([title, svg]) => picture({ title: title.replaceAll(".", " "), svg }));
-  target.replaceChildren(...parts, make("div", { className: "drawn" }, ...drawn));
+    return [
+      make("h3", { textContent: `${one.file}: ${one.what}` }),
+      make("ul", {}, ...lines.map((textContent) => make("li", { textContent }))),
+      facts(one.quantities), make("div", { className: "drawn" }, ...one.figures.map(picture)),
+    ];
+  }));
 }
 
 export function acceptDrops(zone, input, target) {

@@ -16,6 +16,22 @@ pub fn kinds(content: &Content) -> &'static [&'static str] {
     }
 }
 
+/// A picture of this name in words.
+pub fn title(kind: &str) -> &str {
+    match kind {
+        "polar" => "Polar diagram",
+        "cartesian" => "Intensity over γ",
+        "isocandela" => "Isocandela diagram",
+        "isolux" => "Illuminance on a plane at 1 m",
+        "solid" => "Photometric solid",
+        "spectrum" => "Spectrum",
+        "cie1931" => "Chromaticity, CIE 1931",
+        "cie1976" => "Chromaticity, CIE 1976",
+        "tm30" => "Colour rendition, TM-30",
+        other => other,
+    }
+}
+
 /// Pictures of `content` as (name, SVG), with `title` above each; none for a spectrum that is none.
 pub fn pictures(content: &Content, title: &str) -> Vec<(&'static str, String)> {
     match content {

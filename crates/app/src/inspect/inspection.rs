@@ -27,6 +27,28 @@ pub struct Inspection {
 }
 
 impl Inspection {
+    /// What it is, in words: content and format.
+    pub fn what(&self) -> String {
+        let kind = match self.kind {
+            Some(Kind::Distribution) => "luminous intensity distribution",
+            Some(Kind::Spectrum) => "spectrum",
+            Some(Kind::Rays) => "ray file",
+            None => "",
+        };
+        let words = match (kind, self.format) {
+            ("", _) => "of no known format".to_owned(),
+            (kind, Some(format)) => format!("{kind}, {}", format.title()),
+            (kind, None) => kind.to_owned(),
+        };
+        let end = if self.readable { "" } else { ", not readable" };
+        format!("{words}{end}")
+    }
+
+    /// Its quantities for a person: name, value with unit. A row without a name goes on with the one above.
+    pub fn stated(&self) -> Vec<(String, String)> {
+        super::stated::stated(self)
+    }
+
     /// Whether any finding is an error.
     pub fn has_error(&self) -> bool {
         self.findings.iter().any(|finding| finding.severity == Severity::Error)

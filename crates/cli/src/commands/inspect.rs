@@ -4,7 +4,7 @@ use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
-use isolux_app::formats::{Finding, Kind, Severity};
+use isolux_app::formats::{Finding, Severity};
 use isolux_app::inspect::{self, Inspection, Meter};
 use isolux_app::plot;
 
@@ -100,27 +100,11 @@ fn tell(
 
 /// What it is, its quantities, then its findings: a screen of them, or all.
 fn print(inspection: &Inspection, all: bool) -> Result<(), Failure> {
-    screen::say(format_args!(
-        "{}: {}{}",
-        inspection.file,
-        what(inspection),
-        if inspection.readable { "" } else { ", not readable" }
-    ))?;
-    super::quantities::print(inspection)?;
-    findings(inspection, all)
-}
-
-fn what(inspection: &Inspection) -> String {
-    let kind = match inspection.kind {
-        Some(Kind::Distribution) => "luminous intensity distribution",
-        Some(Kind::Spectrum) => "spectrum",
-        Some(Kind::Rays) => "ray file",
-        None => return "of no known format".to_owned(),
-    };
-    match inspection.format {
-        Some(format) => format!("{kind}, {}", format.title()),
-        None => kind.to_owned(),
+    screen::say(format_args!("{}: {}", inspection.file, inspection.what()))?;
+    for (name, text) in inspection.stated() {
+        screen::say(format_args!("  {name:24} {text}"))?;
     }
+    findings(inspection, all)
 }
 
 /// Findings that are shown without `--all`.

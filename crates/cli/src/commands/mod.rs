@@ -10,7 +10,6 @@ mod investigate;
 mod manual;
 mod plan;
 mod predict;
-mod quantities;
 mod reading;
 mod reduce;
 mod report;

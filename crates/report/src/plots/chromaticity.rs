@@ -119,11 +119,15 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
             svg.raw("</g>");
             let (dx, dy) = ((above.0 - below.0), (above.1 - below.1));
             let length = dx.hypot(dy).max(1.0);
+            // Others would lie on these.
+            if ![2000.0, 3000.0, 5000.0, 10_000.0].contains(&t) {
+                continue;
+            }
             svg.text(
                 (below.0 - 13.0 * dx / length, below.1 - 13.0 * dy / length + 3.0),
                 9.5,
                 Anchor::Middle,
-                colour::INK,
+                colour::OVER,
                 &format!("{t:.0} K"),
             );
         }

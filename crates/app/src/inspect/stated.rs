@@ -1,46 +1,49 @@
 //! Quantities for a person to read, each with its name and unit. Programs take `--json`, which has every key and digit.
 
-use isolux_app::Failure;
-use isolux_app::formats::{Content, Distribution, SpectrumFile, significant};
-use isolux_app::inspect::Inspection;
+use isolux_formats::spectral::SpectrumFile;
+use isolux_formats::{Content, Distribution, significant};
 use serde_json::{Map, Value};
 
-use crate::screen;
+use super::Inspection;
 
 /// Four significant digits are as many as a photometer has.
 const DIGITS: usize = 4;
 
-/// Prints what follows from the content; what could not be computed is left out.
-///
-/// # Errors
-/// When standard output takes no more.
-pub fn print(inspection: &Inspection) -> Result<(), Failure> {
-    let quantities = Quantities(&inspection.quantities);
+/// Names with values and units; what could not be computed is left out. A row without a name goes on with the one above.
+pub(super) fn stated(inspection: &Inspection) -> Vec<(String, String)> {
+    let mut quantities = Quantities {
+        of: &inspection.quantities,
+        rows: Vec::new(),
+    };
     match &inspection.content {
         Some(Content::Distribution(distribution)) => quantities.distribution(distribution),
         Some(Content::Spectrum(file)) => quantities.spectrum(file),
         None => quantities.others(),
     }
+    quantities.rows
 }
 
-struct Quantities<'q>(&'q Map<String, Value>);
+struct Quantities<'q> {
+    of: &'q Map<String, Value>,
+    rows: Vec<(String, String)>,
+}
 
 impl Quantities<'_> {
     fn number(&self, key: &str) -> Option<f64> {
-        self.0.get(key).and_then(Value::as_f64)
+        self.of.get(key).and_then(Value::as_f64)
     }
 
     fn list(&self, key: &str) -> Vec<f64> {
-        let list = self.0.get(key).and_then(Value::as_array);
+        let list = self.of.get(key).and_then(Value::as_array);
         list.into_iter().flatten().filter_map(Value::as_f64).collect()
     }
 
-    fn distribution(&self, distribution: &Distribution) -> Result<(), Failure> {
+    fn distribution(&mut self, distribution: &Distribution) {
         let about = &distribution.luminaire;
         let names = [&about.manufacturer, &about.name].map(|text| text.trim());
         let names: Vec<&str> = names.into_iter().filter(|text| !text.is_empty()).collect();
         if !names.is_empty() {
-            line("luminaire", short(&names.join(", ")))?;
+            self.line("luminaire", short(&names.join(", ")));
         }
         let units = Units::of(distribution);
         if let Some(flux) = self.number("flux_lm") {
@@ -48,21 +51,21 @@ impl Quantities<'_> {
             let stated = stated.map_or(String::new(), |lamps| {
                 format!(", of the lamps {} {}", digits(lamps), units.flux)
             });
-            line(units.flux_name, format_args!("{} {}{stated}", digits(flux), units.flux))?;
+            self.line(units.flux_name, format_args!("{} {}{stated}", digits(flux), units.flux));
         }
         if let Some(peak) = self.number("i_max_cd") {
-            line(
+            self.line(
                 "maximum intensity",
                 format_args!("{} {} at {}", digits(peak), units.intensity, self.direction()),
-            )?;
+            );
         }
-        self.angle("beam angle (50 %)", "beam_angle_deg", distribution)?;
-        self.angle("field angle (10 %)", "field_angle_deg", distribution)?;
+        self.angle("beam angle (50 %)", "beam_angle_deg", distribution);
+        self.angle("field angle (10 %)", "field_angle_deg", distribution);
         if let Some(ratio) = self.number("lorl_percent").filter(|_| !distribution.absolute) {
-            line("light output ratio", format_args!("{} % (LORL)", digits(ratio)))?;
+            self.line("light output ratio", format_args!("{} % (LORL)", digits(ratio)));
         }
         if let Some(down) = self.number("dff_percent") {
-            line("downward flux", format_args!("{} % of the flux (DFF)", digits(down)))?;
+            self.line("downward flux", format_args!("{} % of the flux (DFF)", digits(down)));
         }
         let code: Vec<String> = self
             .list("cie_flux_code")
@@ -70,15 +73,15 @@ impl Quantities<'_> {
             .map(|part| format!("{part:.0}"))
             .collect();
         if !code.is_empty() {
-            line("CIE flux code", format_args!("{} (N1 to N5, %)", code.join(" ")))?;
+            self.line("CIE flux code", format_args!("{} (N1 to N5, %)", code.join(" ")));
         }
         if let Some(area) = self.number("luminous_area_mm2") {
-            line("luminous area", format_args!("{} mm²", digits(area)))?;
+            self.line("luminous area", format_args!("{} mm²", digits(area)));
         }
-        if let Some(Value::Object(table)) = self.0.get("ugr").filter(|_| units.luminous()) {
-            glare(table)?;
+        let of = self.of;
+        if let Some(Value::Object(table)) = of.get("ugr").filter(|_| units.luminous()) {
+            self.glare(table);
         }
-        Ok(())
     }
 
     /// Where the maximum is. On the axis all half-planes meet.
@@ -92,9 +95,9 @@ impl Quantities<'_> {
     }
 
     /// Full angles across C0–C180 and C90–C270; one where all half-planes are alike.
-    fn angle(&self, name: &str, key: &str, distribution: &Distribution) -> Result<(), Failure> {
-        let Some(angles) = self.0.get(key).and_then(Value::as_array) else {
-            return Ok(());
+    fn angle(&mut self, name: &str, key: &str, distribution: &Distribution) {
+        let Some(angles) = self.of.get(key).and_then(Value::as_array) else {
+            return;
         };
         let planes = distribution.intensity.c_deg();
         let at = |c: f64| {
@@ -112,12 +115,11 @@ impl Quantities<'_> {
                 .collect(),
         };
         if !said.is_empty() {
-            line(name, said.join(", "))?;
+            self.line(name, said.join(", "));
         }
-        Ok(())
     }
 
-    fn spectrum(&self, file: &SpectrumFile) -> Result<(), Failure> {
+    fn spectrum(&mut self, file: &SpectrumFile) {
         if let (Some(first), Some(last)) = (file.wavelength_nm.first(), file.wavelength_nm.last()) {
             let series = match file.series.len() {
                 0 | 1 => String::new(),
@@ -135,58 +137,91 @@ impl Quantities<'_> {
             } else {
                 format!("{}; ", what.join(", "))
             };
-            line("values", format_args!("{of}{range}"))?;
+            self.line("values", format_args!("{of}{range}"));
         }
-        let with_unit = |key: &str, name: &str, unit: &str| {
-            self.number(key)
-                .map_or(Ok(()), |value| line(name, format_args!("{}{unit}", digits(value))))
-        };
         if let Some(cct) = self.number("cct_k") {
             let duv = self
                 .number("duv")
                 .map_or(String::new(), |duv| format!(", Duv {duv:+.4}"));
-            line("correlated colour temp.", format_args!("{cct:.0} K{duv}"))?;
+            self.line("correlated colour temp.", format_args!("{cct:.0} K{duv}"));
         }
         if let (Some(ra), r) = (self.number("ra"), self.list("r")) {
             let r9 = r.get(8).map_or(String::new(), |r9| format!(", R9 {r9:.0}"));
-            line("colour rendering", format_args!("Ra {ra:.1}{r9}"))?;
+            self.line("colour rendering", format_args!("Ra {ra:.1}{r9}"));
         }
         if let (Some(rf), Some(rg)) = (self.number("rf"), self.number("rg")) {
-            line("TM-30", format_args!("Rf {rf:.1}, Rg {rg:.1}"))?;
+            self.line("TM-30", format_args!("Rf {rf:.1}, Rg {rg:.1}"));
         }
         if let (Some(x), Some(y)) = (self.number("x"), self.number("y")) {
-            line("chromaticity", format_args!("x {x:.4}, y {y:.4}"))?;
+            self.line("chromaticity", format_args!("x {x:.4}, y {y:.4}"));
         }
         if let (Some(u), Some(v)) = (self.number("u_prime"), self.number("v_prime")) {
-            line("", format_args!("u′ {u:.4}, v′ {v:.4}"))?;
+            self.line("", format_args!("u′ {u:.4}, v′ {v:.4}"));
         }
-        with_unit("peak_nm", "peak wavelength", " nm")?;
-        with_unit("centroid_nm", "centroid wavelength", " nm")?;
-        with_unit("dominant_nm", "dominant wavelength", " nm")?;
-        with_unit("fwhm_nm", "width at half maximum", " nm")?;
-        with_unit("ler_lm_per_w", "luminous efficacy", " lm/W (of the radiation)")?;
-        with_unit("sp_ratio", "S/P ratio", "")?;
+        self.with_unit("peak_nm", "peak wavelength", " nm");
+        self.with_unit("centroid_nm", "centroid wavelength", " nm");
+        self.with_unit("dominant_nm", "dominant wavelength", " nm");
+        self.with_unit("fwhm_nm", "width at half maximum", " nm");
+        self.with_unit("ler_lm_per_w", "luminous efficacy", " lm/W (of the radiation)");
+        self.with_unit("sp_ratio", "S/P ratio", "");
         if let Some(mismatch) = self.number("f1_prime") {
-            line(
+            self.line(
                 "f1′",
                 format_args!("{} % (if this is a meter's responsivity)", digits(100.0 * mismatch)),
-            )?;
+            );
         }
-        with_unit("spectral_mismatch", "spectral mismatch factor", "")?;
-        Ok(())
+        self.with_unit("spectral_mismatch", "spectral mismatch factor", "");
+    }
+
+    fn with_unit(&mut self, key: &str, name: &str, unit: &str) {
+        if let Some(value) = self.number(key) {
+            self.line(name, format_args!("{}{unit}", digits(value)));
+        }
+    }
+
+    fn line(&mut self, name: &str, text: impl ToString) {
+        self.rows.push((name.to_owned(), text.to_string()));
+    }
+
+    /// The room of 4H × 8H with the reflectances that data sheets quote, from the table of CIE 117.
+    fn glare(&mut self, table: &Map<String, Value>) {
+        let rows = |name: &str| table.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+        let is = |value: &Value, wanted: &[f64]| {
+            let numbers: Vec<f64> = value
+                .as_array()
+                .into_iter()
+                .flatten()
+                .filter_map(Value::as_f64)
+                .collect();
+            numbers == wanted
+        };
+        let room = rows("room_h").iter().position(|room| is(room, &[4.0, 8.0]));
+        let set = rows("reflectance_percent")
+            .iter()
+            .position(|set| is(set, &[70.0, 50.0, 20.0]));
+        let (Some(room), Some(set)) = (room, set) else {
+            return;
+        };
+        let value = |name: &str| rows(name).get(room)?.get(set)?.as_f64();
+        if let (Some(crosswise), Some(endwise)) = (value("crosswise"), value("endwise")) {
+            self.line(
+                "UGR",
+                format_args!("crosswise {crosswise:.1}, endwise {endwise:.1} (4H × 8H, 70/50/20, spacing 0.25 H)"),
+            );
+        }
     }
 
     /// Ray files: their keys carry the units.
-    fn others(&self) -> Result<(), Failure> {
-        for (key, value) in self.0.iter().filter(|(_, value)| !value.is_null()) {
+    fn others(&mut self) {
+        let of = self.of;
+        for (key, value) in of.iter().filter(|(_, value)| !value.is_null()) {
             let text = match value {
                 Value::Number(number) if number.is_f64() => number.as_f64().map_or_else(String::new, digits),
                 Value::String(text) => text.clone(),
                 other => other.to_string(),
             };
-            line(&key.replace('_', " "), text)?;
+            self.line(&key.replace('_', " "), text);
         }
-        Ok(())
     }
 }
 
@@ -236,37 +271,4 @@ fn short(text: &str) -> String {
 
 fn digits(value: f64) -> String {
     significant(value, DIGITS)
-}
-
-fn line(name: &str, text: impl std::fmt::Display) -> Result<(), Failure> {
-    screen::say(format_args!("  {name:24} {text}"))
-}
-
-/// The room of 4H × 8H with the reflectances that data sheets quote, from the table of CIE 117.
-fn glare(table: &Map<String, Value>) -> Result<(), Failure> {
-    let rows = |name: &str| table.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
-    let is = |value: &Value, wanted: &[f64]| {
-        let numbers: Vec<f64> = value
-            .as_array()
-            .into_iter()
-            .flatten()
-            .filter_map(Value::as_f64)
-            .collect();
-        numbers == wanted
-    };
-    let room = rows("room_h").iter().position(|room| is(room, &[4.0, 8.0]));
-    let set = rows("reflectance_percent")
-        .iter()
-        .position(|set| is(set, &[70.0, 50.0, 20.0]));
-    let (Some(room), Some(set)) = (room, set) else {
-        return Ok(());
-    };
-    let value = |name: &str| rows(name).get(room)?.get(set)?.as_f64();
-    if let (Some(crosswise), Some(endwise)) = (value("crosswise"), value("endwise")) {
-        line(
-            "UGR",
-            format_args!("crosswise {crosswise:.1}, endwise {endwise:.1} (4H × 8H, 70/50/20, spacing 0.25 H)"),
-        )?;
-    }
-    Ok(())
 }
