@@ -14,7 +14,7 @@ use crate::document::{Document, EffectEntry, Independence, NoiseEntry, Unexplain
 use crate::forward::Forward;
 use crate::next::{self, Next};
 use crate::observe::{Observed, observed};
-use crate::search::{Outcome, Settings, search};
+use crate::search::{Outcome, Settings, Unexplained, search};
 use crate::table::Row;
 
 pub use isolux_model::digits;
@@ -87,31 +87,13 @@ pub fn diagnose(
     sha256: &str,
     settings: &Settings,
 ) -> Result<Diagnosis, DiagnoseError> {
-    let (mut parts, mut rows, mut notes) = (Vec::new(), Vec::new(), Vec::new());
-    let mut kept_back: Vec<Observed> = Vec::new();
-    for (file, set) in observations.iter().enumerate() {
-        let (fitted, held) = observed(set, file);
-        parts.push(fitted.part);
-        rows.extend(fitted.rows);
-        notes.extend(fitted.notes);
-        kept_back.extend(held);
-    }
-    kept_back.extend(held_out.map(|set| observed(set, 0).0));
-    if rows.is_empty() {
-        return Err(DiagnoseError::Nothing);
-    }
-    let assumed = AssumedModel::new(model.clone(), parts);
-    if rows.len() <= assumed.nuisances() + 2 {
-        return Err(DiagnoseError::TooFew {
-            rows: rows.len(),
-            parameters: assumed.nuisances(),
-        });
-    }
-    let zero = vec![0.0; assumed.nuisances()];
-    let as_given = assumed.predict(&zero, &[]).ok_or(DiagnoseError::NoPrediction)?;
-    if as_given.iter().all(|value| *value == 0.0) {
-        return Err(DiagnoseError::Dark);
-    }
+    let Given {
+        assumed,
+        rows,
+        mut notes,
+        kept_back,
+        as_given,
+    } = Given::of(model, observations, held_out)?;
     let settings = Settings {
         fit_scale: model.u_scale() == UncertaintyScale::Fit,
         ..*settings
@@ -139,16 +121,8 @@ pub fn diagnose(
         &left,
         &kept_back,
     );
-    let unexplained = outcome.unexplained.as_ref().map(|unexplained| {
-        let total = (before.norm_squared() - rows.len() as f64).max(unexplained.sigma.powi(2));
-        UnexplainedEntry {
-            coordinate: unexplained.rival.coordinate.name(),
-            range: unexplained.rival.range,
-            share_of_gap: (unexplained.sigma.powi(2) / total).clamp(0.0, 1.0),
-            significance_sigma: unexplained.sigma,
-            note: unexplained.rival.note.clone(),
-        }
-    });
+    let excess = before.norm_squared() - rows.len() as f64;
+    let unexplained = outcome.unexplained.as_ref().map(|found| unexplained(found, excess));
     let Next {
         entries: next_measurement,
         plans,
@@ -177,13 +151,7 @@ pub fn diagnose(
         ranked: ranked(&assumed, &outcome),
         effects,
         unexplained,
-        noise: NoiseEntry {
-            scale: outcome.noise.scale,
-            autocorrelation: outcome.noise.rho,
-            n_null: outcome.nulls,
-            p_global: (independence != Independence::SameRun).then_some(outcome.p_global),
-            test: outcome.noise_test.as_ref().map(noise_test),
-        },
+        noise: noise(&outcome, independence),
         gap,
         independence,
         next_measurement,
@@ -208,6 +176,84 @@ pub fn diagnose(
         level: outcome.after.prediction.iter().copied().collect(),
         of_bench,
     })
+}
+
+/// The readings and the model that they are compared with.
+struct Given {
+    assumed: AssumedModel,
+    rows: Vec<Row>,
+    notes: Vec<String>,
+    /// Readings that no fit sees.
+    kept_back: Vec<Observed>,
+    /// What the model predicts before anything is fitted.
+    as_given: DVector<f64>,
+}
+
+impl Given {
+    /// # Errors
+    /// [`DiagnoseError`] for readings that are none, too few or dark.
+    fn of(
+        model: &Model,
+        observations: &[Observations],
+        held_out: Option<&Observations>,
+    ) -> Result<Self, DiagnoseError> {
+        let (mut parts, mut rows, mut notes) = (Vec::new(), Vec::new(), Vec::new());
+        let mut kept_back: Vec<Observed> = Vec::new();
+        for (file, set) in observations.iter().enumerate() {
+            let (fitted, held) = observed(set, file);
+            parts.push(fitted.part);
+            rows.extend(fitted.rows);
+            notes.extend(fitted.notes);
+            kept_back.extend(held);
+        }
+        kept_back.extend(held_out.map(|set| observed(set, 0).0));
+        if rows.is_empty() {
+            return Err(DiagnoseError::Nothing);
+        }
+        let assumed = AssumedModel::new(model.clone(), parts);
+        let parameters = assumed.nuisances();
+        if rows.len() <= parameters + 2 {
+            return Err(DiagnoseError::TooFew {
+                rows: rows.len(),
+                parameters,
+            });
+        }
+        let as_given = assumed
+            .predict(&vec![0.0; parameters], &[])
+            .ok_or(DiagnoseError::NoPrediction)?;
+        if as_given.iter().all(|value| *value == 0.0) {
+            return Err(DiagnoseError::Dark);
+        }
+        Ok(Self {
+            assumed,
+            rows,
+            notes,
+            kept_back,
+            as_given,
+        })
+    }
+}
+
+/// What no effect explains, as a share of `excess`, the σ² beyond the noise.
+fn unexplained(found: &Unexplained, excess: f64) -> UnexplainedEntry {
+    let total = excess.max(found.sigma.powi(2));
+    UnexplainedEntry {
+        coordinate: found.rival.coordinate.name(),
+        range: found.rival.range,
+        share_of_gap: (found.sigma.powi(2) / total).clamp(0.0, 1.0),
+        significance_sigma: found.sigma,
+        note: found.rival.note.clone(),
+    }
+}
+
+fn noise(outcome: &Outcome, independence: Independence) -> NoiseEntry {
+    NoiseEntry {
+        scale: outcome.noise.scale,
+        autocorrelation: outcome.noise.rho,
+        n_null: outcome.nulls,
+        p_global: (independence != Independence::SameRun).then_some(outcome.p_global),
+        test: outcome.noise_test.as_ref().map(noise_test),
+    }
 }
 
 fn model_after(

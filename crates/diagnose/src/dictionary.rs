@@ -1,5 +1,6 @@
 //! Every effect of the catalogue on its grid of shapes, and every rival without a name, as columns over the readings.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
@@ -70,26 +71,7 @@ impl<'a> Dictionary<'a> {
         refitted: &DMatrix<f64>,
     ) -> Self {
         let effects = forward.effects();
-        let mut tangents: Vec<(Who, Vec<Column<'a>>)> = effects
-            .iter()
-            .enumerate()
-            .filter(|(_, searchable)| searchable.oscillates.is_none())
-            .flat_map(|(effect, searchable)| (0..searchable.shapes.len()).map(move |shape| (effect, shape)))
-            .collect::<Vec<_>>()
-            .into_par_iter()
-            .filter_map(|(effect, shape)| {
-                let columns = tangent(forward, nuisance, prediction, effect, shape)?;
-                let columns = columns.into_iter().map(Column::Tangent).collect();
-                Some((Who::Named { effect, shape }, columns))
-            })
-            .collect();
-        for (effect, searchable) in effects.iter().enumerate() {
-            if let Some(times) = &searchable.oscillates {
-                let all = oscillations(forward, nuisance, prediction, effect, times);
-                let named = |(shape, columns)| (Who::Named { effect, shape }, columns);
-                tangents.extend(all.into_iter().flatten().enumerate().map(named));
-            }
-        }
+        let tangents = tangents(forward, nuisance, prediction);
         let share = (1.0 - OUTSIDE_CATALOGUE) / effects.len().max(1) as f64;
         let mut all: Vec<Column<'a>> = Vec::new();
         let mut candidates = Vec::new();
@@ -135,40 +117,18 @@ impl<'a> Dictionary<'a> {
             target.copy_from(&pattern);
         }
         let distinct = distinct(rivals, named, |pattern| unit(&Column::Generic(pattern.clone())));
-        let mut families: Vec<(Coordinate, &str, usize)> = Vec::new();
-        for (rival, _) in rivals.iter().zip(&distinct).filter(|(_, distinct)| **distinct) {
-            match families
-                .iter_mut()
-                .find(|(c, f, _)| (*c, *f) == (rival.coordinate, rival.family))
-            {
-                Some((_, _, count)) => *count += 1,
-                None => families.push((rival.coordinate, rival.family, 1)),
-            }
-        }
-        let mut coordinates: Vec<Coordinate> = families.iter().map(|(coordinate, ..)| *coordinate).collect();
-        coordinates.dedup();
-        coordinates.sort();
-        coordinates.dedup();
+        let priors = priors(rivals, &distinct);
         for (number, rival) in rivals.iter_mut().enumerate() {
             let columns = std::mem::take(&mut rival.columns);
             if !distinct[number] {
                 continue;
             }
-            let own = families
-                .iter()
-                .filter(|(coordinate, ..)| *coordinate == rival.coordinate)
-                .count();
-            let count = families
-                .iter()
-                .find(|(coordinate, family, _)| (*coordinate, *family) == (rival.coordinate, rival.family))
-                .map_or(1, |(.., count)| *count);
             let start = all.len();
             all.extend(columns.into_iter().map(Column::Generic));
-            let prior = OUTSIDE_CATALOGUE / (coordinates.len() * own * count) as f64;
             candidates.push(Candidate {
                 who: Who::Unnamed { rival: number },
                 columns: start..all.len(),
-                ln_prior: prior.ln(),
+                ln_prior: priors[number].ln(),
                 one_sided: false,
                 plausible: None,
             });
@@ -214,6 +174,56 @@ impl<'a> Dictionary<'a> {
         }
         columns
     }
+}
+
+/// The patterns of every effect and shape, linear about the baseline.
+fn tangents<'a, F: Forward + ?Sized>(
+    forward: &'a F,
+    nuisance: &[f64],
+    prediction: &DVector<f64>,
+) -> Vec<(Who, Vec<Column<'a>>)> {
+    let effects = forward.effects();
+    let mut tangents: Vec<(Who, Vec<Column<'a>>)> = effects
+        .iter()
+        .enumerate()
+        .filter(|(_, searchable)| searchable.oscillates.is_none())
+        .flat_map(|(effect, searchable)| (0..searchable.shapes.len()).map(move |shape| (effect, shape)))
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .filter_map(|(effect, shape)| {
+            let columns = tangent(forward, nuisance, prediction, effect, shape)?;
+            let columns = columns.into_iter().map(Column::Tangent).collect();
+            Some((Who::Named { effect, shape }, columns))
+        })
+        .collect();
+    for (effect, searchable) in effects.iter().enumerate() {
+        if let Some(times) = &searchable.oscillates {
+            let all = oscillations(forward, nuisance, prediction, effect, times);
+            let named = |(shape, columns)| (Who::Named { effect, shape }, columns);
+            tangents.extend(all.into_iter().flatten().enumerate().map(named));
+        }
+    }
+    tangents
+}
+
+/// The prior probability of each rival, 0 where it is not distinct: alike for coordinates, in them for families, in them for
+/// patterns.
+fn priors(rivals: &[Rival], distinct: &[bool]) -> Vec<f64> {
+    let mut families: BTreeMap<(Coordinate, &str), usize> = BTreeMap::new();
+    for (rival, _) in rivals.iter().zip(distinct).filter(|(_, distinct)| **distinct) {
+        *families.entry((rival.coordinate, rival.family)).or_default() += 1;
+    }
+    let of_coordinate = |of: Coordinate| families.keys().filter(move |(coordinate, _)| *coordinate == of).count();
+    let mut coordinates: Vec<Coordinate> = families.keys().map(|(coordinate, _)| *coordinate).collect();
+    coordinates.dedup();
+    let prior = |rival: &Rival| {
+        let family = families.get(&(rival.coordinate, rival.family)).copied().unwrap_or(1);
+        OUTSIDE_CATALOGUE / (coordinates.len() * of_coordinate(rival.coordinate) * family) as f64
+    };
+    let distinct = rivals.iter().zip(distinct);
+    distinct
+        .map(|(rival, distinct)| if *distinct { prior(rival) } else { 0.0 })
+        .collect()
 }
 
 /// Which rivals are no likeness of a `named` pattern; those and the rivals' as `unit` vectors over the readings.

@@ -88,40 +88,31 @@ impl AssumedModel {
         let first = &spec.parameters[amplitudes[0]];
         let positive = first.plausible.0 >= first.null;
         let natural = positive && step.len() == 1;
-        let before = |k: usize| {
-            let null = spec.parameters[k].null;
-            known.as_ref().map_or(0.0, |(_, values)| of(values[k] - null))
+        let before = |place: usize| {
+            let null = spec.parameters[place].null;
+            known.as_ref().map_or(0.0, |(_, values)| of(values[place] - null))
         };
         let limits = (0..step.len())
             .map(|k| {
                 let place = amplitudes[k.min(amplitudes.len() - 1)];
-                let low = if natural { -before(place) } else { f64::NEG_INFINITY };
-                // No part gives less than nothing, no floor more than it gets.
-                let high = if spec.parameters[place].share {
-                    1.0 - before(place)
-                } else {
-                    f64::INFINITY
-                };
-                (low, high)
+                limits(&spec.parameters[place], natural, before(place))
             })
             .collect();
         let mut tried = product(&shapes);
-        let mut step_share = Vec::new();
-        let mut least = 0.0;
-        if power != 1.0 && !changed {
-            // A square grows with the second order, unless a shape (LEDs that lean) gives it a first one: then small
-            // sizes have a pattern of their own.
-            let leaning: Vec<Vec<f64>> = tried
-                .iter()
-                .filter(|shape| shape.iter().any(|value| *value != 0.0))
-                .cloned()
-                .collect();
-            if !leaning.is_empty() {
-                least = of(first.plausible.0.max(0.0));
-                step_share = vec![1.0; tried.len()];
-                step_share.extend(vec![SMALL_STEP; leaning.len()]);
-                tried.extend(leaning);
-            }
+        let (mut step_share, mut least) = (Vec::new(), 0.0);
+        // A square grows with the second order, unless a shape (LEDs that lean) gives it a first one: then small sizes
+        // have a pattern of their own.
+        let leaning: Vec<Vec<f64>> = if power != 1.0 && !changed {
+            let leans = |shape: &&Vec<f64>| shape.iter().any(|value| *value != 0.0);
+            tried.iter().filter(leans).cloned().collect()
+        } else {
+            Vec::new()
+        };
+        if !leaning.is_empty() {
+            least = of(first.plausible.0.max(0.0));
+            step_share = vec![1.0; tried.len()];
+            step_share.extend(vec![SMALL_STEP; leaning.len()]);
+            tried.extend(leaning);
         }
         let is = |of: fn(Role) -> bool| keys.iter().map(|&k| of(spec.parameters[k].role)).collect();
         let searchable = Searchable {
@@ -293,6 +284,14 @@ impl AssumedModel {
         ranges.dedup();
         ranges
     }
+}
+
+/// Smallest and largest amplitude that may be added to what the model has, `before`. `natural`: it has one sign.
+fn limits(parameter: &ParameterSpec, natural: bool, before: f64) -> (f64, f64) {
+    let low = if natural { -before } else { f64::NEG_INFINITY };
+    // No part gives less than nothing, no floor more than it gets.
+    let high = if parameter.share { 1.0 - before } else { f64::INFINITY };
+    (low, high)
 }
 
 /// The largest plausible size of an amplitude. What is plausible in lx follows the light of the bench: 1.5 % of the

@@ -9,51 +9,109 @@ use crate::search::Outcome;
 use crate::table::{Light, Row, Source};
 
 pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, blocks: &mut Vec<Block>) {
-    let readings: Vec<&Row> = rows.iter().filter(|row| row.source == Source::Reading).collect();
-    let lit: Vec<&Row> = readings.iter().copied().filter(|row| row.light == Light::Lit).collect();
-    let Some(distance) = median(lit.iter().map(|row| row.distance_mm).collect()) else {
-        return;
+    let Some(bench) = Bench::of(outcome, rows) else { return };
+    let first_plane = bench.planes[0];
+    let two: Vec<f64> = match bench.planes.get(bench.planes.len() / 2) {
+        Some(&other) if other != first_plane => vec![first_plane, other],
+        _ => vec![first_plane],
     };
-    let scale = outcome.noise.scale;
-    let u_rel = median(lit.iter().map(|row| row.u / row.measured.abs().max(1e-12)).collect()).unwrap_or(0.005) * scale;
-    let u_floor = readings.iter().map(|row| row.u).fold(f64::INFINITY, f64::min) * scale;
-    let peak = lit.iter().map(|row| row.measured).fold(0.0, f64::max);
-    let temperature = median(readings.iter().map(|row| row.ambient_c).collect()).filter(|t| t.is_finite());
-    let end = readings.iter().map(|row| row.time_s).fold(f64::NEG_INFINITY, f64::max);
-    let end = if end.is_finite() { end } else { 3600.0 };
-    let Some((low, high, step)) = grid(lit.iter().map(|row| row.gamma_deg)) else {
-        return;
+    let has_way = |way: f64| bench.lit.iter().any(|row| row.travel == way);
+    let reverse = if has_way(-1.0) && !has_way(1.0) { 1 } else { -1 };
+    let distance = bench.distance_mm;
+    let shortest = bench
+        .lit
+        .iter()
+        .map(|row| row.distance_mm)
+        .fold(f64::INFINITY, f64::min);
+    let short = if shortest < 0.6 * distance {
+        0.5 * shortest
+    } else {
+        0.5 * distance
     };
-    let mut planes: Vec<f64> = lit.iter().map(|row| nominal(row.c_deg)).collect();
-    planes.sort_by(f64::total_cmp);
-    planes.dedup();
-    let Some(&first_plane) = planes.first() else { return };
-    let level = |gamma: f64, distance_mm: f64| {
-        let near = lit.iter().min_by(|a, b| {
-            ((a.gamma_deg - gamma).abs() + (a.distance_mm - distance).abs())
-                .total_cmp(&((b.gamma_deg - gamma).abs() + (b.distance_mm - distance).abs()))
-        });
-        near.map_or(peak, |row| row.measured * (row.distance_mm / distance_mm).powi(2))
-    };
-    // Expected light, and the range that the reading nearest to it was taken in.
-    let look = |gamma_deg: f64, distance_mm: f64| {
-        let level = level(gamma_deg, distance_mm);
+    let turned: Vec<f64> = two.iter().map(|c| (c + 180.0).rem_euclid(360.0)).collect();
+    blocks.push(bench.scan("reverse_travel", &two, distance, reverse, repeats));
+    blocks.push(bench.scan("second_distance", &two, short, 1, repeats));
+    blocks.push(bench.scan("rotate_c_180", &turned, distance, 1, repeats));
+    if repeats > 1 {
+        // As many directions as there are, where it is the number of readings that is wanting.
+        let every = bench.planes.len().div_ceil(MOST_PLANES);
+        let spread: Vec<f64> = bench.planes.iter().copied().step_by(every.max(1)).collect();
+        blocks.push(bench.scan("repeat_scan", &spread, distance, 1, repeats));
+    }
+    blocks.push(bench.dark(DARKS * repeats));
+    blocks.push(bench.switched_on());
+}
+
+/// What the readings tell of the bench that took them.
+struct Bench<'a> {
+    lit: Vec<&'a Row>,
+    /// Half-planes, rising; at least one.
+    planes: Vec<f64>,
+    /// γ from, to, step.
+    gamma: (f64, f64, f64),
+    distance_mm: f64,
+    /// Relative noise of a lit reading.
+    u_rel: f64,
+    /// The smallest noise of a reading, lx.
+    u_floor: f64,
+    /// The largest reading, lx.
+    peak: f64,
+    ambient_c: Option<f64>,
+    /// When the last reading was taken.
+    end_s: f64,
+}
+
+impl<'a> Bench<'a> {
+    /// None without lit readings.
+    fn of(outcome: &Outcome, rows: &'a [Row]) -> Option<Self> {
+        let readings: Vec<&Row> = rows.iter().filter(|row| row.source == Source::Reading).collect();
+        let lit: Vec<&Row> = readings.iter().copied().filter(|row| row.light == Light::Lit).collect();
+        let scale = outcome.noise.scale;
+        let u_rel = median(lit.iter().map(|row| row.u / row.measured.abs().max(1e-12)).collect());
+        let end_s = readings.iter().map(|row| row.time_s).fold(f64::NEG_INFINITY, f64::max);
+        let mut planes: Vec<f64> = lit.iter().map(|row| nominal(row.c_deg)).collect();
+        planes.sort_by(f64::total_cmp);
+        planes.dedup();
+        Some(Self {
+            distance_mm: median(lit.iter().map(|row| row.distance_mm).collect())?,
+            gamma: grid(lit.iter().map(|row| row.gamma_deg))?,
+            planes,
+            u_rel: u_rel.unwrap_or(0.005) * scale,
+            u_floor: readings.iter().map(|row| row.u).fold(f64::INFINITY, f64::min) * scale,
+            peak: lit.iter().map(|row| row.measured).fold(0.0, f64::max),
+            ambient_c: median(readings.iter().map(|row| row.ambient_c).collect()).filter(|t| t.is_finite()),
+            end_s: if end_s.is_finite() { end_s } else { 3600.0 },
+            lit,
+        })
+    }
+
+    /// Expected light, and the range that the reading nearest to it was taken in.
+    fn look(&self, gamma_deg: f64, distance_mm: f64) -> (f64, Option<i32>) {
+        let away = |row: &Row| (row.gamma_deg - gamma_deg).abs() + (row.distance_mm - self.distance_mm).abs();
+        let near = self.lit.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+        let level = near.map_or(self.peak, |row| row.measured * (row.distance_mm / distance_mm).powi(2));
         let off = |row: &Row| (row.measured - level).abs();
-        let near = lit.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        let near = self.lit.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
         (level, near.map(|row| row.range as i32))
-    };
-    let (_, range_ahead) = look(0.0, distance);
-    let ahead = |kind, k: usize| ReadingCoordinates {
-        kind,
-        time_s: Some(end + 60.0 + READING_S * k as f64),
-        c_deg: first_plane,
-        gamma_deg: 0.0,
-        distance_mm: distance,
-        travel: 0,
-        range: range_ahead,
-        ambient_c: temperature,
-    };
-    let mut scan = |what: &'static str, c: &[f64], distance_mm: f64, travel: i8| {
+    }
+
+    /// The `k`-th reading of a block on the axis, a minute after the last reading.
+    fn ahead(&self, kind: ReadingKind, k: usize) -> ReadingCoordinates {
+        ReadingCoordinates {
+            kind,
+            time_s: Some(self.end_s + 60.0 + READING_S * k as f64),
+            c_deg: self.planes[0],
+            gamma_deg: 0.0,
+            distance_mm: self.distance_mm,
+            travel: 0,
+            range: self.look(0.0, self.distance_mm).1,
+            ambient_c: self.ambient_c,
+        }
+    }
+
+    /// The γ of the readings in these half-planes.
+    fn scan(&self, what: &'static str, c: &[f64], distance_mm: f64, travel: i8, repeats: usize) -> Block {
+        let (low, high, step) = self.gamma;
         let count = ((high - low) / step).round() as usize;
         let repeats = repeats.min(MOST_READINGS / ((count + 1) * c.len())).max(1);
         let looks: Vec<(f64, (f64, Option<i32>))> = (0..=count)
@@ -63,22 +121,25 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
                 } else {
                     high - k as f64 * step
                 };
-                (gamma, look(gamma, distance_mm))
+                (gamma, self.look(gamma, distance_mm))
             })
             .collect();
+        let ahead = self.ahead(ReadingKind::Lit, 0);
+        let start_s = self.end_s + 60.0;
         let (mut coordinates, mut sigma) = (Vec::new(), Vec::new());
         for &c_deg in c {
             for &(gamma_deg, (level, range)) in &looks {
                 for _ in 0..repeats {
                     coordinates.push(ReadingCoordinates {
+                        time_s: Some(start_s + READING_S * coordinates.len() as f64),
                         c_deg,
                         gamma_deg,
                         distance_mm,
                         travel,
                         range,
-                        ..ahead(ReadingKind::Lit, coordinates.len())
+                        ..ahead
                     });
-                    sigma.push((u_rel * level).hypot(u_floor));
+                    sigma.push((self.u_rel * level).hypot(self.u_floor));
                 }
             }
         }
@@ -88,72 +149,57 @@ pub(super) fn reading_blocks(outcome: &Outcome, rows: &[Row], repeats: usize, bl
             "format = \"isolux-plan/1\"\nname = \"{what}\"\n\n[[block]]\nname = \"{what}\"\nkind = \"lit\"\nc_deg = [{list}]\n\
              gamma_range = [{low:?}, {high:?}, {step:?}]\ndistance_mm = {distance_mm:?}\norder = \"{order}\"\nrepeats = {repeats}\n"
         );
-        let minutes = coordinates.len() as f64 * READING_S / 60.0 + 1.0;
-        blocks.push(Block {
+        Block {
             what,
+            minutes: coordinates.len() as f64 * READING_S / 60.0 + 1.0,
             part: Part::Readings(coordinates),
             sigma,
-            minutes,
             plan,
-        });
-    };
-    let two: Vec<f64> = match planes.get(planes.len() / 2) {
-        Some(&other) if other != first_plane => vec![first_plane, other],
-        _ => vec![first_plane],
-    };
-    let has_way = |way: f64| lit.iter().any(|row| row.travel == way);
-    let reverse = if has_way(-1.0) && !has_way(1.0) { 1 } else { -1 };
-    scan("reverse_travel", &two, distance, reverse);
-    let shortest = lit.iter().map(|row| row.distance_mm).fold(f64::INFINITY, f64::min);
-    let short = if shortest < 0.6 * distance {
-        0.5 * shortest
-    } else {
-        0.5 * distance
-    };
-    scan("second_distance", &two, short, 1);
-    let turned: Vec<f64> = two.iter().map(|c| (c + 180.0).rem_euclid(360.0)).collect();
-    scan("rotate_c_180", &turned, distance, 1);
-    if repeats > 1 {
-        // As many directions as there are, where it is the number of readings that is wanting.
-        let every = planes.len().div_ceil(MOST_PLANES);
-        let spread: Vec<f64> = planes.iter().copied().step_by(every.max(1)).collect();
-        scan("repeat_scan", &spread, distance, 1);
+        }
     }
-    let darks = DARKS * repeats;
-    let dark: Vec<ReadingCoordinates> = [ReadingKind::LampOff, ReadingKind::Capped]
-        .into_iter()
-        .flat_map(|kind| (0..darks).map(move |k| (kind, k)))
-        .map(|(kind, k)| ahead(kind, k))
-        .collect();
-    blocks.push(Block {
-        what: "dark",
-        sigma: vec![u_floor; dark.len()],
-        minutes: dark.len() as f64 * READING_S / 60.0 + 2.0,
-        part: Part::Readings(dark),
-        plan: format!(
-            "format = \"isolux-plan/1\"\nname = \"dark\"\n\n[[block]]\nname = \"lamp_off\"\nkind = \"lamp_off\"\nc_deg = [{first_plane:?}]\n\
-             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {darks}\n\n[[block]]\nname = \"capped\"\nkind = \"capped\"\nc_deg = [{first_plane:?}]\n\
-             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {darks}\n"
-        ),
-    });
-    // References from switch-on, as fast as the meter reads: the lamp is cold first.
-    let start: Vec<ReadingCoordinates> = (0..REFERENCES)
-        .map(|k| ReadingCoordinates {
-            time_s: Some(20.0 + READING_S * k as f64),
-            ..ahead(ReadingKind::Lit, k)
-        })
-        .collect();
-    blocks.push(Block {
-        what: "reference_repeats",
-        sigma: vec![(u_rel * peak).hypot(u_floor); start.len()],
-        minutes: 30.0 + REFERENCES as f64 * READING_S / 60.0,
-        part: Part::Readings(start),
-        plan: format!(
-            "format = \"isolux-plan/1\"\nname = \"reference_repeats\"\n\n[[block]]\nname = \"reference\"\nkind = \"lit\"\nc_deg = [{first_plane:?}]\n\
-             gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {REFERENCES}\n\
-             prompt = \"Let the lamp cool for half an hour, switch it on and confirm at once.\"\n"
-        ),
-    });
+
+    /// Readings without light: lamp off, and capped.
+    fn dark(&self, count: usize) -> Block {
+        let (plane, distance) = (self.planes[0], self.distance_mm);
+        let dark: Vec<ReadingCoordinates> = [ReadingKind::LampOff, ReadingKind::Capped]
+            .into_iter()
+            .flat_map(|kind| (0..count).map(move |k| (kind, k)))
+            .map(|(kind, k)| self.ahead(kind, k))
+            .collect();
+        Block {
+            what: "dark",
+            sigma: vec![self.u_floor; dark.len()],
+            minutes: dark.len() as f64 * READING_S / 60.0 + 2.0,
+            part: Part::Readings(dark),
+            plan: format!(
+                "format = \"isolux-plan/1\"\nname = \"dark\"\n\n[[block]]\nname = \"lamp_off\"\nkind = \"lamp_off\"\nc_deg = [{plane:?}]\n\
+                 gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {count}\n\n[[block]]\nname = \"capped\"\nkind = \"capped\"\nc_deg = [{plane:?}]\n\
+                 gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {count}\n"
+            ),
+        }
+    }
+
+    /// References from switch-on, as fast as the meter reads: the lamp is cold first.
+    fn switched_on(&self) -> Block {
+        let (plane, distance) = (self.planes[0], self.distance_mm);
+        let start: Vec<ReadingCoordinates> = (0..REFERENCES)
+            .map(|k| ReadingCoordinates {
+                time_s: Some(20.0 + READING_S * k as f64),
+                ..self.ahead(ReadingKind::Lit, k)
+            })
+            .collect();
+        Block {
+            what: "reference_repeats",
+            sigma: vec![(self.u_rel * self.peak).hypot(self.u_floor); start.len()],
+            minutes: 30.0 + REFERENCES as f64 * READING_S / 60.0,
+            part: Part::Readings(start),
+            plan: format!(
+                "format = \"isolux-plan/1\"\nname = \"reference_repeats\"\n\n[[block]]\nname = \"reference\"\nkind = \"lit\"\nc_deg = [{plane:?}]\n\
+                 gamma_deg = [0.0]\ndistance_mm = {distance:?}\nrepeats = {REFERENCES}\n\
+                 prompt = \"Let the lamp cool for half an hour, switch it on and confirm at once.\"\n"
+            ),
+        }
+    }
 }
 
 /// Smallest and largest angle of an even grid like that of the readings, and its step of half a degree or more.

@@ -9,7 +9,7 @@ use crate::calibration::{ALIAS, ALIAS_MARGIN, AS_MUCH, OUTSIDE_CATALOGUE, REFITT
 use crate::evidence::{ln_bayes_factor, ln_sum_exp};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
-use crate::scan::{Who, p_value, sign_evidence, statistic};
+use crate::scan::{Found, Who, p_value, sign_evidence, statistic};
 
 use super::candidates::all_but;
 use super::estimate::Estimate;
@@ -21,6 +21,16 @@ struct Entry {
     evidence: Vec<(f64, f64)>,
     explained: f64,
     hypothesis: Option<Hypothesis>,
+}
+
+/// An effect in the place of the member, fitted.
+struct Refined {
+    effect: usize,
+    hypothesis: Hypothesis,
+    /// σ² that it explains.
+    explained: f64,
+    /// ln(prior · Bayes factor).
+    evidence: f64,
 }
 
 impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
@@ -68,7 +78,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             })
             .map(|(_, (effect, _))| *effect)
             .collect();
-        let refined: Vec<(usize, Hypothesis, f64, f64)> = close
+        let refined: Vec<Refined> = close
             .par_iter()
             .filter_map(|&effect| {
                 let (start, linear) = self.guess(&base, &found, effect)?;
@@ -87,51 +97,15 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
                 } else {
                     (base.chi2 - fitted.chi2) / variance
                 };
-                let evidence = self.refined_evidence(&fitted, others.len(), &hypothesis, explained);
-                Some((effect, hypothesis, explained, evidence))
+                Some(Refined {
+                    effect,
+                    evidence: self.refined_evidence(&fitted, others.len(), &hypothesis, explained),
+                    hypothesis,
+                    explained,
+                })
             })
             .collect();
-        let mut entries: Vec<Entry> = Vec::new();
-        for &(effect, evidence) in &named {
-            let linear = found
-                .iter()
-                .filter(|one| matches!(one.who, Who::Named { effect: e, .. } if e == effect))
-                .map(|one| one.explained)
-                .fold(0.0, f64::max);
-            let mut entry = Entry {
-                label: Label::Named(effect),
-                evidence: vec![(evidence, linear)],
-                explained: linear,
-                hypothesis: None,
-            };
-            if let Some((_, hypothesis, explained, evidence)) = refined.iter().find(|(e, ..)| *e == effect) {
-                entry.evidence = vec![(*evidence, *explained)];
-                entry.explained = *explained;
-                entry.hypothesis = Some(hypothesis.clone());
-            }
-            entries.push(entry);
-        }
-        let best_name = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
-        for one in &found {
-            if let Who::Unnamed { rival } = one.who {
-                let label = Label::Unnamed(self.problem.rivals[rival].coordinate);
-                // A generic pattern that does no better than a name is that name's likeness, not another cause.
-                let alias = one.explained < best_name + self.alias_margin(best_name);
-                let evidence = one.ln_evidence - if alias { ALIAS } else { 0.0 };
-                match entries.iter_mut().find(|entry| entry.label == label) {
-                    Some(entry) => {
-                        entry.evidence.push((evidence, one.explained));
-                        entry.explained = entry.explained.max(one.explained);
-                    }
-                    None => entries.push(Entry {
-                        label,
-                        evidence: vec![(evidence, one.explained)],
-                        explained: one.explained,
-                        hypothesis: None,
-                    }),
-                }
-            }
-        }
+        let entries = self.entries(&named, &refined, &found);
         // What the formulas are allowed to be wrong by adds to the noise of every comparison: the likelihood is blunted
         // by that, never what was assumed before.
         let strongest = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
@@ -172,6 +146,54 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             ln_bayes_factor: own,
             p_value: p_value(statistic(&found), &self.nulls),
         })
+    }
+
+    /// What could be the member: every name as it was refitted or as the scan saw it, and the coordinates without one.
+    fn entries(&self, named: &[(usize, f64)], refined: &[Refined], found: &[Found]) -> Vec<Entry> {
+        let mut entries: Vec<Entry> = Vec::new();
+        for &(effect, evidence) in named {
+            let linear = found
+                .iter()
+                .filter(|one| matches!(one.who, Who::Named { effect: e, .. } if e == effect))
+                .map(|one| one.explained)
+                .fold(0.0, f64::max);
+            entries.push(match refined.iter().find(|refined| refined.effect == effect) {
+                Some(refined) => Entry {
+                    label: Label::Named(effect),
+                    evidence: vec![(refined.evidence, refined.explained)],
+                    explained: refined.explained,
+                    hypothesis: Some(refined.hypothesis.clone()),
+                },
+                None => Entry {
+                    label: Label::Named(effect),
+                    evidence: vec![(evidence, linear)],
+                    explained: linear,
+                    hypothesis: None,
+                },
+            });
+        }
+        let best_name = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
+        for one in found {
+            if let Who::Unnamed { rival } = one.who {
+                let label = Label::Unnamed(self.problem.rivals[rival].coordinate);
+                // A generic pattern that does no better than a name is that name's likeness, not another cause.
+                let alias = one.explained < best_name + self.alias_margin(best_name);
+                let evidence = one.ln_evidence - if alias { ALIAS } else { 0.0 };
+                match entries.iter_mut().find(|entry| entry.label == label) {
+                    Some(entry) => {
+                        entry.evidence.push((evidence, one.explained));
+                        entry.explained = entry.explained.max(one.explained);
+                    }
+                    None => entries.push(Entry {
+                        label,
+                        evidence: vec![(evidence, one.explained)],
+                        explained: one.explained,
+                        hypothesis: None,
+                    }),
+                }
+            }
+        }
+        entries
     }
 
     /// ln(prior · Bayes factor) of member `i` of a fit that explains `explained`, its shape averaged over what was
