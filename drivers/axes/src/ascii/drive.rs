@@ -13,6 +13,9 @@ use tokio::time::Instant;
 use super::profile::{Profile, Setting, State, Words};
 use crate::watched::{Drive, Look, fault};
 
+/// Name of the driver in `open = "ascii-axis:…"`.
+pub(super) const NAME: &str = "ascii-axis";
+
 /// Until the line is free: another device on it may be drained first.
 const LINE: Duration = Duration::from_secs(5);
 
@@ -45,7 +48,7 @@ impl<P: Coordinate> Described<P> {
         settings: AxisSettings<P>,
     ) -> Result<Self, DeviceError> {
         let identity = Identity {
-            driver: super::NAME,
+            driver: NAME,
             target: target.to_string(),
             model: profile.model.clone(),
             serial: None,

@@ -19,11 +19,8 @@ use isolux_transport::{Driver, Place, Ports, no_display};
 use isolux_units::Millimetre;
 
 use crate::watched::Watched;
-use drive::Described;
+use drive::{Described, NAME};
 use profile::Profile;
-
-/// Name of the driver in `open = "ascii-axis:…"`.
-pub(crate) const NAME: &str = "ascii-axis";
 
 /// Axes in plain ASCII.
 pub const ASCII_AXIS: Driver = Driver {

@@ -10,6 +10,9 @@ use tokio::time::{Instant, sleep};
 
 use crate::watched::fault;
 
+/// Name of the driver in `open = "parker-easi:…"`.
+pub(super) const NAME: &str = "parker-easi";
+
 /// The longest exchange takes 0.1 s at 9600 baud.
 const ANSWER: Duration = Duration::from_millis(500);
 
@@ -39,7 +42,7 @@ impl Indexer {
     /// Brings the line into the state that the codec expects, and asks who is there.
     pub async fn open(bus: Bus<Lines<Easi>>, address: u8, target: &Target) -> Result<Self, DeviceError> {
         let identity = Identity {
-            driver: super::NAME,
+            driver: NAME,
             target: target.to_string(),
             model: "Parker XLi".to_owned(),
             serial: None,

@@ -19,10 +19,7 @@ use isolux_units::Millimetre;
 
 use crate::watched::Watched;
 use axis::Xli;
-use drive::Indexer;
-
-/// Name of the driver in `open = "parker-easi:…"`.
-pub(crate) const NAME: &str = "parker-easi";
+use drive::{Indexer, NAME};
 
 /// User guide, "Specification": the line is fixed.
 const LINE: LineSettings = LineSettings {

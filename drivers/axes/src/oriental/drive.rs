@@ -6,6 +6,9 @@ use tokio::time::Instant;
 
 use super::alarm;
 
+/// Name of the driver in `open = "oriental-az:…"`.
+pub(super) const NAME: &str = "oriental-az";
+
 /// Direct data operation, sixteen registers: data number, type, position, speed, two rates, current, trigger.
 const DIRECT: u16 = 0x0058;
 /// Its speed in Hz (steps/s), its starting and its stopping rate.
@@ -147,7 +150,7 @@ pub(crate) struct Drive {
 impl Drive {
     pub fn new(unit: Unit, target: &Target) -> Self {
         let identity = Identity {
-            driver: super::NAME,
+            driver: NAME,
             target: target.to_string(),
             model: "Oriental Motor AZ".to_owned(),
             // The register map that is public has neither.

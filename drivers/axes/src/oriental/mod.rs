@@ -22,10 +22,7 @@ use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_dis
 use isolux_units::Millimetre;
 
 use axis::AzAxis;
-use drive::Drive;
-
-/// Name of the driver in `open = "oriental-az:…"`.
-pub(crate) const NAME: &str = "oriental-az";
+use drive::{Drive, NAME};
 
 /// Oriental Motor AZ.
 pub const ORIENTAL_AZ: Driver = Driver {

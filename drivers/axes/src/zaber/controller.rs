@@ -7,6 +7,9 @@ use isolux_protocol_zaber::{CHECKSUMS_ON, Command, Host, Status, WarningFlag};
 use isolux_transport::Bus;
 use tokio::time::Instant;
 
+/// Name of the driver in `open = "zaber:…"`.
+pub(super) const NAME: &str = "zaber";
+
 /// A reply takes a few milliseconds at 115200 baud, some 100 ms at 9600.
 const ANSWER: Duration = Duration::from_millis(500);
 
@@ -38,7 +41,7 @@ impl Controller {
     /// Turns checksums on and asks who is there.
     pub async fn open(bus: Bus<Host>, device: u8, target: &Target) -> Result<Self, DeviceError> {
         let identity = Identity {
-            driver: super::NAME,
+            driver: NAME,
             target: target.to_string(),
             model: String::new(),
             serial: None,

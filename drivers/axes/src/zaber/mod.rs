@@ -20,11 +20,8 @@ use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_dis
 use isolux_units::Millimetre;
 
 use axis::ZaberAxis;
-use controller::Controller;
+use controller::{Controller, NAME};
 use io::{ZaberSwitch, ZaberThermometer};
-
-/// Name of the driver in `open = "zaber:…"`.
-pub(crate) const NAME: &str = "zaber";
 
 /// Zaber controllers and what hangs on them.
 pub const ZABER: Driver = Driver {

@@ -11,7 +11,7 @@ use rusb::{DeviceHandle, Error};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use super::UsbFraming;
+use super::profile::UsbFraming;
 
 /// How long one call waits for data; after each the thread looks whether the link is still wanted.
 const WAIT: Duration = Duration::from_millis(100);

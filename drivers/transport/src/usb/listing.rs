@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::UsbId;
+use super::address::UsbId;
 use super::open::udev_rule;
 use crate::users::users_of;
 

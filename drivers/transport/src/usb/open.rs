@@ -4,8 +4,9 @@ use std::time::{Duration, Instant};
 
 use rusb::{Device, Direction, Error, TransferType, UsbContext};
 
+use super::address::{UsbAddress, UsbId};
 use super::link::{Endpoint, Interface, UsbLink};
-use super::{UsbAddress, UsbId, UsbProfile};
+use super::profile::UsbProfile;
 use crate::users::users_of;
 use crate::{Link, LinkError};
 
