@@ -104,6 +104,25 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
         );
     }
 
+    planckian_locus(&mut svg, year, &place);
+    if let Some(c) = source.chromaticity() {
+        let at = place(c);
+        svg.circle(at, 5.5, "none", Some(Stroke::solid("#ffffff", 4.0)));
+        svg.circle(at, 5.5, "none", Some(Stroke::solid(colour::C0, 2.2)));
+        let (a, b) = diagram.place(c);
+        let temperature = source.cct().map_or("no correlated colour temperature".to_owned(), |t| {
+            format!("CCT {:.0} K, Duv {:+.4}", t.cct_k, t.duv)
+        });
+        let text = format!("{} {a:.4}, {} {b:.4}, {temperature}", axes.0, axes.1);
+        let y = frame.top + frame.height + 56.0;
+        svg.circle((84.0, y - 4.0), 5.5, "none", Some(Stroke::solid(colour::C0, 2.2)));
+        svg.text((98.0, y), 12.0, Anchor::Start, colour::INK, &text);
+    }
+    svg.finish()
+}
+
+/// The Planckian locus, with lines of equal correlated colour temperature across it.
+fn planckian_locus(svg: &mut Svg, year: &str, place: &impl Fn(Chromaticity) -> (f64, f64)) {
     let mired = |from: f64, to: f64, n: usize| (0..=n).map(move |i| 1e6 / (from + (to - from) * i as f64 / n as f64));
     svg.polyline(
         mired(10.0, 1000.0, 160)
@@ -132,20 +151,6 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
             );
         }
     }
-    if let Some(c) = source.chromaticity() {
-        let at = place(c);
-        svg.circle(at, 5.5, "none", Some(Stroke::solid("#ffffff", 4.0)));
-        svg.circle(at, 5.5, "none", Some(Stroke::solid(colour::C0, 2.2)));
-        let (a, b) = diagram.place(c);
-        let temperature = source.cct().map_or("no correlated colour temperature".to_owned(), |t| {
-            format!("CCT {:.0} K, Duv {:+.4}", t.cct_k, t.duv)
-        });
-        let text = format!("{} {a:.4}, {} {b:.4}, {temperature}", axes.0, axes.1);
-        let y = frame.top + frame.height + 56.0;
-        svg.circle((84.0, y - 4.0), 5.5, "none", Some(Stroke::solid(colour::C0, 2.2)));
-        svg.text((98.0, y), 12.0, Anchor::Start, colour::INK, &text);
-    }
-    svg.finish()
 }
 
 /// Unit vector on the picture, square to the locus at a wavelength, away from its inside.
