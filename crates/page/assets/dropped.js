@@ -12,6 +12,15 @@ function base64(file) {
   });
 }
 
+/** A row without a name goes on with the one above. */
+function joined(rows) {
+  return rows.reduce((all, [name, value]) => {
+    if (name || all.length === 0) return [...all, [name, value]];
+    const [before, first] = all.at(-1);
+    return [...all.slice(0, -1), [before, `${first}; ${value}`]];
+  }, []);
+}
+
 function show(told, target) {
   target.replaceChildren(...told.contents.flatMap((one) => {
     const findings = one.findings.map((found) => {
@@ -22,7 +31,7 @@ function show(told, target) {
     return [
       make("h3", { textContent: `${one.file}: ${one.what}` }),
       make("ul", {}, ...lines.map((textContent) => make("li", { textContent }))),
-      facts(one.quantities), make("div", { className: "drawn" }, ...one.figures.map(picture)),
+      facts(joined(one.quantities)), make("div", { className: "drawn" }, ...one.figures.map(picture)),
     ];
   }));
 }
