@@ -35,30 +35,44 @@ pub(crate) fn rules(pixel: &Patch, emitter: Option<&Patch>) -> Vec<Rule> {
     };
     let [fine_pixel, fine_emitter] = split(32.0, 24);
     let fine = Ramps::of(
-        &nodes(pixel, emitter, [fine_pixel.max(2), fine_emitter.max(2)]),
+        &Nodes::new(pixel, emitter, [fine_pixel.max(2), fine_emitter.max(2)]),
         rp + re,
     );
     [1.0, 2.0, 4.0, 7.0, 12.0, 20.0]
         .into_iter()
         .map(|total| {
             let orders = split(total, 16);
-            let nodes = nodes(pixel, emitter, orders);
+            let nodes = Nodes::new(pixel, emitter, orders);
             let reach = (rp + re).max(1e-300);
             Rule::new(&nodes, &fine, reach, orders, [rp / reach, re / reach])
         })
         .collect()
 }
 
-fn nodes(pixel: &Patch, emitter: Option<&Patch>, orders: [usize; 2]) -> Vec<(DVec3, f64)> {
-    let (mut at, mut spots) = (Vec::new(), Vec::new());
-    pixel.nodes(orders[0], &mut at);
-    match emitter {
-        Some(emitter) => emitter.nodes(orders[1], &mut spots),
-        None => spots.push((DVec3::ZERO, 1.0)),
+/// Nodes of the pixel and of the emitter; a rule has each of the one with each of the other.
+struct Nodes {
+    pixel: Vec<(DVec3, f64)>,
+    emitter: Vec<(DVec3, f64)>,
+}
+
+impl Nodes {
+    fn new(pixel: &Patch, emitter: Option<&Patch>, orders: [usize; 2]) -> Self {
+        let (mut at, mut spots) = (Vec::new(), Vec::new());
+        pixel.nodes(orders[0], &mut at);
+        match emitter {
+            Some(emitter) => emitter.nodes(orders[1], &mut spots),
+            None => spots.push((DVec3::ZERO, 1.0)),
+        }
+        Self {
+            pixel: at,
+            emitter: spots,
+        }
     }
-    at.iter()
-        .flat_map(|&(a, w)| spots.iter().map(move |&(s, ws)| (a + s, w * ws)))
-        .collect()
+
+    fn product(&self) -> Vec<(DVec3, f64)> {
+        let spots = |(a, w): (DVec3, f64)| self.emitter.iter().map(move |&(s, ws)| (a + s, w * ws));
+        self.pixel.iter().copied().flat_map(spots).collect()
+    }
 }
 
 impl Rule {
@@ -80,14 +94,15 @@ impl Rule {
         }
     }
 
-    fn new(nodes: &[(DVec3, f64)], fine: &Ramps, reach: f64, orders: [usize; 2], shares: [f64; 2]) -> Self {
-        let ramp = Ramps::of(nodes, reach).worst_against(fine);
+    fn new(parts: &Nodes, fine: &Ramps, reach: f64, orders: [usize; 2], shares: [f64; 2]) -> Self {
+        let ramp = Ramps::of(parts, reach).worst_against(fine);
+        let nodes = parts.product();
         let mut rule = Self {
             x: Vec::new(),
             y: Vec::new(),
             z: Vec::new(),
             w: Vec::new(),
-            nodes: nodes.to_vec(),
+            nodes: Vec::new(),
             ramp,
             orders,
             shares,
@@ -101,6 +116,7 @@ impl Rule {
             rule.z.push(lane(&|node| node.0.z, chunk[0].0.z));
             rule.w.push(lane(&|node| node.1, 0.0));
         }
+        rule.nodes = nodes;
         rule
     }
 }
@@ -133,21 +149,33 @@ impl Rule {
 struct Ramps(Vec<f64>);
 
 impl Ramps {
-    fn of(nodes: &[(DVec3, f64)], reach: f64) -> Self {
+    /// Of each node of the pixel with each of the emitter: for those of the pixel, sums over the emitter's highest ones
+    /// say what lies above a place.
+    fn of(nodes: &Nodes, reach: f64) -> Self {
         let mut means = Vec::new();
         for k in 0..7 {
             let (sin, cos) = (0.1 + 0.4488 * f64::from(k)).sin_cos();
             let g = DVec3::new(cos, sin, 0.0) / reach.max(1e-300);
-            // All places at once: each node is looked at seven times.
-            let places: [f64; 13] = std::array::from_fn(|step| -0.9 + 0.15 * step as f64);
-            let mut sums = [0.0; 13];
-            for &(v, w) in nodes {
-                let height = g.dot(v);
-                for (sum, t) in sums.iter_mut().zip(places) {
-                    *sum += w * (height - t).max(0.0);
-                }
+            let height = |&(v, w): &(DVec3, f64)| (g.dot(v), w);
+            let mut falling: Vec<(f64, f64)> = nodes.emitter.iter().map(height).collect();
+            falling.sort_by(|a, b| b.0.total_cmp(&a.0));
+            // Weight and weighted height of the highest none, one, two …
+            let mut sums = vec![(0.0, 0.0)];
+            let (mut weight, mut moment) = (0.0, 0.0);
+            for &(height, w) in &falling {
+                (weight, moment) = (weight + w, moment + w * height);
+                sums.push((weight, moment));
             }
-            means.extend(sums);
+            let pixel: Vec<(f64, f64)> = nodes.pixel.iter().map(height).collect();
+            means.extend((0..13).map(|step| {
+                let place = -0.9 + 0.15 * f64::from(step);
+                let above = |&(height, w): &(f64, f64)| {
+                    let level = place - height;
+                    let (weight, moment) = sums[falling.partition_point(|(height, _)| *height > level)];
+                    w * (moment - weight * level)
+                };
+                pixel.iter().map(above).sum::<f64>()
+            }));
         }
         Self(means)
     }
@@ -160,5 +188,35 @@ impl Ramps {
             .zip(&fine.0)
             .map(|(a, b)| (a - b).abs())
             .fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_of_the_highest_are_the_means_of_the_ramps() {
+        let pixel = Patch::Parallelogram {
+            corner: DVec3::new(-0.1, -0.1, 500.0),
+            first: DVec3::X * 0.2,
+            second: DVec3::new(0.03, 0.2, 0.01),
+        };
+        let emitter = Patch::Parallelogram {
+            corner: DVec3::new(-0.4, -0.3, 0.0),
+            first: DVec3::X * 0.8,
+            second: DVec3::Y * 0.6,
+        };
+        let (nodes, reach) = (Nodes::new(&pixel, Some(&emitter), [4, 6]), 0.7);
+        let each = nodes.product();
+        let found = Ramps::of(&nodes, reach).0;
+        assert_eq!(found.len(), 7 * 13);
+        for (at, mean) in found.iter().enumerate() {
+            let (sin, cos) = (0.1 + 0.4488 * (at / 13) as f64).sin_cos();
+            let g = DVec3::new(cos, sin, 0.0) / reach;
+            let place = -0.9 + 0.15 * (at % 13) as f64;
+            let one_by_one: f64 = each.iter().map(|&(v, w)| w * (g.dot(v) - place).max(0.0)).sum();
+            assert!((mean - one_by_one).abs() < 1e-14, "{at}: {mean} {one_by_one}");
+        }
     }
 }
