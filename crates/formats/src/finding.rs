@@ -186,11 +186,6 @@ impl Findings {
         }
     }
 
-    /// Whether any of them is an error.
-    pub fn any_error(&self) -> bool {
-        self.list.iter().any(|finding| finding.severity == Severity::Error)
-    }
-
     /// One finding a code and severity, with all its places: errors first, then in the order of their lines, those
     /// about the whole file last.
     pub fn into_vec(self) -> Vec<Finding> {

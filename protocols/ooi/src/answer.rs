@@ -12,8 +12,6 @@ pub mod slots {
     pub const NONLINEARITY: std::ops::RangeInclusive<u8> = 6..=13;
     /// Order of the non-linearity polynomial.
     pub const NONLINEARITY_ORDER: u8 = 14;
-    /// Optical bench: grating, filter, slit.
-    pub const BENCH: u8 = 15;
     /// Counts at which the detector saturates, binary.
     pub const SATURATION: u8 = 17;
 }
