@@ -13,14 +13,14 @@ use crate::study::Figure;
 #[derive(Debug, Serialize)]
 pub struct Dropped {
     /// One entry a photometry or spectrum in it.
-    pub contents: Vec<Told>,
+    pub contents: Vec<FileContent>,
     /// Whether any finding is an error.
     pub wrong: bool,
 }
 
 /// What is said of one photometry or spectrum.
 #[derive(Debug, Serialize)]
-pub struct Told {
+pub struct FileContent {
     /// The file, `outer!inner` inside a container.
     pub file: String,
     /// What it is, in words.
@@ -51,7 +51,7 @@ pub fn dropped(name: &str, bytes: &[u8]) -> Result<Dropped, Failure> {
         wrong: inspections.iter().any(Inspection::has_error),
         contents: inspections
             .into_iter()
-            .map(|inspection| Told {
+            .map(|inspection| FileContent {
                 file: inspection.file.replace(path.as_str(), name),
                 what: inspection.what(),
                 quantities: inspection.stated(),

@@ -312,7 +312,7 @@ impl Desk {
 
     /// Says on the page what a step after the scan does.
     pub fn say(&self, live: &Live) {
-        self.hub.tell(live);
+        self.hub.publish(live);
     }
 }
 

@@ -107,7 +107,7 @@ impl Hub {
     }
 
     /// One event more.
-    pub fn tell(&self, live: &Live) {
+    pub fn publish(&self, live: &Live) {
         // What cannot be written as JSON is no number that a screen could show.
         if let Ok(text) = serde_json::to_string(live) {
             {
@@ -207,14 +207,14 @@ impl Drop for Reader {
 }
 
 /// A progress that tells the tabs, and another one that prints.
-pub struct Told<'a> {
+pub struct TabProgress<'a> {
     /// The tabs.
     pub hub: &'a Hub,
     /// The terminal.
     pub beside: &'a dyn Progress,
 }
 
-impl Progress for Told<'_> {
+impl Progress for TabProgress<'_> {
     fn event(&self, event: Event<'_>) {
         if let Event::Live(live) = &event {
             if let Live::Began(outline) = live {
@@ -224,7 +224,7 @@ impl Progress for Told<'_> {
                     status.notice = None;
                 });
             }
-            self.hub.tell(live);
+            self.hub.publish(live);
         }
         self.beside.event(event);
     }
@@ -242,21 +242,21 @@ mod tests {
     #[test]
     fn a_tab_that_was_away_gets_what_it_missed_and_nothing_twice() {
         let hub = Hub::new(Status::default());
-        (0..5).for_each(|number| hub.tell(&journal(&format!("line {number}"))));
+        (0..5).for_each(|number| hub.publish(&journal(&format!("line {number}"))));
         let all = hub.message(0, 0);
         let parsed: serde_json::Value = serde_json::from_str(&all.text).unwrap();
         assert_eq!(
             (parsed["first"].as_u64(), parsed["events"].as_array().unwrap().len()),
             (Some(0), 5)
         );
-        hub.tell(&journal("line 5"));
+        hub.publish(&journal("line 5"));
         let further = hub.message(all.session, all.next);
         let parsed: serde_json::Value = serde_json::from_str(&further.text).unwrap();
         assert_eq!(parsed["first"], 5);
         assert_eq!(parsed["events"][0]["sentence"], "line 5");
         // Another scan begins: its first event is number 0.
         hub.begin();
-        hub.tell(&journal("of the next scan"));
+        hub.publish(&journal("of the next scan"));
         let next = hub.message(further.session, further.next);
         assert_eq!((next.session, next.next), (further.session + 1, 1));
         // A number that the server never gave.
@@ -267,7 +267,7 @@ mod tests {
     fn a_long_scan_comes_in_parts() {
         let hub = Hub::new(Status::default());
         for _ in 0..=EVENTS_A_MESSAGE {
-            hub.tell(&journal("x"));
+            hub.publish(&journal("x"));
         }
         let first = hub.message(1, 0);
         assert!(first.more && first.next == EVENTS_A_MESSAGE);

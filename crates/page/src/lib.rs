@@ -25,7 +25,7 @@ use asked::Order;
 use camino::Utf8Path;
 use desk::Desk;
 use guard::Guard;
-use hub::Told;
+use hub::TabProgress;
 use isolux_app::control::{Control, Pace};
 use isolux_app::day::{self, Options};
 use isolux_app::live::{Live, State};
@@ -134,7 +134,7 @@ impl Page {
     ) -> Result<T, Failure> {
         self.desk.began(control);
         let outcome = work(&Steps {
-            told: Told {
+            tabs: TabProgress {
                 hub: self.desk.hub(),
                 beside,
             },
@@ -251,7 +251,7 @@ fn carry_out(page: &Page, order: &Order, beside: &dyn Progress) {
 
 /// What follows a scan, told as its state.
 struct Steps<'a> {
-    told: Told<'a>,
+    tabs: TabProgress<'a>,
 }
 
 impl Progress for Steps<'_> {
@@ -259,8 +259,8 @@ impl Progress for Steps<'_> {
         if let Event::Began { step, .. } = &event
             && !["home", "warm up", "scan"].contains(step)
         {
-            self.told.hub.tell(&Live::state_now(State::Evaluating, step));
+            self.tabs.hub.publish(&Live::state_now(State::Evaluating, step));
         }
-        self.told.event(event);
+        self.tabs.event(event);
     }
 }

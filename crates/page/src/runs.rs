@@ -95,7 +95,7 @@ impl Runs {
         self.hub.begin();
         self.hub.status(|status| status.run = Some(path.to_string()));
         for live in &told {
-            self.hub.tell(live);
+            self.hub.publish(live);
         }
         *self.shown() = Some(Shown {
             path: path.to_owned(),
@@ -134,7 +134,7 @@ impl Runs {
             {
                 shown.read = now;
                 for live in &told {
-                    self.hub.tell(live);
+                    self.hub.publish(live);
                 }
             }
         }
