@@ -63,6 +63,7 @@ fn main() {
         "Outside" => Class::Outside(sigma),
         "Fresh" => Class::Fresh(sigma),
         "Later" => Class::Later(sigma),
+        "Third" => Class::Third(sigma),
         "Unforeseen" => Class::Unforeseen(sigma),
         _ => Class::Second(sigma),
     };

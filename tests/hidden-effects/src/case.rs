@@ -198,6 +198,10 @@ fn hide(
                     | "afterglow"
                     | "curtain_side"
                     | "wire_across"
+                    | "dust_falls"
+                    | "flickering_led"
+                    | "sunbeam_through_slit"
+                    | "loose_baffle"
             );
             let sign = if one_way { 1.0 } else { draws.sign() };
             hidden

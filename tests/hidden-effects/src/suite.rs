@@ -32,6 +32,8 @@ pub enum Class {
     Unforeseen(u32),
     /// The same, drawn after those had been measured.
     Second(u32),
+    /// The same, drawn after those of both lists had been measured.
+    Third(u32),
     /// One effect at 20 σ on a common plan: the right answer is a set that holds it.
     Common,
 }
@@ -126,6 +128,10 @@ pub fn orders(class: Class, sensor: bool, count: u64, seed: u64) -> Vec<Order> {
                     let kinds = unforeseen::SECOND;
                     order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
                 }
+                Class::Third(sigma) => {
+                    let kinds = unforeseen::THIRD;
+                    order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
+                }
                 Class::Common => {
                     order.plan = Plan::Common;
                     order.hidden = vec![(name, 20.0)];
@@ -178,7 +184,8 @@ pub fn judge(class: Class, order: &Order, answer: &Answer) -> Vec<(&'static str,
         | Class::Fresh(_)
         | Class::Later(_)
         | Class::Unforeseen(_)
-        | Class::Second(_) => {
+        | Class::Second(_)
+        | Class::Third(_) => {
             scores.push(("called unexplained", answer.verdict == "unexplained"));
         }
         Class::Common => scores.push((

@@ -6,6 +6,10 @@ use isolux_darkroom::Kind;
 use crate::plan::Step;
 use crate::random::Draws;
 
+mod third;
+
+pub use third::THIRD;
+
 /// Kinds that were drawn while the test stood as it is in commit e8ad4a5.
 pub const FIRST: &[&str] = &[
     "microphonics",
@@ -36,7 +40,7 @@ pub const SECOND: &[&str] = &[
 
 /// Whether a name is one of these kinds.
 pub fn has(name: &str) -> bool {
-    [FIRST, SECOND].iter().any(|kinds| kinds.contains(&name))
+    [FIRST, SECOND, THIRD].iter().any(|kinds| kinds.contains(&name))
 }
 
 /// Noise of about the size that a meter has at so much light.
@@ -315,6 +319,6 @@ fn second(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws) -> Vec<f
             };
             all().map(|i| on(i) * clean[i] * swing(i)).collect()
         }
-        _ => vec![0.0; steps.len()],
+        _ => third::gonio(name, steps, clean, draws),
     }
 }
