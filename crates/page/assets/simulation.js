@@ -33,7 +33,10 @@ function difference(a, b) {
   const said = (value) => `${value > 0 ? "+" : ""}${significant(value, 3).replace("-", "−")} ${a.unit}`;
   const sizes = a.size_mm.join() === b.size_mm.join() ? "" : " The two sensors differ in size: the same pixel lies elsewhere.";
   const words = `A − B: smallest ${said(Math.min(...values))}, largest ${said(Math.max(...values))}, mean ${said(mean)} (${significant((100 * mean) / a.mean, 3).replace("-", "−")} % of the mean of A).${sizes}`;
-  const colours = document.documentElement.dataset.theme === "red" ? ramp([0, 0, 0], [110, 0, 0], [255, 110, 110]) : SIGNED;
+  const crosses = values.some((value) => value < 0) && values.some((value) => value > 0);
+  const signed = document.documentElement.dataset.theme === "red" ? ramp([0, 0, 0], [110, 0, 0], [255, 110, 110]) : SIGNED;
+  // Of one sign, it has the colours of a map: a scale from zero would hide its shape.
+  const colours = crosses ? signed : a.map.colours;
   return { map: { ...a.map, values, colours, digits: 3 }, words };
 }
 

@@ -189,7 +189,7 @@ impl Page {
              content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}{viewer}{foot}</style>\n</head>\n<body>\n\
              <h1>{title}</h1>\n{body}{data}{scripts}</body>\n</html>\n",
             title = self.title,
-            viewer = crate::viewer::STYLE,
+            viewer = include_str!("viewer/viewer.css"),
             foot = PRINTED_FOOT.replace("FOOT", &self.foot),
             body = self.body,
             data = self.data,

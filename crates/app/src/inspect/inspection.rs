@@ -44,11 +44,6 @@ impl Inspection {
         format!("{words}{end}")
     }
 
-    /// Its quantities for a person: name, value with unit. A row without a name goes on with the one above.
-    pub fn stated(&self) -> Vec<(String, String)> {
-        super::stated::stated(self)
-    }
-
     /// Whether any finding is an error.
     pub fn has_error(&self) -> bool {
         self.findings.iter().any(|finding| finding.severity == Severity::Error)

@@ -4,23 +4,26 @@ use isolux_formats::spectral::SpectrumFile;
 use isolux_formats::{Content, Distribution, significant};
 use serde_json::{Map, Value};
 
-use super::Inspection;
+use super::inspection::Inspection;
 
 /// Four significant digits are as many as a photometer has.
 const DIGITS: usize = 4;
 
-/// Names with values and units; what could not be computed is left out. A row without a name goes on with the one above.
-pub(super) fn stated(inspection: &Inspection) -> Vec<(String, String)> {
-    let mut quantities = Quantities {
-        of: &inspection.quantities,
-        rows: Vec::new(),
-    };
-    match &inspection.content {
-        Some(Content::Distribution(distribution)) => quantities.distribution(distribution),
-        Some(Content::Spectrum(file)) => quantities.spectrum(file),
-        None => quantities.others(),
+impl Inspection {
+    /// Its quantities for a person: name, value with unit; what could not be computed is left out. A row without a name
+    /// goes on with the one above.
+    pub fn stated(&self) -> Vec<(String, String)> {
+        let mut quantities = Quantities {
+            of: &self.quantities,
+            rows: Vec::new(),
+        };
+        match &self.content {
+            Some(Content::Distribution(distribution)) => quantities.distribution(distribution),
+            Some(Content::Spectrum(file)) => quantities.spectrum(file),
+            None => quantities.others(),
+        }
+        quantities.rows
     }
-    quantities.rows
 }
 
 struct Quantities<'q> {

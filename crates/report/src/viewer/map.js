@@ -26,7 +26,8 @@ function make(name, properties = {}, ...children) {
 const SECTIONS = [["--section-x", []], ["--section-y", [5, 3]]];
 
 export class SensorMap {
-  /** `plain`: the picture alone, without switches and sections. `signed`: a scale as far below zero as above. */
+  /** `plain`: the picture alone, without switches and sections. `signed`: a scale as far below zero as
+   *  above where both are there. */
   constructor(element, { title = null, plain = false, signed = false } = {}) {
     Object.assign(this, { title, signed, held: false, at: null });
     const box = (name, words) => {
@@ -76,7 +77,7 @@ export class SensorMap {
     for (const value of this.values) [low, high, sum] = [Math.min(low, value), Math.max(high, value), sum + value];
     this.mean = sum / (nx * ny);
     [this.from, this.to] = [low, high];
-    if (this.signed) [low, high] = [-Math.max(-low, high), Math.max(-low, high)];
+    if (this.signed && low < 0 && high > 0) [low, high] = [-Math.max(-low, high), Math.max(-low, high)];
     // A logarithm needs a positive end; a map that touches zero is cut at a ten-thousandth of its largest value.
     Object.assign(this, { least: low, most: high, first: low > 0 ? low : 1e-4 * high });
     this.#paint();
