@@ -46,11 +46,18 @@ fn budget(section: &mut Section, name: &str, quantity: &Quantity) {
     let total = quantity.u_of_parts * quantity.u_of_parts;
     let mut parts: Vec<(&str, f64)> = quantity.parts.iter().map(|(name, u)| (*name, *u)).collect();
     parts.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // Below this nothing of a part is seen in the sum, and its digits are those of the arithmetic.
+    let least = 1e-4 * quantity.u_of_parts;
     let row = |name: String, u: f64| {
+        let digits = if u < least {
+            format!("< {}", significant(least, 1))
+        } else {
+            significant(u, 2)
+        };
         let share = if total > 0.0 { 100.0 * u * u / total } else { 0.0 };
         vec![
             name,
-            significant(u, 2),
+            digits,
             format!("{:.3} %", 100.0 * u / quantity.value.abs()),
             format!("{share:.1} %"),
         ]
