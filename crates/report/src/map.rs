@@ -1,6 +1,7 @@
 //! False-colour maps: a sensor's irradiance as a PNG with scale bar, and as a figure with sections.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 
 use font8x8::legacy::{BASIC_LEGACY, LATIN_LEGACY};
 
@@ -25,6 +26,12 @@ pub struct Map<'a> {
     pub unit: &'a str,
     /// Standard uncertainty of structure in the map: what single directions of the distribution are uncertain by.
     pub u: Option<f64>,
+}
+
+/// The pixels, of `pixels` along one side, under point `k` of `shown`.
+fn span(k: usize, shown: usize, pixels: usize) -> Range<usize> {
+    let from = k * pixels / shown;
+    from..((k + 1) * pixels / shown).max(from + 1)
 }
 
 /// Words beside the hatched part of a scale.
@@ -69,13 +76,13 @@ impl Map<'_> {
 
     /// Mean of the pixels under (x, y) of a picture of `width` × `height`, y counted from the top.
     fn shown(&self, x: usize, y: usize, width: usize, height: usize) -> f64 {
-        let span = |k: usize, shown: usize, pixels: usize| {
-            let from = k * pixels / shown;
-            from..((k + 1) * pixels / shown).max(from + 1)
-        };
+        self.mean_of(span(x, width, self.nx), span(height - 1 - y, height, self.ny))
+    }
+
+    fn mean_of(&self, columns: Range<usize>, rows: Range<usize>) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
-        for iy in span(height - 1 - y, height, self.ny) {
-            let row = &self.values[iy * self.nx..][span(x, width, self.nx)];
+        for iy in rows {
+            let row = &self.values[iy * self.nx..][columns.clone()];
             sum += row.iter().map(|value| f64::from(*value)).sum::<f64>();
             count += row.len() as f64;
         }
@@ -107,13 +114,22 @@ impl Map<'_> {
 
     fn paint(&self, canvas: &mut Canvas, left: usize, top: usize, width: usize, height: usize) {
         let (low, high) = self.range();
+        let columns: Vec<Range<usize>> = (0..width).map(|x| span(x, width, self.nx)).collect();
+        let mut line: Vec<[u8; 3]> = Vec::new();
+        let mut painted = 0..0;
         for y in 0..height {
-            for x in 0..width {
-                canvas.set(
-                    left + x,
-                    top + y,
-                    viridis((self.shown(x, y, width, height) - low) / (high - low)),
-                );
+            let rows = span(height - 1 - y, height, self.ny);
+            // A pixel that is larger than a point is painted once.
+            if rows != painted {
+                line.clear();
+                let values = columns
+                    .iter()
+                    .map(|columns| self.mean_of(columns.clone(), rows.clone()));
+                line.extend(values.map(|value| viridis((value - low) / (high - low))));
+                painted = rows;
+            }
+            for (x, colour) in line.iter().enumerate() {
+                canvas.set(left + x, top + y, *colour);
             }
         }
     }
