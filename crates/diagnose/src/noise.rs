@@ -8,11 +8,13 @@
 
 mod finding;
 mod left;
+mod levels;
 pub mod limits;
 mod means;
 mod moments;
 mod nulls;
 mod patches;
+mod phases;
 mod repeats;
 mod scatter;
 mod series;
@@ -25,11 +27,13 @@ use crate::table::{Coordinate, Source};
 use finding::Strongest;
 pub use finding::{Finding, Kind, NoiseTest, Peak};
 pub use left::Left;
+use levels::Levels;
 use limits::{FEWEST, PERMUTED_SHARE, RHO, SCATTER_SHARE, SCATTER_TESTS, SIGNIFICANCE};
 use means::{Means, Visits};
 use moments::Moments;
 use nulls::Nulls;
 use patches::Patches;
+use phases::Phases;
 use repeats::Repeats;
 use scatter::{Blocks, Neighbours, Trends};
 use series::Series;
@@ -93,6 +97,9 @@ fn one_source(left: &Left<'_>, series: &Series<'_>, most: usize, seed: u64) -> N
     if series.source == Source::Reading {
         tests.push(Box::new(Means::new(series)));
         tests.extend(Visits::new(series).map(|test| Box::new(test) as Box<dyn Test>));
+        tests.extend(Levels::new(series).map(|test| Box::new(test) as Box<dyn Test>));
+        tests.extend(Phases::new(series).map(|test| Box::new(test) as Box<dyn Test>));
+        tests.extend(Patches::circles(series).map(|test| Box::new(test) as Box<dyn Test>));
         tests.extend(Moments::new(series).map(|test| Box::new(test) as Box<dyn Test>));
         tests.extend(Neighbours::new(series, left.rho).map(|test| Box::new(test) as Box<dyn Test>));
     }

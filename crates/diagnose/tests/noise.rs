@@ -286,6 +286,99 @@ fn a_period_that_changes_is_found() {
     assert!(changing.is_some(), "{:#?}", test.findings);
 }
 
+/// A wheel that is not round shifts every γ by as much whenever it is there; 11 σ in all.
+#[test]
+fn an_error_of_each_angle_is_found() {
+    let rows = plan(false);
+    let wheel = |_: usize, row: &Row| {
+        let gamma = row.gamma_deg.to_radians();
+        1.3 * gamma.sin() * (2.4 * row.gamma_deg).sin().signum()
+    };
+    let test = tested(&rows, &with(wheel, &rows, 40), 0.0);
+    assert!(test.disagrees(), "{test:#?}");
+    let found = test
+        .findings
+        .iter()
+        .find(|finding| finding.note.starts_with("each γ has a level of its own"));
+    assert!(found.is_some(), "{:#?}", test.findings);
+}
+
+/// Hum that begins with another phase on each half-plane: no period of the whole record.
+#[test]
+fn a_period_that_begins_anew_on_each_half_plane_is_found() {
+    let rows = plan(false);
+    let phases: Vec<f64> = white(12, 41).iter().map(|z| 10.0 * z).collect();
+    let hum = |i: usize, row: &Row| {
+        let turn = std::f64::consts::TAU * row.gamma_deg / 23.0;
+        0.9 * (turn + phases[i / 29]).sin()
+    };
+    let test = tested(&rows, &with(hum, &rows, 42), 0.0);
+    let anew = test
+        .findings
+        .iter()
+        .find(|finding| finding.note.contains("begins anew"));
+    let period = anew.and_then(|finding| finding.period).expect("a period");
+    assert!((period - 4.6).abs() < 0.2, "{period}: {:#?}", test.findings);
+}
+
+#[test]
+fn contacts_that_bounce_after_a_change_of_range_are_found() {
+    let mut rows = plan(false);
+    for row in &mut rows {
+        row.range = f64::from(row.gamma_deg.abs() < 32.0) + f64::from(row.gamma_deg.abs() < 12.0);
+    }
+    let noise = white(rows.len(), 45);
+    let loud: Vec<f64> = (0..rows.len())
+        .map(|i| {
+            noise[i]
+                * if i > 0 && rows[i].range != rows[i - 1].range {
+                    2.5
+                } else {
+                    1.0
+                }
+        })
+        .collect();
+    let test = tested(&rows, &loud, 0.0);
+    assert!(
+        test.note().contains("the first after each change of the range"),
+        "{}",
+        test.note()
+    );
+}
+
+/// A wire across the beam: a great circle of directions, in light that hardly changes on it. 9 σ in all.
+#[test]
+fn a_stripe_of_directions_is_found() {
+    let rows = plan(false);
+    let wire = |_: usize, row: &Row| {
+        let (gamma, c) = (row.gamma_deg.to_radians(), row.c_deg.to_radians());
+        let off = 0.64 * gamma.cos() + 0.77 * gamma.sin() * (c - 1.9).cos();
+        if off.abs().asin().to_degrees() < 4.0 { -1.9 } else { 0.0 }
+    };
+    let off = rows.iter().enumerate().filter(|(i, row)| wire(*i, row) != 0.0).count();
+    let test = tested(&rows, &with(wire, &rows, 46), 0.0);
+    let stripe = |finding: &Finding| finding.note.starts_with("a stripe of directions");
+    assert!(test.findings.iter().any(stripe), "{off} readings: {:#?}", test.findings);
+}
+
+/// Peaks of noise are no part of what an oscillation explains: a name would have to be five times as strong.
+#[test]
+fn an_oscillation_explains_what_it_adds_to_the_noise() {
+    let rows = plan(false);
+    let length = rows.len() as f64;
+    let chirp = |i: usize, _: &Row| (30.0 * (i as f64 / length).powi(2) * std::f64::consts::TAU).sin();
+    let added: f64 = (0..rows.len()).map(|i| chirp(i, &rows[i]).powi(2)).sum();
+    let residual = with(chirp, &rows, 47);
+    let level = vec![1.0; rows.len()];
+    let test = of_left(&rows, level, &residual, 0.0, Some((1.0, 1.0)), |left| {
+        test(left, 600, 1)
+    })
+    .expect("a test");
+    let changing = |finding: &&Finding| finding.note.contains("period that changes");
+    let found = test.findings.iter().find(changing).expect("the chirp");
+    assert!(found.explained < added, "{} of {added}", found.explained);
+}
+
 /// Outliers are noise, five times as wide as the others; one that is 25 times as wide is a disturbance.
 #[test]
 fn one_reading_that_is_far_off_is_no_outlier() {

@@ -16,6 +16,9 @@ pub const SCATTER_SHARE: f64 = 0.1;
 /// Numbers of the strongest tests that are judged together: a change at random times is a little of a period, of a run
 /// and of a level of each visit.
 pub const TOGETHER: [usize; 2] = [1, 3];
+/// Share of the false alarms that the tests for levels of directions, phases of visits and great circles get, against 1
+/// of each other one: together less than one of those, which find what benches do more often. By hand.
+pub const RARE: f64 = 0.25;
 /// Comparisons of the scatter: with what is stated, with repeats of a pose, and from reading to reading; the widest of
 /// all readings; and values that come again.
 pub const SCATTER_TESTS: f64 = 5.0;
@@ -56,6 +59,8 @@ pub const PARTS: [usize; 3] = [12, 24, 48];
 pub const PLACES: f64 = 10.0;
 /// Lengths of successive readings whose means are compared.
 pub const MEANS: [usize; 4] = [4, 8, 16, 32];
+/// Readings of nearly the same light whose mean is compared. By hand, as the next three.
+pub const ALIKE: usize = 8;
 /// Numbers of pieces of each visit of a half-plane whose means are compared.
 pub const PIECES: [usize; 3] = [1, 2, 3];
 /// Readings in the stretches whose own periods are looked for.
@@ -64,6 +69,10 @@ pub const STRETCHES: [usize; 2] = [32, 64];
 pub const STEPS: [usize; 3] = [16, 8, 4];
 /// Widths (standard deviations) of patches, in degrees on the sphere.
 pub const PATCH_DEG: [f64; 3] = [3.0, 6.0, 12.0];
+/// Half-widths (standard deviations) of great circles, in degrees: a wire as wide as a shadow on a head is.
+pub const CIRCLE_DEG: [f64; 2] = [2.5, 5.0];
+/// Angle between the planes of neighbouring great circles, in degrees: a width of the narrowest at most.
+pub const CIRCLES_APART_DEG: f64 = 5.0;
 /// Widths of patches on a sensor, as a share of its side.
 pub const PATCH_SHARE: [f64; 3] = [0.05, 0.1, 0.2];
 /// Directions at most around which a patch is looked for.

@@ -1,8 +1,10 @@
 //! Periods that come, go or change: a periodogram of each stretch of the record, its peak wherever it lies.
 
+use std::sync::Arc;
+
 use super::finding::{Finding, Kind, Strongest, digits};
 use super::limits::{SQUARE_CLIP, STRETCHES};
-use super::series::Series;
+use super::series::{ADDED, RELATIVE, Series};
 use super::statistic::Test;
 use crate::table::Coordinate;
 
@@ -19,8 +21,7 @@ pub(super) struct Moments {
     lengths: Vec<Stretches>,
     cells: Vec<usize>,
     cell_s: f64,
-    /// Of an error that multiplies the light, and of one that is added.
-    envelopes: [Vec<f64>; 2],
+    errors: Arc<[Vec<f64>]>,
     sine: Vec<f64>,
 }
 
@@ -48,6 +49,13 @@ impl Stretches {
     }
 }
 
+impl Stretches {
+    /// Half of the σ² that the peak of noise explains: the mean of the largest of k exponential laws (Gumbel 1935).
+    fn expected(&self) -> f64 {
+        (self.frequencies.len() as f64).ln() + 0.577
+    }
+}
+
 impl Moments {
     /// None where the rows have no time or are too few.
     pub(super) fn new(series: &Series<'_>) -> Option<Self> {
@@ -64,7 +72,6 @@ impl Moments {
             .filter_map(|length| Stretches::new(length, series.len()))
             .collect();
         let angle = |k: usize| std::f64::consts::TAU * k as f64 / TURN as f64;
-        let relative = series.rows.iter().zip(&series.level);
         (!lengths.is_empty()).then(|| Self {
             lengths,
             cells: series
@@ -73,10 +80,7 @@ impl Moments {
                 .map(|time| ((time - first) / cell_s).round() as usize)
                 .collect(),
             cell_s,
-            envelopes: [
-                relative.map(|(row, level)| level / row.u).collect(),
-                series.rows.iter().map(|row| 1.0 / row.u).collect(),
-            ],
+            errors: Arc::clone(&series.errors),
             sine: (0..TURN).map(|k| angle(k).sin()).collect(),
         })
     }
@@ -91,7 +95,7 @@ impl Moments {
     fn peak(&self, of: &Stretches, values: &[f64], from: usize) -> (f64, f64) {
         let mut best = (0.0, f64::INFINITY);
         let rows = from..from + of.length;
-        for envelope in &self.envelopes {
+        for envelope in [&self.errors[RELATIVE], &self.errors[ADDED]] {
             let square: f64 = envelope[rows.clone()].iter().map(|weight| weight * weight).sum();
             if square.is_nan() || square <= 0.0 {
                 continue;
@@ -121,18 +125,19 @@ impl Test for Moments {
         for (place, of) in self.lengths.iter().enumerate() {
             let count = of.starts.len() as f64;
             let sum: f64 = self.peaks(of, values).iter().map(|peak| peak.0).sum();
-            // The largest of k exponential laws has the mean ln k + 0.577 and the variance π²/6 (Gumbel 1935).
-            let expected = (of.frequencies.len() as f64).ln() + 0.577;
-            let z = (sum - count * expected) / (count * std::f64::consts::PI.powi(2) / 6.0).sqrt();
+            // The largest of exponential laws has the variance π²/6 (Gumbel 1935).
+            let z = (sum - count * of.expected()) / (count * std::f64::consts::PI.powi(2) / 6.0).sqrt();
             best.raise(0.5 * z.max(0.0).powi(2), place);
         }
         best
     }
 
     fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
-        let mut peaks = self.peaks(&self.lengths[strongest.place], &series.plain);
-        // Twice half of σ², of stretches that share half of their readings.
-        let explained = peaks.iter().map(|peak| peak.0).sum::<f64>();
+        let of = &self.lengths[strongest.place];
+        let mut peaks = self.peaks(of, &series.plain);
+        // Twice half of σ², of stretches that share half of their readings; noise has peaks, too.
+        let more = |peak: &(f64, f64)| peak.0 - of.expected() * series.expected;
+        let explained = peaks.iter().map(more).sum::<f64>().max(0.0);
         peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
         peaks.truncate(peaks.len().div_ceil(3));
         let range = peaks

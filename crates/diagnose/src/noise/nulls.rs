@@ -25,6 +25,8 @@ const BATCH_VALUES: usize = 200_000;
 pub(super) struct Nulls {
     /// Of each test alone.
     tails: Vec<Tail>,
+    /// ln of the share of the false alarms that each test gets.
+    ln_shares: Vec<f64>,
     /// Of the strongest of all, and of the strongest few together.
     together: Vec<(usize, Tail)>,
     /// Of the stronger of these.
@@ -50,9 +52,10 @@ impl Nulls {
         let tails: Vec<Tail> = (0..tests.len())
             .map(|test| Tail::new(all.iter().map(|record| record[test]).collect()))
             .collect();
+        let ln_shares: Vec<f64> = tests.iter().map(|test| test.share().ln()).collect();
         let scores: Vec<Vec<f64>> = all
             .iter()
-            .map(|record| scores(record.iter().copied(), &tails))
+            .map(|record| scores(record.iter().copied(), &tails, &ln_shares))
             .collect();
         let together: Vec<(usize, Tail)> = TOGETHER
             .into_iter()
@@ -61,6 +64,7 @@ impl Nulls {
         let strongest = Tail::new(scores.iter().map(|scores| strongest_of(scores, &together)).collect());
         Self {
             tails,
+            ln_shares,
             together,
             strongest,
         }
@@ -74,17 +78,16 @@ impl Nulls {
     /// The probability of the strongest of all tests, or of the strongest few together where that is less: what one
     /// test finds clearly and what several find in part.
     pub(super) fn combined(&self, observed: &[Strongest]) -> f64 {
-        let scores = scores(observed.iter().map(|strongest| strongest.half_square), &self.tails);
+        let half_squares = observed.iter().map(|strongest| strongest.half_square);
+        let scores = scores(half_squares, &self.tails, &self.ln_shares);
         (-self.strongest.score(strongest_of(&scores, &self.together))).exp()
     }
 }
 
-/// −ln of the probability of each test alone, highest first.
-fn scores(half_squares: impl Iterator<Item = f64>, tails: &[Tail]) -> Vec<f64> {
-    let mut scores: Vec<f64> = half_squares
-        .zip(tails)
-        .map(|(half_square, tail)| tail.score(half_square))
-        .collect();
+/// −ln of the probability of each test alone over its share, highest first: a weighted Bonferroni (Holm 1979).
+fn scores(half_squares: impl Iterator<Item = f64>, tails: &[Tail], ln_shares: &[f64]) -> Vec<f64> {
+    let of = |((half_square, tail), ln_share): ((f64, &Tail), &f64)| (tail.score(half_square) + ln_share).max(0.0);
+    let mut scores: Vec<f64> = half_squares.zip(tails).zip(ln_shares).map(of).collect();
     scores.sort_by(|a, b| b.total_cmp(a));
     scores
 }

@@ -1,4 +1,5 @@
-//! Readings that are off together: every n-th, successive ones, neighbouring directions, neighbouring bins.
+//! Readings that are off together: every n-th, successive ones, neighbouring directions, directions along a great
+//! circle, neighbouring bins.
 //!
 //! A place is a list of cells with weights, a cell a few rows that every place of its level takes together: thousands
 //! of places of thousands of readings would not fit in memory.
@@ -6,10 +7,10 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::finding::{Finding, Kind, Strongest, digits};
-use super::limits::{CENTRES, EVERY, EVERY_VISIT, PATCH_DEG, PATCH_SHARE, RUNS};
-use super::series::Series;
+use super::limits::{CENTRES, CIRCLE_DEG, CIRCLES_APART_DEG, EVERY, EVERY_VISIT, PATCH_DEG, PATCH_SHARE, RARE, RUNS};
+use super::series::{RELATIVE, Series};
 use super::statistic::Test;
-use crate::table::{Coordinate, Light};
+use crate::table::{Coordinate, Light, Row};
 
 /// Cells whose rows may be off together, with weights such that the whole has unit length.
 struct Together {
@@ -29,6 +30,8 @@ enum What {
     Run(usize, usize),
     /// C, γ and width in degrees.
     Directions(f64, f64, f64),
+    /// C and γ of the pole of a great circle, and its width, in degrees.
+    Circle(f64, f64, f64),
     /// x, y and width in mm.
     Bins(f64, f64, f64),
 }
@@ -40,6 +43,19 @@ const CELLS_A_WIDTH: f64 = 4.0;
 /// Patches end where their weight is a twentieth.
 const REACH: f64 = 2.5;
 
+/// The direction of an angle pair.
+fn towards(c_deg: f64, gamma_deg: f64) -> [f64; 3] {
+    let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
+    let (sin_g, cos_g) = gamma_deg.to_radians().sin_cos();
+    [sin_g * cos_c, sin_g * sin_c, cos_g]
+}
+
+/// The direction of a lit reading.
+fn lit_direction(row: &Row) -> Option<[f64; 3]> {
+    let towards = towards(row.c_deg, row.gamma_deg);
+    (row.light == Light::Lit && towards.iter().all(|part| part.is_finite())).then_some(towards)
+}
+
 /// Places of one kind.
 #[derive(Default)]
 pub(super) struct Patches {
@@ -47,6 +63,10 @@ pub(super) struct Patches {
     levels: Vec<Vec<u32>>,
     /// Rows of each cell.
     counts: Vec<u32>,
+    /// What an error of one size does to each row, in its stated uncertainty; 1 where this is empty.
+    errs: Vec<f64>,
+    /// Sum of the squares of the above over the rows of each cell.
+    squares: Vec<f64>,
     places: Vec<Together>,
 }
 
@@ -54,14 +74,17 @@ impl Patches {
     /// Adds a level whose row `i` is in cell `cell(i)`, and returns the number of its first cell and how many it has.
     fn level(&mut self, rows: usize, mut cell: impl FnMut(usize) -> Option<usize>) -> (usize, usize) {
         let first = self.counts.len();
+        let errs = |i: usize| self.errs.get(i).map_or(1.0, |errs| errs * errs);
         let numbers: Vec<u32> = (0..rows)
             .map(|i| {
                 let Some(number) = cell(i) else { return NOWHERE };
                 let number = first + number;
                 if number >= self.counts.len() {
                     self.counts.resize(number + 1, 0);
+                    self.squares.resize(number + 1, 0.0);
                 }
                 self.counts[number] += 1;
+                self.squares[number] += errs(i);
                 number as u32
             })
             .collect();
@@ -102,7 +125,7 @@ impl Patches {
         let rows = |cell: u32| self.counts[cell as usize];
         let length: f64 = cells
             .iter()
-            .map(|&(cell, w)| f64::from(rows(cell)) * f64::from(w).powi(2))
+            .map(|&(cell, w)| self.squares[cell as usize] * f64::from(w).powi(2))
             .sum();
         if cells.iter().map(|&(cell, _)| rows(cell)).sum::<u32>() < 2 || length <= 0.0 {
             return;
@@ -170,13 +193,7 @@ impl Patches {
 
     /// Neighbouring directions of lit readings.
     pub(super) fn directions(series: &Series<'_>) -> Option<Self> {
-        let direction = |i: usize| -> Option<[f64; 3]> {
-            let row = series.rows[i];
-            let (sin_c, cos_c) = row.c_deg.to_radians().sin_cos();
-            let (sin_g, cos_g) = row.gamma_deg.to_radians().sin_cos();
-            let towards = [sin_g * cos_c, sin_g * sin_c, cos_g];
-            (row.light == Light::Lit && towards.iter().all(|part| part.is_finite())).then_some(towards)
-        };
+        let direction = |i: usize| lit_direction(series.rows[i]);
         // Directions two degrees apart or less are one centre.
         let mut known = BTreeSet::new();
         let centres: Vec<(usize, [f64; 3])> = (0..series.len())
@@ -195,6 +212,38 @@ impl Patches {
                 });
                 let row = series.rows[*at];
                 all.place(near, What::Directions(row.c_deg, row.gamma_deg, width));
+            }
+        }
+        all.some()
+    }
+
+    /// Lit readings near one great circle of directions: what a wire across the beam shades.
+    pub(super) fn circles(series: &Series<'_>) -> Option<Self> {
+        let mut all = Self {
+            errs: series.errors[RELATIVE].clone(),
+            ..Self::default()
+        };
+        for width in CIRCLE_DEG {
+            let direction = |i: usize| lit_direction(series.rows[i]);
+            let (first, cells) = all.keyed(series.len(), width.to_radians() / CELLS_A_WIDTH, direction);
+            // Poles of one hemisphere: those of the other are of the same circles.
+            let rings = (90.0 / CIRCLES_APART_DEG).round() as usize;
+            for ring in 1..=rings {
+                let gamma_deg = ring as f64 * CIRCLES_APART_DEG;
+                let half = if ring == rings { 180.0 } else { 360.0 };
+                let count = (half * gamma_deg.to_radians().sin() / CIRCLES_APART_DEG)
+                    .round()
+                    .max(1.0) as usize;
+                for k in 0..count {
+                    let c_deg = half * k as f64 / count as f64;
+                    let pole = towards(c_deg, gamma_deg);
+                    let near = cells.iter().enumerate().filter_map(|(k, towards)| {
+                        let sine: f64 = towards.iter().zip(&pole).map(|(a, b)| a * b).sum();
+                        let apart = sine.clamp(-1.0, 1.0).asin().to_degrees() / width;
+                        (apart.abs() < REACH).then(|| (first + k, (-0.5 * apart * apart).exp()))
+                    });
+                    all.place(near, What::Circle(c_deg, gamma_deg, width));
+                }
             }
         }
         all.some()
@@ -254,8 +303,10 @@ impl Patches {
     fn sums(&self, values: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.counts.len()];
         for level in &self.levels {
-            for (&cell, value) in level.iter().zip(values).filter(|(cell, _)| **cell != NOWHERE) {
-                sums[cell as usize] += value;
+            for (i, (&cell, value)) in level.iter().zip(values).enumerate() {
+                if cell != NOWHERE {
+                    sums[cell as usize] += value * self.errs.get(i).unwrap_or(&1.0);
+                }
             }
         }
         sums
@@ -278,6 +329,11 @@ impl Test for Patches {
             best.raise(0.5 * self.amplitude(place, &sums).powi(2), place);
         }
         best
+    }
+
+    fn share(&self) -> f64 {
+        // Great circles alone have errors.
+        if self.errs.is_empty() { 1.0 } else { RARE }
     }
 
     fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
@@ -324,6 +380,19 @@ impl Test for Patches {
                 );
                 let range = [gamma_deg - 1.2 * width, gamma_deg + 1.2 * width];
                 (Kind::Patch, Coordinate::GammaDeg, range, note)
+            }
+            What::Circle(c_deg, gamma_deg, width) => {
+                let note = format!(
+                    "a stripe of directions {} ° wide, across C {}° and {} ° from the pole, is {sign} the model",
+                    digits(2.4 * width),
+                    digits(c_deg),
+                    digits(90.0 - gamma_deg)
+                );
+                let reach = series
+                    .rows
+                    .iter()
+                    .fold(0.0_f64, |most, row| most.max(row.gamma_deg.abs()));
+                (Kind::Patch, Coordinate::GammaDeg, [-reach, reach], note)
             }
             What::Bins(x, y, width) => {
                 let note = format!(

@@ -96,6 +96,13 @@ impl Blocks {
                     .filter_map(first)
                     .collect(),
             );
+            let range = |k: usize| row(k).range.to_bits();
+            let switched = |k: &usize| series.follows[*k] && range(*k) != range(*k - 1);
+            add(
+                Coordinate::Index,
+                "the first after each change of the range",
+                (1..n).filter(switched).collect(),
+            );
             let changes = series.changes();
             for share in STEPS.into_iter().filter(|_| 2 * changes.len() > n) {
                 let from = changes.len() - changes.len() / share;

@@ -1,10 +1,19 @@
 //! The residuals in the order in which they were taken, as the tests of the noise see them.
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 
 use super::left::Left;
 use super::limits::{CLIP, ROUNDED};
-use crate::table::{Row, Source};
+use crate::table::{Light, Row, Source};
+
+/// The ways in which a reading errs, as a note says them: in proportion to the noise, to the light, by as much
+/// wherever it is, and by the angle at which it is taken.
+pub(super) const ERRORS: [&str; 4] = ["", " (relative to the light)", " (added)", " (of the angle γ)"];
+/// Their places in [`Series::errors`].
+pub(super) const RELATIVE: usize = 1;
+pub(super) const ADDED: usize = 2;
 
 /// Residuals of one kind of rows, in the order in which they were taken.
 pub(super) struct Series<'a> {
@@ -28,6 +37,8 @@ pub(super) struct Series<'a> {
     pub(super) held: Vec<f64>,
     /// Mean square of `plain` where all is noise.
     pub(super) expected: f64,
+    /// What each of [`ERRORS`] of one size does to each reading, in its stated uncertainty.
+    pub(super) errors: Arc<[Vec<f64>]>,
 }
 
 impl<'a> Series<'a> {
@@ -61,7 +72,7 @@ impl<'a> Series<'a> {
                 *value /= size;
             }
         }
-        Self {
+        let mut series = Self {
             source,
             level: place.iter().map(|&i| left.level[i]).collect(),
             time,
@@ -73,7 +84,26 @@ impl<'a> Series<'a> {
             share,
             rows,
             place,
+            errors: Arc::new([]),
+        };
+        let of = |k: usize, row: &Row| [1.0, series.level[k] / row.u, 1.0 / row.u, series.steepness(k) / row.u];
+        let all: Vec<[f64; 4]> = (0..series.len()).map(|k| of(k, series.rows[k])).collect();
+        series.errors = (0..ERRORS.len())
+            .map(|error| all.iter().map(|of| of[error]).collect())
+            .collect();
+        series
+    }
+
+    /// Change of the expected light with γ in the readings before and after, for a degree; 0 where γ stays.
+    fn steepness(&self, k: usize) -> f64 {
+        let near = |other: usize| self.rows.get(other).is_some_and(|row| alike(row, self.rows[k]));
+        let from = if k > 0 && near(k - 1) { k - 1 } else { k };
+        let to = if near(k + 1) { k + 1 } else { k };
+        let degrees = self.rows[to].gamma_deg - self.rows[from].gamma_deg;
+        if degrees == 0.0 || !degrees.is_finite() || self.rows[k].light != Light::Lit {
+            return 0.0;
         }
+        (self.level[to] - self.level[from]) / degrees
     }
 
     pub(super) fn len(&self) -> usize {
@@ -93,12 +123,7 @@ impl<'a> Series<'a> {
     pub(super) fn visits(&self) -> Vec<Vec<usize>> {
         let mut visits: Vec<Vec<usize>> = Vec::new();
         for i in 0..self.len() {
-            let row = self.rows[i];
-            let same = i > 0 && {
-                let before = self.rows[i - 1];
-                (row.file, row.group, row.light) == (before.file, before.group, before.light)
-                    && row.c_deg == before.c_deg
-            };
+            let same = i > 0 && alike(self.rows[i], self.rows[i - 1]);
             match visits.last_mut() {
                 Some(visit) if same => visit.push(i),
                 _ => visits.push(vec![i]),
@@ -125,6 +150,11 @@ impl<'a> Series<'a> {
         }
         if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
     }
+}
+
+/// Whether two readings are of one block, half-plane and light.
+fn alike(a: &Row, b: &Row) -> bool {
+    (a.file, a.group, a.light) == (b.file, b.group, b.light) && a.c_deg == b.c_deg
 }
 
 /// Standard deviation of values whatever a few of them are.

@@ -8,7 +8,7 @@ use rustfft::{Fft, FftPlanner};
 
 use super::finding::{Finding, Kind, Strongest, digits};
 use super::limits::CELLS;
-use super::series::Series;
+use super::series::{ADDED, RELATIVE, Series};
 use super::statistic::Test;
 use crate::table::Coordinate;
 
@@ -43,17 +43,10 @@ impl Spectrum {
             .iter()
             .map(|at| ((at - first) / cell).round() as usize)
             .collect();
-        let unit = |weights: Vec<f64>| -> Vec<f64> {
+        let unit = |weights: &Vec<f64>| -> Vec<f64> {
             let length = weights.iter().map(|w| w * w).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
             weights.iter().map(|w| w / length).collect()
         };
-        let relative = series
-            .rows
-            .iter()
-            .zip(&series.level)
-            .map(|(row, level)| level / row.u)
-            .collect();
-        let added = series.rows.iter().map(|row| 1.0 / row.u).collect();
         // From one period in the record to nearly two readings a period, where cosine and sine are no longer two.
         let lowest = (size as f64 * cell / span).ceil() as usize;
         let highest = (0.49 * size as f64 * cell / typical.max(cell)) as usize;
@@ -63,7 +56,7 @@ impl Spectrum {
             size,
             cell,
             range: [first, last],
-            envelopes: [unit(relative), unit(added)],
+            envelopes: [unit(&series.errors[RELATIVE]), unit(&series.errors[ADDED])],
             bins: lowest..highest,
             fft: FftPlanner::new().plan_fft_forward(size),
         })

@@ -13,6 +13,11 @@ pub(super) trait Test: Sync {
         self.strongest(values)
     }
 
+    /// Its share of the false alarms; 1 for what benches often do.
+    fn share(&self) -> f64 {
+        1.0
+    }
+
     /// What that place is.
     fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding;
 }
