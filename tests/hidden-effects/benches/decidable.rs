@@ -64,6 +64,7 @@ fn main() {
         "Fresh" => Class::Fresh(sigma),
         "Later" => Class::Later(sigma),
         "Third" => Class::Third(sigma),
+        "Fourth" => Class::Fourth(sigma),
         "Unforeseen" => Class::Unforeseen(sigma),
         _ => Class::Second(sigma),
     };

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 /// Maps or readings, what is hidden, how many cases: every effect and every strange one at least once, false alarms,
 /// the rarer, oftener where they are cheap. What the goals name comes first.
-const SUITE: [(bool, Class, u64); 27] = [
+const SUITE: [(bool, Class, u64); 29] = [
     (false, Class::CleanWhite, 150),
     (false, Class::Single(10), 44),
     (false, Class::Single(5), 44),
@@ -50,6 +50,8 @@ const SUITE: [(bool, Class, u64); 27] = [
     (false, Class::Second(30), 24),
     (false, Class::Third(10), 24),
     (false, Class::Third(30), 24),
+    (false, Class::Fourth(10), 24),
+    (false, Class::Fourth(30), 24),
 ];
 
 fn main() {

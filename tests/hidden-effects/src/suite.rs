@@ -34,6 +34,8 @@ pub enum Class {
     Second(u32),
     /// The same, drawn after those of both lists had been measured.
     Third(u32),
+    /// The same, drawn after those of three lists had been measured.
+    Fourth(u32),
     /// One effect at 20 σ on a common plan: the right answer is a set that holds it.
     Common,
 }
@@ -132,6 +134,10 @@ pub fn orders(class: Class, sensor: bool, count: u64, seed: u64) -> Vec<Order> {
                     let kinds = unforeseen::THIRD;
                     order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
                 }
+                Class::Fourth(sigma) => {
+                    let kinds = unforeseen::FOURTH;
+                    order.hidden = vec![(kinds[(k as usize) % kinds.len()], f64::from(sigma))];
+                }
                 Class::Common => {
                     order.plan = Plan::Common;
                     order.hidden = vec![(name, 20.0)];
@@ -185,7 +191,8 @@ pub fn judge(class: Class, order: &Order, answer: &Answer) -> Vec<(&'static str,
         | Class::Later(_)
         | Class::Unforeseen(_)
         | Class::Second(_)
-        | Class::Third(_) => {
+        | Class::Third(_)
+        | Class::Fourth(_) => {
             scores.push(("called unexplained", answer.verdict == "unexplained"));
         }
         Class::Common => scores.push((

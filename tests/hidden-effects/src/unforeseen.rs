@@ -6,8 +6,10 @@ use isolux_darkroom::Kind;
 use crate::plan::Step;
 use crate::random::Draws;
 
+mod fourth;
 mod third;
 
+pub use fourth::FOURTH;
 pub use third::THIRD;
 
 /// Kinds that were drawn while the test stood as it is in commit e8ad4a5.
@@ -40,7 +42,7 @@ pub const SECOND: &[&str] = &[
 
 /// Whether a name is one of these kinds.
 pub fn has(name: &str) -> bool {
-    [FIRST, SECOND, THIRD].iter().any(|kinds| kinds.contains(&name))
+    [FIRST, SECOND, THIRD, FOURTH].iter().any(|kinds| kinds.contains(&name))
 }
 
 /// Noise of about the size that a meter has at so much light.

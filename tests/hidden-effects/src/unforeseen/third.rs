@@ -2,7 +2,7 @@
 
 use isolux_darkroom::Kind;
 
-use super::{rough, slope, stays};
+use super::{fourth, rough, slope, stays};
 use crate::plan::Step;
 use crate::random::Draws;
 
@@ -172,6 +172,6 @@ pub(super) fn gonio(name: &str, steps: &[Step], clean: &[f64], draws: &mut Draws
             let after_s = draws.between(3.0, 12.0);
             all().map(|i| 0.01 * (1.0 + since[i] / after_s).recip()).collect()
         }
-        _ => vec![0.0; steps.len()],
+        _ => fourth::gonio(name, steps, clean, draws),
     }
 }
