@@ -190,7 +190,9 @@ fn what_would_be_left_aside_is_refused() {
     }
     let ler = ["--set", "luminaire.ler_lm_per_w=300.0"];
     let effect = "effect=[{ name = \"vignetting\", coefficient_rel = 0.05 }]";
-    let refused: [(&str, &[&str], &str); 7] = [
+    let refused: [(&str, &[&str], &str); 9] = [
+        ("scene.toml", &["--pixels", "2048x1024"], "comma: 2048,1024"),
+        ("scene.toml", &["--sensor-mm", "24.5 × 12"], "comma: 24.5,12"),
         ("scene.toml", &["--rays", "1e5"], "--rays"),
         ("scene.toml", &["--seed", "1"], "--seed"),
         ("scene.toml", &["--sampling", "traced"], "--sampling"),

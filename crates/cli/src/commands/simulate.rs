@@ -229,6 +229,16 @@ fn one_or_two_counts(text: &str) -> Result<Pair<u64>, String> {
 }
 
 fn pair<T: Copy>(text: &str, parse: impl Fn(&str) -> Result<T, String>) -> Result<Pair<T>, String> {
+    if let Some((x, y)) = text.split_once(['x', 'X', '×', '*'])
+        && parse(x.trim()).is_ok()
+        && parse(y.trim()).is_ok()
+    {
+        return Err(format!(
+            "`{text}`: two numbers are written with a comma: {},{}",
+            x.trim(),
+            y.trim()
+        ));
+    }
     match text
         .split(',')
         .map(|part| parse(part.trim()))
