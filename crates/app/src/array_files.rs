@@ -3,23 +3,24 @@
 use std::fmt::Write as _;
 use std::io::Cursor;
 
+use isolux_sim::array::Array;
+
 use crate::Failure;
 
 /// NumPy's format 1.0: little-endian float32, C order, `[ny][nx]`.
-pub fn npy(values: &[f32], nx: usize, ny: usize) -> Vec<u8> {
+pub fn npy(values: &[f32], nx: usize, ny: usize) -> Array<u8> {
     let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({ny}, {nx}), }}");
     // Magic, version and length take 10 bytes; the data begin at a multiple of 64.
     while (10 + header.len() + 1) % 64 != 0 {
         header.push(' ');
     }
     header.push('\n');
-    let mut bytes = Vec::with_capacity(10 + header.len() + 4 * values.len());
-    bytes.extend_from_slice(b"\x93NUMPY\x01\x00");
-    bytes.extend_from_slice(&(header.len() as u16).to_le_bytes());
-    bytes.extend_from_slice(header.as_bytes());
-    let data = bytes.len();
-    bytes.resize(data + 4 * values.len(), 0);
-    for (four, value) in bytes[data..].chunks_exact_mut(4).zip(values) {
+    let [low, high] = (header.len() as u16).to_le_bytes();
+    let head = [&b"\x93NUMPY\x01\x00"[..], &[low, high], header.as_bytes()].concat();
+    let mut bytes = Array::zeros(head.len() + 4 * values.len());
+    let (start, data) = bytes.split_at_mut(head.len());
+    start.copy_from_slice(&head);
+    for (four, value) in data.chunks_exact_mut(4).zip(values) {
         four.copy_from_slice(&value.to_le_bytes());
     }
     bytes

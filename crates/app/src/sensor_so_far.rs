@@ -79,7 +79,7 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
         // Two ways to fill what was not measured, taken as the ends of a rectangle (JCGM 100, 4.3.7, of half width |a −
         // b|).
         let u = |value: f64, other: f64| ((value - other) / 3.0_f64.sqrt()).hypot(own_rel * value);
-        let pixels = solved.map.iter().zip(&other.map);
+        let pixels = solved.map.iter().zip(other.map.iter());
         let of_pixel = |(a, b): (&f32, &f32)| (2.0 * u(f64::from(*a), f64::from(*b))) as f32;
         let values: Vec<f32> = pixels.map(of_pixel).collect();
         let u_map = Map {

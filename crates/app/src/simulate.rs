@@ -169,10 +169,15 @@ pub fn solve(scene: &isolux_model::Scene, method: Method) -> Result<Simulation, 
     let start = Instant::now();
     let simulation =
         simulation::simulate(scene, method, &|| start.elapsed().as_secs_f64()).map_err(|error| refused(&error))?;
+    let facts = &simulation.facts;
+    // A sum that is finite has only finite terms; they are stored as f32.
+    if facts.mean.is_finite() && facts.min.abs().max(facts.max.abs()) < f64::from(f32::MAX) {
+        return Ok(simulation);
+    }
     match simulation.map.iter().position(|value| !value.is_finite()) {
         None => Ok(simulation),
         Some(pixel) => {
-            let [nx, _] = simulation.facts.pixels;
+            let [nx, _] = facts.pixels;
             Err(Failure::bad_input(format!(
                 "pixel ({}, {}) comes out as {}: no light is that",
                 pixel % nx,

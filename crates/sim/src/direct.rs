@@ -10,7 +10,9 @@ use std::sync::atomic::AtomicU64;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use zerocopy::{FromBytes, IntoBytes};
 
+use crate::array::{Array, RUN};
 use crate::batch::{LANES, Tracer};
 use crate::emission::{Emission, Ray, first_number};
 use crate::random::{Purpose, Random, unit53};
@@ -75,7 +77,7 @@ const MOST_RAYS: f64 = 2e13;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counts {
     /// Rays of each pixel, `[iy * nx + ix]`.
-    pub count: Vec<u64>,
+    pub count: Array<u64>,
     /// Rays over the whole sphere, N.
     pub rays: u64,
     /// Flux of the emitter, lm.
@@ -92,13 +94,29 @@ impl Counts {
 
     /// Rays on the sensor.
     pub fn on_sensor(&self) -> u64 {
-        self.count.par_iter().sum()
+        self.count
+            .par_chunks(RUN)
+            .map(|counts| counts.iter().sum::<u64>())
+            .sum()
+    }
+
+    /// Pixels that no ray reached.
+    pub fn empty(&self) -> usize {
+        let empty = |counts: &[u64]| counts.iter().filter(|count| **count == 0).count();
+        self.count.par_chunks(RUN).map(empty).sum()
     }
 
     /// The map, lx.
-    pub fn illuminance_lx(&self) -> Vec<f64> {
+    pub fn illuminance_lx(&self) -> Array<f64> {
         let unit = self.lux_per_ray();
-        self.count.par_iter().map(|&count| count as f64 * unit).collect()
+        let mut map = Array::zeros(self.count.len());
+        let runs = map.par_chunks_mut(RUN).zip(self.count.par_chunks(RUN));
+        runs.for_each(|(map, counts)| {
+            for (value, count) in map.iter_mut().zip(counts) {
+                *value = *count as f64 * unit;
+            }
+        });
+        map
     }
 }
 
@@ -112,8 +130,14 @@ pub fn traced(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result<
     let random = Random::new(seed, Purpose::Ray);
     let cone = emission.cone();
     let highest = (cone * 4_294_967_296.0).min(4_294_967_295.0) as u32;
-    let count = counters(sensor);
-    let tracer = Tracer::new(&emission, sensor, &count, random, source.extinction_per_mm());
+    let mut count = Array::zeros(sensor.pixels());
+    let tracer = Tracer::new(
+        &emission,
+        sensor,
+        counters(&mut count),
+        random,
+        source.extinction_per_mm(),
+    );
     (0..rays.div_ceil(CHUNK))
         .into_par_iter()
         .for_each_init(Vec::new, |pending, chunk| {
@@ -154,8 +178,14 @@ pub fn thinned(source: &Source, sensor: &Sensor, rays: u64, seed: u64) -> Result
         .binomial(rays, cone.min(1.0));
     follow(inside as f64)?;
     let random = Random::new(seed, Purpose::Ray);
-    let count = counters(sensor);
-    let tracer = Tracer::new(&emission, sensor, &count, random, source.extinction_per_mm());
+    let mut count = Array::zeros(sensor.pixels());
+    let tracer = Tracer::new(
+        &emission,
+        sensor,
+        counters(&mut count),
+        random,
+        source.extinction_per_mm(),
+    );
     // How many leave through each cell: the multinomial law, one binomial after the other.
     let mut pieces = Vec::new();
     let (mut first, mut left) = (0, inside);
@@ -190,12 +220,13 @@ pub fn expected(
     let emission = prepared(source, sensor, rays)?;
     let random = Random::new(seed, Purpose::Pixel);
     let per_lux = sensor.pixel_area_m2() * rays as f64 / emission.flux_lm();
-    let count = illuminance_lx
-        .par_iter()
-        .enumerate()
-        .with_min_len(4096)
-        .map(|(index, lux)| random.sequence(index as u64).poisson(lux * per_lux))
-        .collect();
+    let mut count = Array::zeros(illuminance_lx.len());
+    let runs = count.par_chunks_mut(RUN).zip(illuminance_lx.par_chunks(RUN));
+    runs.enumerate().for_each(|(run, (counts, lux))| {
+        for (index, (count, lux)) in counts.iter_mut().zip(lux).enumerate() {
+            *count = random.sequence((run * RUN + index) as u64).poisson(lux * per_lux);
+        }
+    });
     Ok(Counts {
         count,
         rays,
@@ -261,16 +292,16 @@ fn follow(sampled: f64) -> Result<(), DirectError> {
     }
 }
 
-fn counters(sensor: &Sensor) -> Vec<AtomicU64> {
-    (0..sensor.pixels())
-        .into_par_iter()
-        .map(|_| AtomicU64::new(0))
-        .collect()
+/// The counters of all pixels, for threads that count side by side.
+fn counters(count: &mut [u64]) -> &[AtomicU64] {
+    <[AtomicU64]>::mut_from_bytes(count.as_mut_bytes())
+        .map_err(|_| ())
+        .expect("a counter is as large as its number and aligned as it")
 }
 
-fn counted(count: Vec<AtomicU64>, emission: &Emission, sensor: &Sensor, rays: u64) -> Counts {
+fn counted(count: Array<u64>, emission: &Emission, sensor: &Sensor, rays: u64) -> Counts {
     Counts {
-        count: count.into_par_iter().map(AtomicU64::into_inner).collect(),
+        count,
         rays,
         flux_lm: emission.flux_lm(),
         pixel_area_m2: sensor.pixel_area_m2(),

@@ -5,6 +5,7 @@
 
 pub mod against;
 mod angles;
+pub mod array;
 mod batch;
 pub mod blur;
 mod bound;

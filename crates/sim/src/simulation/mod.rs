@@ -14,6 +14,7 @@ use rayon::prelude::*;
 pub use self::error::SimulationError;
 pub use self::facts::{AccuracyFacts, Against, Band, CameraFacts, ColourAt, ColourFacts, Facts, MapUnit, PixelBound};
 use self::receiver::Receiver;
+use crate::array::{Array, RUN};
 use crate::direct::{self, Counts, Sampling};
 use crate::inverse::Bound;
 use crate::setup::Setup;
@@ -39,7 +40,7 @@ pub enum Method {
 #[derive(Debug, Clone)]
 pub struct Simulation {
     /// Mean of each pixel, `[iy * nx + ix]`, in [`Facts::unit`].
-    pub map: Vec<f32>,
+    pub map: Array<f32>,
     /// Digital numbers of one exposure, where the scene has a camera.
     pub signal_dn: Option<Vec<u16>>,
     /// Rays of each pixel, direct only.
@@ -63,7 +64,7 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
     let exposure = receiver.exposure(&solved.map);
     let facts = stated::facts(scene, &setup, &receiver, method, &solved);
     Ok(Simulation {
-        map: solved.map.par_iter().map(|value| *value as f32).collect(),
+        map: rounded(&solved.map),
         facts: Facts {
             elapsed_s,
             camera: exposure.as_ref().map(|exposure| exposure.facts),
@@ -75,9 +76,21 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
     })
 }
 
+/// A map as it is stored.
+fn rounded(map: &[f64]) -> Array<f32> {
+    let mut stored = Array::zeros(map.len());
+    let runs = stored.par_chunks_mut(RUN).zip(map.par_chunks(RUN));
+    runs.for_each(|(stored, values)| {
+        for (stored, value) in stored.iter_mut().zip(values) {
+            *stored = *value as f32;
+        }
+    });
+    stored
+}
+
 /// A finished map in the unit of the result.
 struct Solved {
-    map: Vec<f64>,
+    map: Array<f64>,
     /// Of the inverse method.
     bound: Bound,
     counts: Option<Counts>,
@@ -98,7 +111,8 @@ impl Solved {
             Sampling::Traced => direct::traced(source, sensor, rays, seed)?,
             Sampling::Thinned => direct::thinned(source, sensor, rays, seed)?,
             Sampling::Expected => {
-                let expected = inverse::solve(source, sensor, Accuracy::Standard).illuminance_lx;
+                let mut expected = Array::zeros(sensor.pixels());
+                inverse::solve_into(source, sensor, Accuracy::Standard, &mut expected);
                 direct::expected(source, sensor, &expected, rays, seed)?
             }
         };
@@ -113,8 +127,8 @@ impl Solved {
 }
 
 /// The finished map of the inverse method, and its bound in the map's unit.
-fn noise_free(setup: &Setup, accuracy: Accuracy) -> (Vec<f64>, Bound) {
-    let mut map = vec![0.0; setup.sensor.pixels()];
+fn noise_free(setup: &Setup, accuracy: Accuracy) -> (Array<f64>, Bound) {
+    let mut map = Array::zeros(setup.sensor.pixels());
     let bound = inverse::solve_into(&setup.source, &setup.sensor, accuracy, &mut map);
     finish(setup, &mut map);
     let strongest = setup.pixel_factor.as_ref().map_or(1.0, |factors| {
@@ -124,8 +138,7 @@ fn noise_free(setup: &Setup, accuracy: Accuracy) -> (Vec<f64>, Bound) {
 }
 
 /// Lamp, sensor effects, blur, background and unit: everything after the solver, the same for both methods.
-fn finish(setup: &Setup, map: &mut Vec<f64>) {
-    const RUN: usize = 1 << 14;
+fn finish(setup: &Setup, map: &mut Array<f64>) {
     let per_unit = setup.per_unit();
     map.par_chunks_mut(RUN).enumerate().for_each(|(run, values)| {
         let factors = setup.pixel_factor.as_ref().map(|factors| &factors[run * RUN..]);
@@ -135,6 +148,6 @@ fn finish(setup: &Setup, map: &mut Vec<f64>) {
         }
     });
     if setup.blur_px > 0.0 {
-        *map = blur::gaussian(map, setup.sensor.nx, setup.sensor.ny, setup.blur_px);
+        *map = blur::gaussian(map, setup.sensor.nx, setup.sensor.ny, setup.blur_px).into();
     }
 }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::array::{Array, RUN};
 use crate::direct::Counts;
 use crate::noise::{self, Interval};
 use crate::setup::Setup;
@@ -19,15 +20,17 @@ pub(super) struct Rays {
 
 impl Rays {
     /// `noise_free`: the map without noise.
-    pub fn of(counts: &Counts, setup: &Setup, mut noise_free: Vec<f64>) -> Self {
+    pub fn of(counts: &Counts, setup: &Setup, mut noise_free: Array<f64>) -> Self {
         let per_unit = setup.per_unit();
         let pixels = setup.sensor.pixels();
         let value = counts.lux_per_ray() * setup.lamp * per_unit;
         let background = setup.background_lx * per_unit;
         let light = noise::moments(&noise_free);
-        noise_free
-            .par_iter_mut()
-            .for_each(|light| *light = ((*light - background) / value).max(0.0));
+        noise_free.par_chunks_mut(RUN).for_each(|lights| {
+            for light in lights {
+                *light = ((*light - background) / value).max(0.0);
+            }
+        });
         let expected = noise_free;
         let law = noise::largest_count(&expected);
         let scaled = |count: f64| count * value + background;

@@ -63,7 +63,7 @@ pub(super) fn facts(scene: &Scene, setup: &Setup, receiver: &Receiver<'_>, metho
         elapsed_s: f64::NAN,
         std_without_ray_noise: ray.as_ref().map(|ray| noise::std_without_noise(&moments, ray.value)),
         rays_for_1_percent_per_pixel: ray.as_ref().map(|ray| ray.needed),
-        empty_pixels: counts.map(|counts| counts.count.iter().filter(|count| **count == 0).count()),
+        empty_pixels: counts.map(Counts::empty),
         one_ray_in_a_pixel: ray.as_ref().map(|ray| ray.value),
         flux_lm: scene
             .model
