@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use font8x8::legacy::{BASIC_LEGACY, LATIN_LEGACY};
+use rayon::prelude::*;
 
 use crate::axes::{Frame, Scale, number};
 use crate::svg::{Anchor, Stroke, Svg, colour};
@@ -28,6 +29,37 @@ pub struct Map<'a> {
     pub u: Option<f64>,
 }
 
+/// Pixels of which one thread at a time takes care.
+const RUN: usize = 1 << 17;
+
+/// Smallest and largest finite value; infinities the wrong way round where there is none.
+fn finite_range(values: &[f32]) -> (f32, f32) {
+    // Lanes side by side: maps have millions of pixels.
+    let (mut lows, mut highs) = ([f32::INFINITY; 16], [f32::NEG_INFINITY; 16]);
+    let mut add = |lane: usize, value: f32| {
+        let finite = value.abs() < f32::INFINITY;
+        let (low, high) = (
+            if finite { value } else { f32::INFINITY },
+            if finite { value } else { f32::NEG_INFINITY },
+        );
+        lows[lane] = if low < lows[lane] { low } else { lows[lane] };
+        highs[lane] = if high > highs[lane] { high } else { highs[lane] };
+    };
+    let (runs, rest) = values.as_chunks::<16>();
+    for run in runs {
+        for (lane, value) in run.iter().enumerate() {
+            add(lane, *value);
+        }
+    }
+    for value in rest {
+        add(0, *value);
+    }
+    (
+        lows.into_iter().fold(f32::INFINITY, f32::min),
+        highs.into_iter().fold(f32::NEG_INFINITY, f32::max),
+    )
+}
+
 /// The pixels, of `pixels` along one side, under point `k` of `shown`.
 fn span(k: usize, shown: usize, pixels: usize) -> Range<usize> {
     let from = k * pixels / shown;
@@ -40,21 +72,10 @@ const HATCHED: &str = "hatched: \u{b1}2 u";
 impl Map<'_> {
     /// Smallest and largest finite value; a range of a millionth where all are equal.
     pub fn range(&self) -> (f64, f64) {
-        // Lanes side by side: maps have millions of pixels.
-        let (mut lows, mut highs) = ([f32::INFINITY; 16], [f32::NEG_INFINITY; 16]);
-        for run in self.values.chunks(16) {
-            for ((low, high), value) in lows.iter_mut().zip(&mut highs).zip(run) {
-                let (from, to) = if value.is_finite() {
-                    (*value, *value)
-                } else {
-                    (*low, *high)
-                };
-                *low = if from < *low { from } else { *low };
-                *high = if to > *high { to } else { *high };
-            }
-        }
-        let low = f64::from(lows.into_iter().fold(f32::INFINITY, f32::min));
-        let high = f64::from(highs.into_iter().fold(f32::NEG_INFINITY, f32::max));
+        let none = (f32::INFINITY, f32::NEG_INFINITY);
+        let runs = self.values.par_chunks(RUN).map(finite_range);
+        let (low, high) = runs.reduce(|| none, |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let (low, high) = (f64::from(low), f64::from(high));
         if low > high {
             return (0.0, 1.0);
         }
@@ -68,8 +89,7 @@ impl Map<'_> {
 
     /// The part of the scale, around its middle, that is as wide as two standard uncertainties to either side: smaller
     /// differences of colour may be no light.
-    fn below_uncertainty(&self) -> Option<(f64, f64)> {
-        let (low, high) = self.range();
+    fn below_uncertainty(&self, (low, high): (f64, f64)) -> Option<(f64, f64)> {
         let (middle, u) = (0.5 * (low + high), self.u.filter(|u| *u > 0.0)?);
         Some(((middle - 2.0 * u).max(low), (middle + 2.0 * u).min(high)))
     }
@@ -108,30 +128,48 @@ impl Map<'_> {
     pub fn bare_png(&self, most: usize) -> Vec<u8> {
         let (width, height) = self.extent(most);
         let mut canvas = Canvas::new(width, height);
-        self.paint(&mut canvas, 0, 0, width, height);
+        self.paint(&mut canvas, [0, 0], [width, height], self.range());
         canvas.png()
     }
 
-    fn paint(&self, canvas: &mut Canvas, left: usize, top: usize, width: usize, height: usize) {
-        let (low, high) = self.range();
+    /// Paints `[left, top]` and `[width, height]` of a canvas that has these points.
+    fn paint(
+        &self,
+        canvas: &mut Canvas,
+        [left, top]: [usize; 2],
+        [width, height]: [usize; 2],
+        (low, high): (f64, f64),
+    ) {
+        /// Lines that one thread paints.
+        const BAND: usize = 16;
         let columns: Vec<Range<usize>> = (0..width).map(|x| span(x, width, self.nx)).collect();
-        let mut line: Vec<[u8; 3]> = Vec::new();
-        let mut painted = 0..0;
-        for y in 0..height {
-            let rows = span(height - 1 - y, height, self.ny);
-            // A pixel that is larger than a point is painted once.
-            if rows != painted {
-                line.clear();
-                let values = columns
-                    .iter()
-                    .map(|columns| self.mean_of(columns.clone(), rows.clone()));
-                line.extend(values.map(|value| viridis((value - low) / (high - low))));
-                painted = rows;
-            }
-            for (x, colour) in line.iter().enumerate() {
-                canvas.set(left + x, top + y, *colour);
-            }
-        }
+        let stride = 3 * canvas.width;
+        let lines = &mut canvas.rgb[top * stride..(top + height) * stride];
+        lines
+            .par_chunks_mut(BAND * stride)
+            .enumerate()
+            .for_each(|(band, lines)| {
+                let mut colours: Vec<u8> = Vec::new();
+                let mut painted = 0..0;
+                for (line, points) in lines.chunks_exact_mut(stride).enumerate() {
+                    let rows = span(height - 1 - (band * BAND + line), height, self.ny);
+                    // A pixel that is larger than a point is painted once.
+                    if rows != painted {
+                        let share =
+                            |columns: &Range<usize>| (self.mean_of(columns.clone(), rows.clone()) - low) / (high - low);
+                        colours.clear();
+                        for columns in columns.chunks(SIDE_BY_SIDE) {
+                            let mut shares = [0.0; SIDE_BY_SIDE];
+                            for (value, columns) in shares.iter_mut().zip(columns) {
+                                *value = share(columns);
+                            }
+                            colours.extend(viridis_of(shares).into_iter().take(columns.len()).flatten());
+                        }
+                        painted = rows;
+                    }
+                    points[3 * left..3 * (left + width)].copy_from_slice(&colours);
+                }
+            });
     }
 
     /// The map with its axes in mm and a scale bar with unit, as PNG.
@@ -140,7 +178,8 @@ impl Map<'_> {
         let (left, top) = (86, 46);
         let mut canvas = Canvas::new(left + width + 190, (top + height + 70).max(300));
         canvas.text(left, 16, Align::Left, &format!("{} / {}", self.quantity, self.unit));
-        self.paint(&mut canvas, left, top, width, height);
+        let range = self.range();
+        self.paint(&mut canvas, [left, top], [width, height], range);
         canvas.frame(left, top, width, height);
         let [w, h] = self.size_mm;
         for (axis, extent) in [(0, w), (1, h)] {
@@ -163,12 +202,11 @@ impl Map<'_> {
         canvas.text(left + width / 2, top + height + 40, Align::Centre, "x / mm");
         canvas.text(8, top + height / 2 - 24, Align::Left, "y");
         canvas.text(8, top + height / 2 - 6, Align::Left, "/mm");
-        self.bar(&mut canvas, left + width + 24, top, height);
+        self.bar(&mut canvas, [left + width + 24, top], height, range);
         canvas.png()
     }
 
-    fn bar(&self, canvas: &mut Canvas, left: usize, top: usize, height: usize) {
-        let (low, high) = self.range();
+    fn bar(&self, canvas: &mut Canvas, [left, top]: [usize; 2], height: usize, (low, high): (f64, f64)) {
         for y in 0..height {
             let colour = viridis(1.0 - (y as f64 + 0.5) / height as f64);
             for x in 0..22 {
@@ -177,7 +215,7 @@ impl Map<'_> {
         }
         canvas.frame(left, top, 22, height);
         let digits = digits(low, high);
-        if let Some((from, to)) = self.below_uncertainty() {
+        if let Some((from, to)) = self.below_uncertainty((low, high)) {
             let row = |value: f64| top + ((high - value) / (high - low) * (height - 1) as f64) as usize;
             for y in row(to)..=row(from) {
                 for x in (0..22).filter(|x| (x + y) % 6 < 2) {
@@ -240,7 +278,7 @@ impl Map<'_> {
                 );
             }
         }
-        if let Some((from, to)) = self.below_uncertainty() {
+        if let Some((from, to)) = self.below_uncertainty((low, high)) {
             let y = |value: f64| 30.0 + tall * (high - value) / (high - low);
             let mut at = y(to);
             while at < y(from) {
@@ -296,6 +334,15 @@ fn digits(low: f64, high: f64) -> usize {
 
 /// The colour map viridis (van der Walt and Smith), by a polynomial of degree six.
 pub fn viridis(t: f64) -> [u8; 3] {
+    let [colour] = viridis_of([t]);
+    colour
+}
+
+/// Colours that the vector units take side by side.
+const SIDE_BY_SIDE: usize = 8;
+
+/// [`viridis`] of several numbers.
+fn viridis_of<const N: usize>(t: [f64; N]) -> [[u8; 3]; N] {
     const TERMS: [[f64; 3]; 7] = [
         [0.277_727_3, 0.005_407_3, 0.334_099_8],
         [0.105_093_0, 1.404_613_5, 1.384_590_2],
@@ -305,11 +352,20 @@ pub fn viridis(t: f64) -> [u8; 3] {
         [4.776_385_0, -13.745_145_4, -65.353_032_6],
         [-5.435_455_9, 4.645_852_6, 26.312_435_2],
     ];
-    let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 };
-    std::array::from_fn(|k| {
-        let value = TERMS.iter().rev().fold(0.0, |sum, term| sum * t + term[k]);
-        (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
-    })
+    let t = t.map(|t| if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 });
+    let mut colours = [[0; 3]; N];
+    for k in 0..3 {
+        let mut sums = [0.0; N];
+        for term in TERMS.iter().rev() {
+            for (sum, t) in sums.iter_mut().zip(t) {
+                *sum = *sum * t + term[k];
+            }
+        }
+        for (colour, sum) in colours.iter_mut().zip(sums) {
+            colour[k] = (sum.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        }
+    }
+    colours
 }
 
 enum Align {
@@ -391,6 +447,8 @@ impl Canvas {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_compression(png::Compression::Fast);
+        // As small as with the filter that suits each line best, without a search for it.
+        encoder.set_filter(png::Filter::Paeth);
         // Writing to memory with matching sizes cannot fail.
         if let Ok(mut writer) = encoder.write_header() {
             let _ = writer.write_image_data(&self.rgb);
