@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 
-use crate::emission::{Cell, Emission};
+use crate::emission::{Cell, Emission, MOST_STEPS};
 use crate::random::{Random, unit32};
 use crate::sensor::Sensor;
 use crate::sines::{SERIES, sin_versine, small_sin_versine};
@@ -28,8 +28,8 @@ pub(crate) struct Tracer<'a> {
     toward: DVec3,
     /// Vectors whose product with a point on the sensor, less the corner, is its place in pixels.
     across: [DVec3; 2],
-    nx: usize,
-    ny: usize,
+    /// Pixels along x and y: whole numbers.
+    pixels: [f64; 2],
 }
 
 impl<'a> Tracer<'a> {
@@ -51,8 +51,7 @@ impl<'a> Tracer<'a> {
                 sensor.step_x / sensor.step_x.length_squared(),
                 sensor.step_y / sensor.step_y.length_squared(),
             ],
-            nx: sensor.nx,
-            ny: sensor.ny,
+            pixels: [sensor.nx as f64, sensor.ny as f64],
         }
     }
 
@@ -63,7 +62,10 @@ impl<'a> Tracer<'a> {
             for (lane, ray) in chunk.iter().enumerate() {
                 index[lane] = ray.1;
             }
-            let mut gathered = Gathered::default();
+            let mut gathered = Gathered {
+                steps: MOST_STEPS,
+                ..Gathered::default()
+            };
             for (lane, &(u, _)) in chunk.iter().enumerate() {
                 // Rays beyond the cone do not come here.
                 if let Some(cell) = self.emission.cell_of(u) {
@@ -76,7 +78,10 @@ impl<'a> Tracer<'a> {
 
     /// Follows the `count` rays from number `first` that leave through one cell.
     pub fn follow_cell(&self, cell: &Cell, first: u64, count: u64, block: u32) {
-        let mut gathered = Gathered::default();
+        let mut gathered = Gathered {
+            steps: cell.newton_steps(),
+            ..Gathered::default()
+        };
         for lane in 0..LANES {
             gathered.put(lane, cell, self.emission.part(cell));
         }
@@ -96,17 +101,17 @@ impl<'a> Tracer<'a> {
     fn finish(&self, gathered: &mut Gathered, index: &[u64; LANES], count: usize, block: u32) {
         gathered.word = words(self.random.key(), index, block, self.random.purpose());
         let mut landed = Landed {
-            x: [-1.0; LANES],
-            y: [-1.0; LANES],
+            pixel: [0; LANES],
             path: [0.0; LANES],
         };
         land(self, gathered, &mut landed);
         for (lane, &index) in index.iter().enumerate().take(count) {
-            let (x, y) = (landed.x[lane], landed.y[lane]);
-            let inside = x >= 0.0 && y >= 0.0 && x < self.nx as f64 && y < self.ny as f64;
-            if inside && self.survives(landed.path[lane], index, block) {
+            // A ray that misses the sensor has the number of no pixel.
+            if let Some(counter) = self.count.get(landed.pixel[lane] as usize)
+                && self.survives(landed.path[lane], index, block)
+            {
                 // Whole numbers add up to the same in any order.
-                self.count[y as usize * self.nx + x as usize].fetch_add(1, Ordering::Relaxed);
+                counter.fetch_add(1, Ordering::Relaxed);
             }
         }
     }
@@ -121,11 +126,14 @@ impl<'a> Tracer<'a> {
 /// What each lane needs to know of its cell and its part.
 #[derive(Default)]
 struct Gathered {
+    /// Newton's steps that γ takes in every lane.
+    steps: usize,
     sin_gamma: Lanes,
     cos_gamma: Lanes,
     width: Lanes,
     low: Lanes,
     high: Lanes,
+    slope: Lanes,
     end_sine: Lanes,
     whole: Lanes,
     corner: [Lanes; 4],
@@ -149,6 +157,7 @@ impl Gathered {
         self.width[lane] = cell.d_gamma;
         self.low[lane] = cell.low;
         self.high[lane] = cell.high;
+        self.slope[lane] = (cell.high - cell.low) / cell.d_gamma;
         self.end_sine[lane] = cell.end_sine;
         self.whole[lane] = cell.whole;
         for (lanes, value) in self.corner.iter_mut().zip(cell.corner) {
@@ -186,12 +195,17 @@ impl Gathered {
     }
 }
 
-/// Places in pixels and lengths of path; −1 where a ray does not meet the face.
+/// Numbers of pixels, [`NOWHERE`] where a ray does not meet the face, and lengths of path.
 struct Landed {
-    x: Lanes,
-    y: Lanes,
+    pixel: [u64; LANES],
     path: Lanes,
 }
+
+/// 2⁵².
+const WHOLE: f64 = 4_503_599_627_370_496.0;
+
+/// The number of no pixel.
+const NOWHERE: u64 = u64::MAX;
 
 /// Sine and cosine of a turn in [0, 1], by quarters.
 #[inline(always)]
@@ -231,23 +245,30 @@ fn land(tracer: &Tracer<'_>, g: &Gathered, out: &mut Landed) {
     let [tx, ty, tz] = tracer.toward.to_array();
     let [cx, cy, cz] = tracer.corner.to_array();
     let [[ax, ay, az], [bx, by, bz]] = tracer.across.map(|v| v.to_array());
-    for lane in 0..LANES {
-        // γ: Newton on the exact integral of (linear × sine), three steps from the inverse of the linear density.
-        let (h, low, high) = (g.width[lane], g.low[lane], g.high[lane]);
-        let (s0, c0) = (g.sin_gamma[lane], g.cos_gamma[lane]);
-        let rise_per = (high - low) / h.max(1e-300);
+    let [nx, ny] = tracer.pixels;
+    // γ: Newton on the exact integral of (linear × sine), from the inverse of the linear density.
+    let mut along = [0.0; LANES];
+    for (lane, t) in along.iter_mut().enumerate() {
         let u = unit32(g.word[0][lane]);
-        let aim = u * g.whole[lane];
-        let mut t = linear(u, low * s0, high * g.end_sine[lane]);
-        for _ in 0..3 {
+        *t = linear(u, g.low[lane] * g.sin_gamma[lane], g.high[lane] * g.end_sine[lane]);
+    }
+    for _ in 0..g.steps {
+        for (lane, along) in along.iter_mut().enumerate() {
+            let (t, h, low, high) = (*along, g.width[lane], g.low[lane], g.high[lane]);
+            let (s0, c0) = (g.sin_gamma[lane], g.cos_gamma[lane]);
+            let aim = unit32(g.word[0][lane]) * g.whole[lane];
             let (sin, versine) = small_sin_versine(t * h);
             let cos = 1.0 - versine;
             let fall = s0 * sin + c0 * versine;
             let rise = c0 * sin - s0 * versine;
-            let value = low * fall + rise_per * (rise - t * h * (c0 * cos - s0 * sin));
+            let value = low * fall + g.slope[lane] * (rise - t * h * (c0 * cos - s0 * sin));
             let slope = (low + (high - low) * t) * (s0 * cos + c0 * sin) * h;
-            t = (t - (value - aim) / slope.max(1e-300)).clamp(0.0, 1.0);
+            *along = (t - (value - aim) / slope.max(1e-300)).clamp(0.0, 1.0);
         }
+    }
+    for (lane, &t) in along.iter().enumerate() {
+        let h = g.width[lane];
+        let (s0, c0) = (g.sin_gamma[lane], g.cos_gamma[lane]);
         let (sin, versine) = small_sin_versine(t * h);
         let cos = 1.0 - versine;
         let (sin_gamma, cos_gamma) = (s0 * cos + c0 * sin, c0 * cos - s0 * sin);
@@ -282,8 +303,11 @@ fn land(tracer: &Tracer<'_>, g: &Gathered, out: &mut Landed) {
         let path = height / speed;
         let [ex, ey, ez] = [ox + path * dx - cx, oy + path * dy - cy, oz + path * dz - cz];
         let meets = speed > 0.0 && height > 0.0;
-        out.x[lane] = if meets { ex * ax + ey * ay + ez * az } else { -1.0 };
-        out.y[lane] = if meets { ex * bx + ey * by + ez * bz } else { -1.0 };
+        let (x, y) = (ex * ax + ey * ay + ez * az, ex * bx + ey * by + ez * bz);
+        let inside = meets && x >= 0.0 && y >= 0.0 && x < nx && y < ny;
+        // A whole number below 2⁵² stands in the last bits of its sum with 2⁵².
+        let pixel = (y.floor() * nx + x.floor() + WHOLE).to_bits() ^ WHOLE.to_bits();
+        out.pixel[lane] = if inside { pixel } else { NOWHERE };
         out.path[lane] = path;
     }
 }

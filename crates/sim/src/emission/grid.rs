@@ -11,6 +11,8 @@ use crate::table::Table;
 
 /// Largest width in radians of a cell that reaches the sensor: the Taylor series of sine and cosine are exact to 1e-15.
 const WIDTH: f64 = 0.05;
+/// By how much, in radians, targets are larger than they must be: more than the places of cells are rounded.
+const SLACK: f64 = 1e-12;
 /// Patches along each side that stand for the sensor when cells are sorted.
 const PATCHES: usize = 16;
 
@@ -40,7 +42,7 @@ pub(super) fn targets(part: &Part, sensor: &Sensor) -> Targets {
             let to = own(sensor.point((ix as f64 + 0.5) * step.x, (iy as f64 + 0.5) * step.y) - centre);
             let distance = to.length();
             let angle = if ball < distance {
-                (ball / distance).asin() * (1.0 + 1e-9)
+                (ball / distance).asin() * (1.0 + 1e-9) + 2.0 * SLACK
             } else {
                 PI
             };
@@ -63,7 +65,16 @@ pub(super) fn targets(part: &Part, sensor: &Sensor) -> Targets {
     }
 }
 
-pub(super) fn cell_reaches(cell: &Cell, targets: &Targets) -> bool {
+/// Whether a ray of `cell` may reach the sensor; a few that say so do not.
+pub(super) fn cell_reaches(cell: &Cell, c: f64, targets: &Targets) -> bool {
+    let ([from, to], [middle_c, half]) = (targets.gamma, targets.c);
+    if cell.gamma > to - SLACK || cell.gamma + cell.d_gamma < from + SLACK {
+        return false;
+    }
+    let away = (c + 0.5 * cell.d_c - middle_c + PI).rem_euclid(TAU) - PI;
+    if away.abs() > half + 0.5 * cell.d_c - SLACK {
+        return false;
+    }
     let middle = {
         let (sin, cos) = (0.5 * cell.d_c).sin_cos();
         let (sin_c, cos_c) = (cell.sin_c * cos + cell.cos_c * sin, cell.cos_c * cos - cell.sin_c * sin);
@@ -203,4 +214,88 @@ fn refined(grid: &[f64], from: f64, to: f64, fine: f64) -> Vec<f64> {
     out.extend(grid.last());
     out.dedup_by(|b, a| *b - *a < 1e-12);
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use isolux_photometry::IntensityDistribution;
+
+    use super::*;
+    use crate::random::{Purpose, Random};
+    use crate::sensor::{Pose, rotation};
+    use crate::source::Shape;
+
+    fn sensor(tilt_x_deg: f64, offset_mm: [f64; 2], pixels: [usize; 2]) -> Sensor {
+        Sensor::new(&Pose {
+            size_mm: [60.0, 40.0],
+            pixels,
+            distance_mm: 90.0,
+            tilt_x_deg,
+            tilt_y_deg: -15.0,
+            rot_z_deg: 30.0,
+            offset_mm,
+        })
+        .unwrap()
+    }
+
+    /// Every ray between a point of the emitter and one of the sensor leaves through a cell that may reach it.
+    #[test]
+    fn no_ray_that_reaches_the_sensor_leaves_through_a_cell_that_is_left_out() {
+        let c_deg: Vec<f64> = (0..8).map(|k| 45.0 * f64::from(k)).collect();
+        let gamma_deg = vec![0.0, 4.0, 9.0, 15.0, 30.0, 60.0, 90.0, 180.0];
+        let table = IntensityDistribution::new(c_deg, gamma_deg.clone(), vec![1.0; 8 * gamma_deg.len()]).unwrap();
+        let table = Arc::new(Table::new(&table));
+        let shapes = [
+            Shape::Point(DVec3::ZERO),
+            Shape::Disc {
+                centre: DVec3::new(1.0, 2.0, 0.0),
+                radius: 6.0,
+            },
+            Shape::Rectangle {
+                centre: DVec3::ZERO,
+                half: [9.0, 2.0],
+            },
+        ];
+        let aims = [None, Some(rotation(20.0, 35.0, 0.0))];
+        let places = [[0.0, 0.0], [50.0, 30.0], [-70.0, 0.5], [0.0, -120.0]];
+        let mut random = Random::new(3, Purpose::Trial).sequence(0);
+        let (mut left_out, mut cells) = (0, 0);
+        for (shape, aim) in shapes.iter().flat_map(|shape| aims.map(|aim| (*shape, aim))) {
+            for (place, pixels) in places
+                .into_iter()
+                .flat_map(|place| [(place, [7, 5]), (place, [300, 200])])
+            {
+                let sensor = sensor(10.0, place, pixels);
+                let part = Part {
+                    share: 1.0,
+                    shape,
+                    table: Arc::clone(&table),
+                    aim,
+                };
+                let targets = targets(&part, &sensor);
+                let grid = Grid::of(&table, &targets);
+                let reaches = |ic: usize, ig: usize| {
+                    let (cell, _) = grid.cell(&table, 0, ic, ig);
+                    cell_reaches(&cell, grid.c[ic], &targets)
+                };
+                for _ in 0..300 {
+                    let [x, y] = [sensor.nx, sensor.ny].map(|pixels| random.uniform() * pixels as f64);
+                    let ray = sensor.point(x, y) - shape.point(random.uniform(), random.uniform());
+                    let own = aim.map_or(ray, |aim| aim.transpose() * ray);
+                    let c = grid.c[0] + (own.y.atan2(own.x) - grid.c[0]).rem_euclid(TAU);
+                    let gamma = own.x.hypot(own.y).atan2(own.z);
+                    let at = |lines: &[f64], value: f64| lines.partition_point(|line| *line <= value) - 1;
+                    let (ic, ig) = (at(&grid.c, c), at(&grid.gamma, gamma));
+                    assert!(reaches(ic, ig), "{shape:?} {place:?}: C {c} γ {gamma}");
+                }
+                for (ic, ig) in (0..grid.c.len() - 1).flat_map(|ic| (0..grid.gamma.len() - 1).map(move |ig| (ic, ig))) {
+                    cells += 1;
+                    left_out += usize::from(!reaches(ic, ig));
+                }
+            }
+        }
+        assert!(2 * left_out > cells, "{left_out} of {cells} cells are left out");
+    }
 }

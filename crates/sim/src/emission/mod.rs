@@ -11,7 +11,7 @@ mod grid;
 
 use glam::{DMat3, DVec3};
 
-pub(crate) use self::cell::Cell;
+pub(crate) use self::cell::{Cell, MOST_STEPS};
 use self::grid::{Grid, cell_reaches, targets};
 use crate::random::{unit32, unit53};
 use crate::sensor::Sensor;
@@ -56,7 +56,7 @@ impl Emission {
                     refused.add(negative);
                     if flux > 0.0 {
                         total.add(flux);
-                        if cell_reaches(&cell, &targets) {
+                        if cell_reaches(&cell, grid.c[ic], &targets) {
                             cells.push(cell);
                             fluxes.push(flux);
                         }
