@@ -86,17 +86,12 @@ pub const SMOOTH_COLUMNS: (usize, usize) = (120, 3);
 
 /// Names in a set of members at most. By hand.
 pub const MOST_MEMBERS: usize = 4;
-/// Best names whose single fits are made in full, and ln of what a further one may be less probable by. By hand.
-pub const FITTED: (usize, f64) = (4, 12.0);
+/// Best names whose single fits are made in full. By hand.
+pub const FITTED: usize = 4;
 /// What a pair must explain more than its best name (σ²), beside 2 ln of the number of names. By hand.
 pub const PAIR_GAIN: f64 = 8.0;
 /// What a further name must explain at least, in σ²: 3 σ.
 pub const FURTHER_GAIN: f64 = 9.0;
-/// A further name must be this much less probable by chance: one thing missing is common, two are rare. By hand, after
-/// single effects had come out as two.
-pub const FURTHER: f64 = 0.2;
-/// ln of what a pattern without a name may be more probable by than the name that is taken next. By hand.
-pub const NAMELESS_LEAD: f64 = 1.0;
 /// A name beside a pattern without one must explain this many times what the pattern explains: a generic pattern is but
 /// a likeness of the unknown, and what it misses looks like anything (decision 0014). By hand.
 pub const BESIDE_SHARE: f64 = 2.0;

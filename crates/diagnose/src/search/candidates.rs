@@ -54,14 +54,10 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             .collect()
     }
 
+    /// Whether noise alone makes a scan like this less often than the significance, or never did.
     pub(super) fn disagrees(&self, found: &[Found]) -> bool {
-        self.disagrees_at(found, self.problem.settings.significance)
-    }
-
-    /// Whether noise alone makes a scan like this less often than `significance`, or never did.
-    pub(super) fn disagrees_at(&self, found: &[Found], significance: f64) -> bool {
         let never = 1.0 / (self.nulls.len() + 1) as f64;
-        p_value(statistic(found), &self.nulls) <= significance.max(never)
+        p_value(statistic(found), &self.nulls) <= self.problem.settings.significance.max(never)
     }
 
     pub(super) fn name_evidence(&self, found: &[Found]) -> Vec<(usize, f64)> {

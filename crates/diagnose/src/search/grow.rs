@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::basis::product;
-use crate::calibration::{FITTED, FURTHER, FURTHER_GAIN, MOST_MEMBERS, NAMELESS_LEAD, PAIR_GAIN};
-use crate::evidence::{ln_bayes_factor, ln_sum_exp};
+use crate::calibration::{FITTED, FURTHER_GAIN, MOST_MEMBERS, PAIR_GAIN};
+use crate::evidence::ln_bayes_factor;
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
 use crate::scan::{Found, Scan, Who};
@@ -23,16 +23,10 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             return (self, Names::none(baseline));
         }
         // Full fits of the few best: a tangent can mislead where an effect is strong.
-        let (most, apart) = FITTED;
-        let candidates: Vec<usize> = singles
-            .iter()
-            .take_while(|(_, e)| *e > singles[0].1 - apart)
-            .take(most)
-            .map(|(e, _)| *e)
-            .collect();
-        let tried: Vec<Fit> = candidates
-            .into_par_iter()
-            .filter_map(|effect| self.fit(&[self.guess(baseline, first, effect)?.0]))
+        let tried: Vec<Fit> = singles
+            .par_iter()
+            .take(FITTED)
+            .filter_map(|&(effect, _)| self.fit(&[self.guess(baseline, first, effect)?.0]))
             .collect();
         let Some(fitted) = tried.into_iter().min_by(|a, b| a.chi2.total_cmp(&b.chi2)) else {
             return (self, Names::none(baseline));
@@ -80,22 +74,12 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         while members.len() < MOST_MEMBERS {
             let scan = self.scan(&fitted, &members, None);
             let found = scan.look();
-            if !self.disagrees_at(&found, self.problem.settings.significance * FURTHER) {
+            if !self.disagrees(&found) {
                 break;
             }
-            let Some(&(effect, evidence)) = self.name_evidence(&found).first() else {
+            let Some(&(effect, _)) = self.name_evidence(&found).first() else {
                 break;
             };
-            let unnamed = ln_sum_exp(
-                &found
-                    .iter()
-                    .filter(|one| matches!(one.who, Who::Unnamed { .. }))
-                    .map(|one| one.ln_evidence)
-                    .collect::<Vec<_>>(),
-            );
-            if unnamed > evidence + NAMELESS_LEAD {
-                break;
-            }
             let Some((start, _)) = self.guess(&fitted, &found, effect) else {
                 break;
             };
