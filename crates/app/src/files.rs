@@ -1,5 +1,9 @@
 //! Results reach the disk whole or not at all.
 
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, Write as _};
+
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::disk::{self, DiskError};
 use isolux_record::file;
@@ -38,11 +42,73 @@ pub fn read(path: &Utf8Path) -> Result<Vec<u8>, Failure> {
 /// Bad input (exit 2) when the target exists and `overwrite` is [`Overwrite::Never`]; exit 3 when the disk refuses.
 pub fn write(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), Failure> {
     refuse_existing(path, overwrite)?;
-    let failed = |error: DiskError| Failure::instrument(format!("{path}: cannot write: {}", error.source));
+    let failed = |error: DiskError| unwritten(path, &error.source);
     if let Some(folder) = path.parent().filter(|folder| !folder.as_str().is_empty()) {
         disk::create_folder(folder).map_err(failed)?;
     }
     disk::replace(path, bytes).map_err(failed)
+}
+
+/// A file that is on the disk whole, under a temporary name that goes with it unless it is [published](publish).
+#[derive(Debug)]
+pub struct Pending {
+    path: Utf8PathBuf,
+    part: Utf8PathBuf,
+}
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        // What was published has no such name any more.
+        let _ = std::fs::remove_file(&self.part);
+    }
+}
+
+/// Writes and syncs `bytes` under a temporary name beside `path`, which they get from [`publish`]. Several files can be
+/// synced at a time, which takes a disk hardly longer than one.
+///
+/// # Errors
+/// As [`write`].
+pub fn prepare(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<Pending, Failure> {
+    refuse_existing(path, overwrite)?;
+    let folder = parent(path);
+    disk::create_folder(&folder).map_err(|error| unwritten(path, &error.source))?;
+    let name = path.file_name().unwrap_or("file");
+    let pending = Pending {
+        path: path.to_owned(),
+        part: folder.join(format!(".{name}.{}.part", std::process::id())),
+    };
+    let written = File::create(&pending.part).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()
+    });
+    written.map_err(|error| unwritten(path, &error))?;
+    Ok(pending)
+}
+
+/// Gives files their names, one after the other: whoever sees the last sees all. Then the folders are synced.
+///
+/// # Errors
+/// Exit 3 when the disk refuses; files that had their turn before have their names.
+pub fn publish(files: Vec<Pending>) -> Result<(), Failure> {
+    let mut folders = BTreeSet::new();
+    for file in files {
+        std::fs::rename(&file.part, &file.path).map_err(|error| unwritten(&file.path, &error))?;
+        folders.insert(parent(&file.path));
+    }
+    folders
+        .iter()
+        .try_for_each(|folder| disk::sync_folder(folder).map_err(|error| unwritten(folder, &error.source)))
+}
+
+fn parent(path: &Utf8Path) -> Utf8PathBuf {
+    match path.parent() {
+        Some(folder) if !folder.as_str().is_empty() => folder.to_owned(),
+        _ => Utf8PathBuf::from("."),
+    }
+}
+
+fn unwritten(path: &Utf8Path, error: &io::Error) -> Failure {
+    Failure::instrument(format!("{path}: cannot write: {error}"))
 }
 
 /// Fails when `path` exists and must not be replaced: called before long work, so that nobody waits for a refusal.
@@ -88,6 +154,36 @@ pub fn refuse_occupied(path: &Utf8Path, overwrite: Overwrite) -> Result<(), Fail
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn prepared_files_have_their_names_together_or_leave_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| Utf8PathBuf::try_from(folder.path().join(name)).unwrap();
+        let names = || {
+            let entries = std::fs::read_dir(folder.path()).unwrap();
+            let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
+            names.sort();
+            names
+        };
+        std::fs::write(path("a"), b"old").unwrap();
+        assert!(prepare(&path("a"), b"new", Overwrite::Never).is_err());
+        drop(prepare(&path("a"), b"new", Overwrite::Force).unwrap());
+        assert!(names() == ["a"] && read(&path("a")).unwrap() == b"old");
+        let files = ["a", "b"].map(|name| prepare(&path(name), name.as_bytes(), Overwrite::Force).unwrap());
+        assert_eq!(
+            read(&path("a")).unwrap(),
+            b"old",
+            "a file keeps its content until all are on the disk"
+        );
+        publish(files.into()).unwrap();
+        assert_eq!(names(), ["a", "b"]);
+        assert!(read(&path("a")).unwrap() == b"a" && read(&path("b")).unwrap() == b"b");
+        // The second name belongs to a folder: the third file is not published.
+        std::fs::create_dir(path("c")).unwrap();
+        let files = ["b", "c", "d"].map(|name| prepare(&path(name), b"later", Overwrite::Force).unwrap());
+        assert!(publish(files.into()).is_err());
+        assert!(names() == ["a", "b", "c"] && read(&path("b")).unwrap() == b"later");
+    }
 
     #[test]
     fn writes_whole_and_refuses_to_replace() {

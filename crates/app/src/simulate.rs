@@ -1,5 +1,6 @@
 //! `simulate`: light a sensor, write the map and what it is worth.
 
+use std::panic::resume_unwind;
 use std::time::Instant;
 
 use camino::{Utf8Path, Utf8PathBuf};
@@ -10,7 +11,7 @@ use isolux_sim::rays;
 use isolux_sim::setup::SetupError;
 use isolux_sim::simulation::{self, MapUnit, Simulation, SimulationError};
 
-use crate::files::{self, Overwrite};
+use crate::files::{self, Overwrite, Pending};
 use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
 use crate::{Failure, array_files, memory};
@@ -92,7 +93,7 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
     if request.overwrite == Overwrite::Force {
         remove_old(&folder)?;
     }
-    write_map(&folder, &simulation, None, request.overwrite)?;
+    let files = prepared(&folder, &simulation, None, request.overwrite)?;
     let (map, facts) = (&simulation.map, &simulation.facts);
     let [nx, ny] = facts.pixels;
     if request.tiff {
@@ -121,7 +122,7 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
     if let Some((path, bytes)) = rays {
         files::write(path, &bytes, request.overwrite)?;
     }
-    write_facts(&folder, &simulation, request.overwrite)?;
+    files::publish(files)?;
     progress.event(Event::Ended(&format!(
         "{} × {} pixels in {:.3} s",
         nx, ny, facts.elapsed_s
@@ -233,34 +234,28 @@ pub fn write(
     u_rel: Option<f64>,
     overwrite: Overwrite,
 ) -> Result<(), Failure> {
-    write_map(folder, simulation, u_rel, overwrite)?;
-    write_facts(folder, simulation, overwrite)
+    files::publish(prepared(folder, simulation, u_rel, overwrite)?)
 }
 
-fn write_map(
+/// The result files on the disk, without their names yet; `result.json` last.
+fn prepared(
     folder: &Utf8Path,
     simulation: &Simulation,
     u_rel: Option<f64>,
     overwrite: Overwrite,
-) -> Result<(), Failure> {
+) -> Result<Vec<Pending>, Failure> {
     let [nx, ny] = simulation.facts.pixels;
-    // The disk takes its time with the map while the picture is made.
-    std::thread::scope(|scope| {
-        let map = scope.spawn(|| {
-            let npy = array_files::npy(&simulation.map, nx, ny);
-            files::write(&folder.join("irradiance.npy"), &npy, overwrite)
-        });
-        let png = sensor::marked(simulation, u_rel).png();
-        let picture = files::write(&folder.join("irradiance.png"), &png, overwrite);
-        let written = map.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        written.and(picture)
-    })
-}
-
-fn write_facts(folder: &Utf8Path, simulation: &Simulation, overwrite: Overwrite) -> Result<(), Failure> {
+    let prepare = |name: &str, bytes: &[u8]| files::prepare(&folder.join(name), bytes, overwrite);
     let mut text = serde_json::to_string_pretty(&simulation.facts).map_err(Failure::instrument)?;
     text.push('\n');
-    files::write(&folder.join("result.json"), text.as_bytes(), overwrite)
+    // The disk takes its time with the one file while the other is made.
+    std::thread::scope(|scope| {
+        let map = scope.spawn(|| prepare("irradiance.npy", &array_files::npy(&simulation.map, nx, ny)));
+        let facts = scope.spawn(|| prepare("result.json", text.as_bytes()));
+        let picture = prepare("irradiance.png", &sensor::marked(simulation, u_rel).png());
+        let [map, facts] = [map, facts].map(|file| file.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        Ok(vec![map?, picture?, facts?])
+    })
 }
 
 /// Takes the files of an earlier simulation out of `folder`, `result.json` first: what this one does not write would
