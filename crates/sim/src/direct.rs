@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use zerocopy::{FromBytes, IntoBytes};
 
 use crate::array::{Array, RUN};
-use crate::batch::{LANES, Tracer};
+use crate::batch::{LANES, Tracer, words};
 use crate::emission::{Emission, Ray, first_number};
 use crate::random::{Purpose, Random, unit53};
 use crate::sensor::Sensor;
@@ -223,8 +223,14 @@ pub fn expected(
     let mut count = Array::zeros(illuminance_lx.len());
     let runs = count.par_chunks_mut(RUN).zip(illuminance_lx.par_chunks(RUN));
     runs.enumerate().for_each(|(run, (counts, lux))| {
-        for (index, (count, lux)) in counts.iter_mut().zip(lux).enumerate() {
-            *count = random.sequence((run * RUN + index) as u64).poisson(lux * per_lux);
+        for (group, (counts, lux)) in counts.chunks_mut(LANES).zip(lux.chunks(LANES)).enumerate() {
+            let first = (run * RUN + group * LANES) as u64;
+            let index = std::array::from_fn(|lane| first + lane as u64);
+            let words = words(random.key(), &index, 0, random.purpose());
+            for (lane, (count, lux)) in counts.iter_mut().zip(lux).enumerate() {
+                let mut sequence = random.begun(index[lane], words.map(|lanes| lanes[lane]));
+                *count = sequence.poisson(lux * per_lux);
+            }
         }
     });
     Ok(Counts {

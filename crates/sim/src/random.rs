@@ -71,6 +71,17 @@ impl Random {
         self.purpose
     }
 
+    /// The same as [`Random::sequence`], with `first`, the first four words of `index`.
+    pub(crate) fn begun(&self, index: u64, first: [u32; 4]) -> Sequence {
+        Sequence {
+            random: *self,
+            index,
+            block: 1,
+            left: first,
+            used: 0,
+        }
+    }
+
     /// An endless sequence for `index`.
     pub fn sequence(&self, index: u64) -> Sequence {
         Sequence {
@@ -259,6 +270,17 @@ mod tests {
             ),
             [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1]
         );
+    }
+
+    #[test]
+    fn a_sequence_goes_on_as_it_was_begun() {
+        let random = Random::new(9, Purpose::Pixel);
+        for index in [0, 3, 1 << 40] {
+            let (mut whole, mut begun) = (random.sequence(index), random.begun(index, random.words(index, 0)));
+            for _ in 0..11 {
+                assert_eq!(whole.word(), begun.word());
+            }
+        }
     }
 
     #[test]
