@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use font8x8::legacy::{BASIC_LEGACY, LATIN_LEGACY};
+use isolux_sim::array::Array;
 use rayon::prelude::*;
 
 use crate::axes::{Frame, Scale, number};
@@ -141,7 +142,7 @@ impl Map<'_> {
         (low, high): (f64, f64),
     ) {
         /// Lines that one thread paints.
-        const BAND: usize = 16;
+        const BAND: usize = 64;
         let columns: Vec<Range<usize>> = (0..width).map(|x| span(x, width, self.nx)).collect();
         let stride = 3 * canvas.width;
         let lines = &mut canvas.rgb[top * stride..(top + height) * stride];
@@ -378,16 +379,14 @@ enum Align {
 struct Canvas {
     width: usize,
     height: usize,
-    rgb: Vec<u8>,
+    rgb: Array<u8>,
 }
 
 impl Canvas {
     fn new(width: usize, height: usize) -> Self {
-        Self {
-            width,
-            height,
-            rgb: vec![255; width * height * 3],
-        }
+        let mut rgb = Array::zeros(width * height * 3);
+        rgb.fill(255);
+        Self { width, height, rgb }
     }
 
     fn set(&mut self, x: usize, y: usize, colour: [u8; 3]) {

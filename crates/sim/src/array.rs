@@ -11,8 +11,8 @@ use zerocopy::{FromBytes, Immutable, IntoBytes};
 /// Numbers that one thread takes at a time.
 pub(crate) const RUN: usize = 1 << 14;
 
-/// Bytes from which an array has pages of its own: two huge pages.
-const OWN_PAGES: usize = 1 << 22;
+/// Bytes from which an array has pages of its own: a huge page.
+const OWN_PAGES: usize = 1 << 21;
 
 /// What an array holds: numbers that any bytes stand for.
 pub trait Number: FromBytes + IntoBytes + Immutable + Default + Copy {}
