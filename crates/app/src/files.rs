@@ -67,7 +67,7 @@ impl Drop for Pending {
 /// synced at a time, which takes a disk hardly longer than one.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn prepare(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<Pending, Failure> {
     refuse_existing(path, overwrite)?;
     let folder = parent(path);

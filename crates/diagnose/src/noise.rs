@@ -7,6 +7,7 @@
 //! simulated records, so that the number of tests raises no false alarms.
 
 mod finding;
+mod groups;
 mod left;
 mod levels;
 pub mod limits;
@@ -15,6 +16,7 @@ mod moments;
 mod nulls;
 mod patches;
 mod phases;
+mod place;
 mod repeats;
 mod scatter;
 mod series;

@@ -1,14 +1,18 @@
 //! False-colour maps: a sensor's irradiance as a PNG with scale bar, and as a figure with sections.
 
+mod canvas;
+mod viridis;
+
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use font8x8::legacy::{BASIC_LEGACY, LATIN_LEGACY};
-use isolux_sim::array::Array;
 use rayon::prelude::*;
 
 use crate::axes::{Frame, Scale, number};
 use crate::svg::{Anchor, Stroke, Svg, colour};
+use canvas::{Align, Canvas};
+pub use viridis::viridis;
+use viridis::{SIDE_BY_SIDE, viridis_of};
 
 /// A map as a solver leaves it: row 0 is the smallest y. Pictures show x to the right and y up, as the lamp sees the
 /// sensor.
@@ -331,129 +335,6 @@ impl Map<'_> {
 fn digits(low: f64, high: f64) -> usize {
     let step = crate::axes::tick_step(high - low);
     (-step.log10().floor()).clamp(0.0, 9.0) as usize
-}
-
-/// The colour map viridis (van der Walt and Smith), by a polynomial of degree six.
-pub fn viridis(t: f64) -> [u8; 3] {
-    let [colour] = viridis_of([t]);
-    colour
-}
-
-/// Colours that the vector units take side by side.
-const SIDE_BY_SIDE: usize = 8;
-
-/// [`viridis`] of several numbers.
-fn viridis_of<const N: usize>(t: [f64; N]) -> [[u8; 3]; N] {
-    const TERMS: [[f64; 3]; 7] = [
-        [0.277_727_3, 0.005_407_3, 0.334_099_8],
-        [0.105_093_0, 1.404_613_5, 1.384_590_2],
-        [-0.330_861_8, 0.214_847_6, 0.095_095_2],
-        [-4.634_230_5, -5.799_101_0, -19.332_441],
-        [6.228_269_9, 14.179_933_4, 56.690_552_6],
-        [4.776_385_0, -13.745_145_4, -65.353_032_6],
-        [-5.435_455_9, 4.645_852_6, 26.312_435_2],
-    ];
-    let t = t.map(|t| if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 });
-    let mut colours = [[0; 3]; N];
-    for k in 0..3 {
-        let mut sums = [0.0; N];
-        for term in TERMS.iter().rev() {
-            for (sum, t) in sums.iter_mut().zip(t) {
-                *sum = *sum * t + term[k];
-            }
-        }
-        for (colour, sum) in colours.iter_mut().zip(sums) {
-            colour[k] = (sum.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-        }
-    }
-    colours
-}
-
-enum Align {
-    Left,
-    Centre,
-    Right,
-}
-
-/// An RGB raster with a fixed font: 8 × 8 letters at double size.
-struct Canvas {
-    width: usize,
-    height: usize,
-    rgb: Array<u8>,
-}
-
-impl Canvas {
-    fn new(width: usize, height: usize) -> Self {
-        let mut rgb = Array::zeros(width * height * 3);
-        rgb.fill(255);
-        Self { width, height, rgb }
-    }
-
-    fn set(&mut self, x: usize, y: usize, colour: [u8; 3]) {
-        if x < self.width && y < self.height {
-            let at = (y * self.width + x) * 3;
-            self.rgb[at..at + 3].copy_from_slice(&colour);
-        }
-    }
-
-    fn horizontal(&mut self, x: usize, y: usize, length: usize) {
-        (x..x + length).for_each(|x| self.set(x, y, [40; 3]));
-    }
-
-    fn vertical(&mut self, x: usize, y: usize, length: usize) {
-        (y..y + length).for_each(|y| self.set(x, y, [40; 3]));
-    }
-
-    fn frame(&mut self, left: usize, top: usize, width: usize, height: usize) {
-        self.horizontal(left - 1, top - 1, width + 2);
-        self.horizontal(left - 1, top + height, width + 2);
-        self.vertical(left - 1, top - 1, height + 2);
-        self.vertical(left + width, top - 1, height + 2);
-    }
-
-    fn text(&mut self, x: usize, y: usize, align: Align, text: &str) {
-        const LETTER: usize = 12;
-        let length = text.chars().count() * LETTER;
-        let start = match align {
-            Align::Left => x,
-            Align::Centre => x.saturating_sub(length / 2),
-            Align::Right => x.saturating_sub(length),
-        };
-        for (k, letter) in text.chars().enumerate() {
-            let rows = match letter as usize {
-                code @ 0..128 => BASIC_LEGACY[code],
-                code @ 160..256 => LATIN_LEGACY[code - 160],
-                0x2212 => BASIC_LEGACY['-' as usize],
-                _ => BASIC_LEGACY['?' as usize],
-            };
-            for (row, bits) in rows.iter().enumerate() {
-                for column in (0..8).filter(|column| bits >> column & 1 == 1) {
-                    // Twice as tall as the font, half as wide again.
-                    let left = start + k * LETTER + column * 3 / 2;
-                    for dx in 0..2 {
-                        for dy in 0..2 {
-                            self.set(left + dx, y + 2 * row + dy, [25; 3]);
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    fn png(&self) -> Vec<u8> {
-        let mut out = Vec::new();
-        let mut encoder = png::Encoder::new(&mut out, self.width as u32, self.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_compression(png::Compression::Fast);
-        // As small as with the filter that suits each line best, without a search for it.
-        encoder.set_filter(png::Filter::Paeth);
-        // Writing to memory with matching sizes cannot fail.
-        if let Ok(mut writer) = encoder.write_header() {
-            let _ = writer.write_image_data(&self.rgb);
-        }
-        out
-    }
 }
 
 #[cfg(test)]

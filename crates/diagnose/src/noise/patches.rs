@@ -6,8 +6,9 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::finding::{Finding, Kind, Strongest, digits};
+use super::finding::{Finding, Strongest};
 use super::limits::{CENTRES, CIRCLE_DEG, CIRCLES_APART_DEG, EVERY, EVERY_VISIT, PATCH_DEG, PATCH_SHARE, RARE, RUNS};
+use super::place::What;
 use super::series::{RELATIVE, Series};
 use super::statistic::Test;
 use crate::table::{Coordinate, Light, Row};
@@ -16,24 +17,6 @@ use crate::table::{Coordinate, Light, Row};
 struct Together {
     cells: Vec<(u32, f32)>,
     what: What,
-}
-
-#[derive(Clone, Copy)]
-enum What {
-    /// Every so-manieth reading, from which.
-    Every(usize, usize),
-    /// Every so-manieth visit of a half-plane, from which.
-    Visits(usize, usize),
-    /// Columns or rows of bins.
-    Lines(Coordinate, usize),
-    /// From and to which of the series.
-    Run(usize, usize),
-    /// C, γ and width in degrees.
-    Directions(f64, f64, f64),
-    /// C and γ of the pole of a great circle, and its width, in degrees.
-    Circle(f64, f64, f64),
-    /// x, y and width in mm.
-    Bins(f64, f64, f64),
 }
 
 /// A row that is in no cell of a level.
@@ -338,73 +321,10 @@ impl Test for Patches {
 
     fn finding(&self, strongest: Strongest, series: &Series<'_>) -> Finding {
         let whole = self.amplitude(strongest.place, &self.sums(&series.plain));
-        let sign = if whole > 0.0 { "above" } else { "below" };
-        let (kind, coordinate, range, note) = match self.places[strongest.place].what {
-            What::Every(n, phase) => {
-                let (first, last) = (series.index[0], series.index[series.len() - 1]);
-                let from = (0..series.len())
-                    .find(|&i| (series.index[i].round() as i64).rem_euclid(n as i64) == phase as i64)
-                    .map_or(0.0, |i| series.index[i]);
-                let note = format!("every {n}th reading from number {from} on is {sign} the model");
-                (Kind::Every, Coordinate::Index, [first, last], note)
-            }
-            What::Visits(n, phase) => {
-                let (first, last) = (series.index[0], series.index[series.len() - 1]);
-                let note = format!(
-                    "every {n}th visit of a half-plane from the {}th on is {sign} the model",
-                    phase + 1
-                );
-                (Kind::Every, Coordinate::Index, [first, last], note)
-            }
-            What::Lines(coordinate, n) => {
-                let reach = series.rows.iter().fold(0.0_f64, |most, row| most.max(row.x_mm.abs()));
-                let of = if coordinate == Coordinate::XMm { "column" } else { "row" };
-                let note = format!("every {n}th {of} of bins is {sign} the model");
-                (Kind::Every, coordinate, [-reach, reach], note)
-            }
-            What::Run(from, to) => {
-                let note = format!("{} successive readings are {sign} the model", to - from + 1);
-                (
-                    Kind::Run,
-                    Coordinate::Index,
-                    [series.index[from], series.index[to]],
-                    note,
-                )
-            }
-            What::Directions(c_deg, gamma_deg, width) => {
-                let note = format!(
-                    "a patch of neighbouring directions around C {}°, γ {}° (about {} ° wide) is {sign} the model",
-                    digits(c_deg),
-                    digits(gamma_deg),
-                    digits(2.4 * width)
-                );
-                let range = [gamma_deg - 1.2 * width, gamma_deg + 1.2 * width];
-                (Kind::Patch, Coordinate::GammaDeg, range, note)
-            }
-            What::Circle(c_deg, gamma_deg, width) => {
-                let note = format!(
-                    "a stripe of directions {} ° wide, across C {}° and {} ° from the pole, is {sign} the model",
-                    digits(2.4 * width),
-                    digits(c_deg),
-                    digits(90.0 - gamma_deg)
-                );
-                let reach = series
-                    .rows
-                    .iter()
-                    .fold(0.0_f64, |most, row| most.max(row.gamma_deg.abs()));
-                (Kind::Patch, Coordinate::GammaDeg, [-reach, reach], note)
-            }
-            What::Bins(x, y, width) => {
-                let note = format!(
-                    "a patch of bins around x {} mm, y {} mm is {sign} the model",
-                    digits(x),
-                    digits(y)
-                );
-                (Kind::Patch, Coordinate::XMm, [x - 1.2 * width, x + 1.2 * width], note)
-            }
-        };
+        let what = self.places[strongest.place].what;
+        let (kind, coordinate, range, note) = what.said(series, if whole > 0.0 { "above" } else { "below" });
         let mut finding = Finding::new(kind, coordinate, range, strongest, note).explaining(whole * whole);
-        match self.places[strongest.place].what {
+        match what {
             What::Every(n, _) => finding.period = Some(n as f64),
             What::Directions(c_deg, gamma_deg, width) => finding.direction = Some([c_deg, gamma_deg, width]),
             _ => {}

@@ -1,10 +1,11 @@
 //! Whether all readings scatter alike: from block to block, along a coordinate, and from one to the next.
 
 use super::finding::{Finding, Kind, Strongest, digits};
-use super::limits::{PARTS, SCALE, SQUARE_CLIP, STEPS};
+use super::groups::{Group, groups};
+use super::limits::{SCALE, SQUARE_CLIP};
 use super::series::Series;
 use super::statistic::Test;
-use crate::table::{Coordinate, Light, Source};
+use crate::table::{Coordinate, Source};
 
 /// Squares, outliers held, with their mean and variance.
 fn squares(values: &[f64]) -> (Vec<f64>, f64, f64) {
@@ -16,156 +17,14 @@ fn squares(values: &[f64]) -> (Vec<f64>, f64, f64) {
     (squares, mean.max(f64::MIN_POSITIVE), variance.max(f64::MIN_POSITIVE))
 }
 
-/// Rows that belong together.
-struct Group {
-    members: Vec<u32>,
-    coordinate: Coordinate,
-    range: [f64; 2],
-    name: String,
-    /// Whether it scatters more than the others by more than what counts as noise, and how much more than the others.
-    apart: Option<f64>,
-}
-
 /// Blocks, half-planes, angles, ranges, stretches of time, maps (Levene 1960, with squares and permutations).
 pub(super) struct Blocks {
     groups: Vec<Group>,
 }
 
-/// Readings before which the light changed most.
-const AFTER_A_STEP: &str = "the largest changes of the light";
-/// Groups of fewer rows say little.
-const FEWEST: usize = 6;
-
 impl Blocks {
     pub(super) fn new(series: &Series<'_>) -> Option<Self> {
-        let mut groups: Vec<Group> = Vec::new();
-        let n = series.len();
-        let mut add = |coordinate: Coordinate, name: &str, members: Vec<usize>| {
-            if members.len() < FEWEST || 10 * members.len() > 7 * n {
-                return;
-            }
-            let at = |i: &usize| match coordinate {
-                Coordinate::Index => series.index[*i],
-                _ => series.rows[*i].coordinate(coordinate, series.level[*i]),
-            };
-            let (low, high) = members
-                .iter()
-                .map(at)
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
-                    (low.min(at), high.max(at))
-                });
-            let mut inside = vec![false; n];
-            for &i in &members {
-                inside[i] = true;
-            }
-            let own = series.scatter(members.iter().copied());
-            let others = series.scatter((0..n).filter(|&i| !inside[i]));
-            groups.push(Group {
-                members: members.iter().map(|&i| i as u32).collect(),
-                coordinate,
-                range: [low, high],
-                name: name.to_owned(),
-                apart: (own > SCALE * others).then(|| own / others.max(f64::MIN_POSITIVE)),
-            });
-        };
-        let by = |key: &dyn Fn(usize) -> Option<u64>| -> Vec<Vec<usize>> {
-            let mut keys: Vec<(u64, Vec<usize>)> = Vec::new();
-            for i in 0..n {
-                let Some(key) = key(i) else { continue };
-                match keys.iter_mut().find(|(known, _)| *known == key) {
-                    Some((_, members)) => members.push(i),
-                    None => keys.push((key, vec![i])),
-                }
-            }
-            keys.into_iter().map(|(_, members)| members).collect()
-        };
-        let row = |i: usize| series.rows[i];
-        let lit = |i: usize| row(i).light == Light::Lit;
-        if series.source == Source::Reading {
-            for members in by(&|i| Some((row(i).file as u64) << 32 | row(i).group as u64)) {
-                add(Coordinate::Index, "one block", members);
-            }
-            let visits = series.visits();
-            let first = |visit: &Vec<usize>| visit.first().copied();
-            add(
-                Coordinate::Index,
-                "the first of each visit of a half-plane",
-                visits
-                    .iter()
-                    .filter(|visit| visit.len() > 2)
-                    .filter_map(first)
-                    .collect(),
-            );
-            let range = |k: usize| row(k).range.to_bits();
-            let switched = |k: &usize| series.follows[*k] && range(*k) != range(*k - 1);
-            add(
-                Coordinate::Index,
-                "the first after each change of the range",
-                (1..n).filter(switched).collect(),
-            );
-            let changes = series.changes();
-            for share in STEPS.into_iter().filter(|_| 2 * changes.len() > n) {
-                let from = changes.len() - changes.len() / share;
-                add(Coordinate::Level, AFTER_A_STEP, changes[from..].to_vec());
-            }
-            for members in visits {
-                add(Coordinate::Index, "one visit of a half-plane", members);
-            }
-            for members in by(&|i| lit(i).then(|| row(i).c_deg.to_bits())) {
-                add(Coordinate::CDeg, "one C plane", members);
-            }
-            for members in by(&|i| Some(row(i).distance_mm.to_bits())) {
-                add(Coordinate::DistanceMm, "one distance", members);
-            }
-            for members in by(&|i| Some(row(i).range.to_bits())) {
-                add(Coordinate::Range, "one range", members);
-            }
-            for light in [Light::Baffled, Light::LampOff, Light::Capped] {
-                let members = (0..n).filter(|&i| row(i).light == light).collect();
-                add(Coordinate::Index, "the dark readings", members);
-            }
-            for side in [false, true] {
-                let angle = |i: &usize| {
-                    if side {
-                        row(*i).gamma_deg
-                    } else {
-                        row(*i).gamma_deg.abs()
-                    }
-                };
-                let mut order: Vec<usize> = (0..n).filter(|&i| lit(i) && row(i).gamma_deg.is_finite()).collect();
-                order.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
-                for k in 0..8 {
-                    let members = order[k * order.len() / 8..(k + 1) * order.len() / 8].to_vec();
-                    add(Coordinate::GammaDeg, "some γ", members);
-                }
-            }
-            for length in PARTS.into_iter().filter(|length| 3 * length < n) {
-                for from in (0..=n - length).step_by(length / 2) {
-                    add(
-                        Coordinate::Index,
-                        "one part of the record",
-                        (from..from + length).collect(),
-                    );
-                }
-            }
-        } else {
-            for members in by(&|i| Some((row(i).file as u64) << 32 | row(i).group as u64)) {
-                add(Coordinate::Exposure, "one map", members);
-            }
-            for (coordinate, name) in [
-                (Coordinate::RadiusMm, "one ring"),
-                (Coordinate::XMm, "some columns"),
-                (Coordinate::YMm, "some rows"),
-            ] {
-                let at = |i: &usize| row(*i).coordinate(coordinate, 0.0);
-                let mut order: Vec<usize> = (0..n).filter(|&i| lit(i)).collect();
-                order.sort_by(|a, b| at(a).total_cmp(&at(b)));
-                for k in 0..8 {
-                    let members = order[k * order.len() / 8..(k + 1) * order.len() / 8].to_vec();
-                    add(coordinate, name, members);
-                }
-            }
-        }
+        let groups = groups(series);
         (groups.len() > 1).then_some(Self { groups })
     }
 
