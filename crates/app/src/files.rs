@@ -85,19 +85,22 @@ pub fn prepare(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<Pe
     Ok(pending)
 }
 
-/// Gives files their names, one after the other: whoever sees the last sees all. Then the folders are synced.
+/// Gives files their names, one after the other. The last one gets its name when the others are safe on the disk: who
+/// sees it sees all, also after a loss of power.
 ///
 /// # Errors
 /// Exit 3 when the disk refuses; files that had their turn before have their names.
-pub fn publish(files: Vec<Pending>) -> Result<(), Failure> {
-    let mut folders = BTreeSet::new();
-    for file in files {
-        std::fs::rename(&file.part, &file.path).map_err(|error| unwritten(&file.path, &error))?;
-        folders.insert(parent(&file.path));
-    }
-    folders
-        .iter()
-        .try_for_each(|folder| disk::sync_folder(folder).map_err(|error| unwritten(folder, &error.source)))
+pub fn publish(mut files: Vec<Pending>) -> Result<(), Failure> {
+    let last = files.split_off(files.len().saturating_sub(1));
+    [files, last].into_iter().try_for_each(|files| {
+        let mut folders = BTreeSet::new();
+        for file in files {
+            std::fs::rename(&file.part, &file.path).map_err(|error| unwritten(&file.path, &error))?;
+            folders.insert(parent(&file.path));
+        }
+        let sync = |folder: &Utf8PathBuf| disk::sync_folder(folder).map_err(|error| unwritten(folder, &error.source));
+        folders.iter().try_for_each(sync)
+    })
 }
 
 fn parent(path: &Utf8Path) -> Utf8PathBuf {
