@@ -156,6 +156,12 @@ impl IntensityDistribution {
         self.c_deg.len() == 1
     }
 
+    /// The half-plane of the grid at `c_deg`; the only one of a rotational distribution.
+    pub fn plane_at(&self, c_deg: f64) -> Option<usize> {
+        let at = self.c_deg.iter().position(|c| (c - c_deg).abs() < 1e-9);
+        at.or(self.is_rotational().then_some(0))
+    }
+
     /// Intensity in a direction in candela: bilinear in (C, γ), periodic in C, zero outside the γ range; `gamma_deg` ≥
     /// 0.
     pub fn intensity_cd_at(&self, c_deg: f64, gamma_deg: f64) -> f64 {

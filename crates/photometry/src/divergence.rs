@@ -10,6 +10,8 @@ pub struct Divergence {
     pub from_deg: f64,
     /// Edge on the side of C, signed γ in degrees.
     pub to_deg: f64,
+    /// The largest intensity between them, signed γ in degrees.
+    pub top_deg: f64,
 }
 
 impl Divergence {
@@ -59,6 +61,7 @@ impl IntensityDistribution {
         Some(Divergence {
             from_deg: from + turn,
             to_deg: to + turn,
+            top_deg: points[top].0,
         })
     }
 

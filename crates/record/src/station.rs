@@ -228,6 +228,11 @@ prompt = "switch the lamp"
             ("u_distance_mm = 2.0", "u_distance_mm = 20000.0", "bench.u_distance_mm"),
             ("floor_mm = 1500.0", "floor_mm = 1e308", "bench.floor_mm"),
             (
+                "floor_mm = 1500.0",
+                "floor_mm = 1500.0\nu_gamma_deg = 90.0",
+                "bench.u_gamma_deg: is 90",
+            ),
+            (
                 "sense = 1\n",
                 "sense = 1\ntolerance_deg = 90.0\n",
                 "axis.c.tolerance_deg: is 90, expected",

@@ -26,6 +26,8 @@ pub struct Common {
     pub calibration_rel: f64,
     /// Drift.
     pub drift_rel: f64,
+    /// γ.
+    pub gamma_deg: f64,
 }
 
 /// A weighted sum Σ w·I of the intensities of a grid.
@@ -78,6 +80,10 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
         ("calibration", value * common.calibration_rel),
         ("drift", value * common.drift_rel),
     ];
+    // All readings stand at a γ that is wrong by the same angle.
+    let slopes = grid.gamma_slopes_cd_per_deg();
+    let per_deg: f64 = slopes.iter().zip(weights).map(|(slope, weight)| slope * weight).sum();
+    let angle = ("angle", per_deg * common.gamma_deg);
     // Bounds of what was measured are no part of it.
     let bounds = ["offset", "ambient", "stray"];
     Quantity::new(
@@ -86,7 +92,8 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
         parts
             .into_iter()
             .filter(|(name, part)| *part != 0.0 || !bounds.contains(name))
-            .chain(smoothing),
+            .chain(smoothing)
+            .chain([angle]),
     )
 }
 
@@ -126,6 +133,7 @@ pub fn noise_of_directions(grid: &Grid) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::samples::Sample;
+    use std::f64::consts::{PI, TAU};
 
     #[test]
     fn the_noise_of_directions_has_a_floor_and_a_share() {
@@ -154,5 +162,35 @@ mod tests {
             assert!((found_share - share).abs() < 1e-6, "{found_share}");
             assert!((found_floor - floor_cd).abs() < 2e-4 * 0.02, "{found_floor}");
         }
+    }
+
+    #[test]
+    fn a_wrong_gamma_changes_the_flux_by_its_integral() {
+        let step = 1.0;
+        let nodes: Vec<Sample> = (0..=180)
+            .map(|i| {
+                let gamma_deg = step * f64::from(i);
+                Sample {
+                    c_deg: 0.0,
+                    gamma_deg,
+                    closing: false,
+                    true_c_deg: 0.0,
+                    true_gamma_deg: gamma_deg,
+                    intensity_cd: 300.0 * gamma_deg.to_radians().cos().max(0.0).powi(3),
+                    u_noise_cd: 0.0,
+                    u_digit_cd: 0.0,
+                    display: None,
+                }
+            })
+            .collect();
+        let grid = Grid::new(&nodes).unwrap();
+        let common = Common {
+            gamma_deg: 0.1,
+            ..Common::default()
+        };
+        let flux = weighted_sum(&grid, &grid.flux_weights_sr(), &common, "lm");
+        // Φ(δ) = 2π·I₀ ∫ cosⁿ(γ + δ)·sin γ dγ, so that dΦ/dδ = −2π·I₀ ∫ cosⁿ⁺¹ γ dγ = −2π·I₀·3π/16 for n = 3.
+        let exact = TAU * 300.0 * 3.0 * PI / 16.0 * 0.1_f64.to_radians();
+        assert!((flux.parts["angle"] / exact - 1.0).abs() < 1e-3, "{flux:?} {exact}");
     }
 }

@@ -26,10 +26,14 @@ pub struct Colour {
     pub ra: Option<Quantity>,
     /// Special colour rendering index of the saturated red sample.
     pub r9: Option<Quantity>,
+    /// Colour fidelity index.
+    pub rf: Option<Quantity>,
+    /// Colour gamut index.
+    pub rg: Option<Quantity>,
 }
 
 /// How many numbers.
-const COUNT: usize = 8;
+const COUNT: usize = 10;
 /// Values of the spectrum (1 nm) that share a slope.
 const EVERY: usize = 5;
 /// By what a value is moved, relative to the largest.
@@ -63,6 +67,8 @@ impl Colour {
             v_prime: quantity(5, ""),
             ra: quantity(6, ""),
             r9: quantity(7, ""),
+            rf: quantity(8, ""),
+            rg: quantity(9, ""),
         }
     }
 }
@@ -95,6 +101,7 @@ fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
     let chromaticity = spectrum.chromaticity();
     let uv = chromaticity.map(isolux_spectrum::Chromaticity::uv_1976);
     let rendering = isolux_spectrum::rendering::rendering(spectrum);
+    let fidelity = isolux_spectrum::fidelity::fidelity(spectrum);
     [
         spectrum.cct().map(|cct| cct.cct_k),
         spectrum.nearest_planckian().map(|nearest| nearest.duv),
@@ -104,6 +111,8 @@ fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
         uv.map(|uv| uv.1),
         rendering.as_ref().map(|rendering| rendering.ra),
         rendering.as_ref().map(|rendering| rendering.r[8]),
+        fidelity.as_ref().map(|fidelity| fidelity.rf),
+        fidelity.as_ref().map(|fidelity| fidelity.rg),
     ]
 }
 

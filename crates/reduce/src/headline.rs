@@ -2,14 +2,16 @@
 //!
 //! | number | parts | missing where |
 //! |---|---|---|
-//! | flux | noise, digit, dark, offset, ambient, stray, distance, calibration, drift, interpolation | no bound, no u_distance_mm, γ not 0° to 180°, a symmetry assumed, steps too coarse, burnings not tied, a disagreement accepted, a model without uncertainty |
+//! | flux | noise, digit, dark, offset, ambient, stray, distance, angle, calibration, drift, interpolation | no bound, no u_distance_mm, no u_gamma_deg, γ not 0° to 180°, a symmetry assumed, steps too coarse, burnings not tied, a disagreement accepted, a model without uncertainty |
 //! | largest intensity | the same and near_field | the same but for γ; no lamp.diameter_mm |
+//! | beam and field angle | noise, digit, dark, offset, ambient, stray, angle, interpolation, near_field | as the largest intensity |
 //! | mean on the sensor | the same and near_field_at_sensor | the same but for γ; no lamp.diameter_mm |
 
 use isolux_photometry::{IntensityDistribution, Symmetry};
 use isolux_record::Station;
 
 use crate::SENSOR_MM;
+use crate::angles::{self, BeamAngles};
 use crate::budget::{self, Common};
 use crate::error::ReduceError;
 use crate::grid::{Grid, sensor_points};
@@ -31,6 +33,8 @@ pub struct Headline {
     pub i_max_deg: (f64, f64),
     /// Mean illuminance of the sensor of [`SENSOR_MM`].
     pub sensor_illuminance: Quantity,
+    /// Beam and field angle.
+    pub angles: Vec<BeamAngles>,
 }
 
 impl Headline {
@@ -68,9 +72,8 @@ impl Headline {
                 .cloned()
                 .chain(no_diameter.then(|| near_field::NO_DIAMETER.to_owned()))
         };
-        let near = |quantity: &Quantity, at_mm: f64| {
-            quantity.value * near_field::standard(near_field::largest_rel(station, distribution, at_mm).unwrap_or(0.0))
-        };
+        let near_rel = |at_mm: f64| near_field::largest_rel(station, distribution, at_mm).unwrap_or(0.0);
+        let near = |quantity: &Quantity, at_mm: f64| quantity.value * near_field::standard(near_rel(at_mm));
         let (place_deg, weights) = largest(grid);
         let i_max = budget::weighted_sum(grid, &weights, common, "cd");
         let i_max = i_max
@@ -90,7 +93,9 @@ impl Headline {
             .with_part("near_field", near(&mean, distance_mm))
             .with_part(NEAR_FIELD_AT_SENSOR, near(&mean, SENSOR_MM.1))
             .lacking(near_missing());
+        let not_known: Vec<String> = near_missing().collect();
         Ok(Self {
+            angles: angles::of(grid, common, near_rel(distance_mm), &not_known),
             flux,
             i_max,
             i_max_deg: place_deg,

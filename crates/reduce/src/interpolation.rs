@@ -23,6 +23,9 @@ const LOBE_SHARE: f64 = 0.1;
 /// Half-planes further apart than this do not show how the light varies over C: 90° would miss a square luminaire.
 const WIDEST_C_DEG: f64 = 45.0;
 
+/// Why a distribution is not resolved along γ.
+pub const COARSE_GAMMA: &str = "the steps of γ are too coarse for the shape of the light";
+
 /// How the error of a linear functional of the intensities follows from the change when the step is doubled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
@@ -122,7 +125,7 @@ pub fn unresolved(distribution: &IntensityDistribution) -> Vec<String> {
     };
     let narrow_in_gamma = (0..planes.len()).any(|plane| !resolved(&meridian(plane), LOBE_SHARE * largest, false));
     if narrow_in_gamma || gammas.len() < LOBE_NODES {
-        missing.push("the steps of γ are too coarse for the shape of the light".to_owned());
+        missing.push(COARSE_GAMMA.to_owned());
     }
     let narrow_in_c = || {
         (0..gammas.len())
@@ -192,7 +195,12 @@ fn resolved(values: &[f64], threshold: f64, round: bool) -> bool {
 }
 
 /// The distribution with every second γ left out, both ways; the first and the last stay.
-fn without_every_second_gamma(distribution: &IntensityDistribution) -> Result<Vec<IntensityDistribution>, ReduceError> {
+///
+/// # Errors
+/// [`ReduceError::Distribution`] never for a grid that was one already.
+pub fn without_every_second_gamma(
+    distribution: &IntensityDistribution,
+) -> Result<Vec<IntensityDistribution>, ReduceError> {
     let gammas = distribution.gamma_deg();
     let last = gammas.len() - 1;
     let ways = [0, 1].map(|parity| -> Vec<usize> {

@@ -132,6 +132,11 @@ impl Levels {
                 .notes
                 .push("no capped readings: offset and ambient light are not told apart".to_owned());
         }
+        if levels.capped.is_none() && levels.lamp_off.is_none() && !levels.baffled.is_empty() {
+            levels.notes.push(
+                "no lamp_off and no capped readings: offset, ambient and stray light are not told apart".to_owned(),
+            );
+        }
         if levels.baffled.len() == 1 {
             levels
                 .notes

@@ -4,6 +4,7 @@
 //! switch ([`Correction`]), and every headline number is a [`Quantity`] whose parts say where its uncertainty comes
 //! from.
 
+mod angles;
 mod apparent;
 mod bench;
 mod blocks;
@@ -47,6 +48,7 @@ use std::collections::BTreeSet;
 use isolux_model::Model;
 use isolux_record::Run;
 
+pub use angles::BeamAngles;
 pub use apparent::Apparent;
 pub use budget::Common;
 pub use closing::Closing;
@@ -109,6 +111,8 @@ pub struct Reduction {
     pub i_max: Quantity,
     /// Its direction (C, γ) in degrees.
     pub i_max_deg: (f64, f64),
+    /// Beam and field angle of the planes through C0 and C90 that were read.
+    pub angles: Vec<BeamAngles>,
     /// Mean illuminance of a sensor of [`SENSOR_MM`] by the inverse square law, normal to the axis.
     pub sensor_illuminance: Quantity,
     /// Its mean irradiance, where there is a spectrum.

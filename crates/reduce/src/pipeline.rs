@@ -88,6 +88,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Red
         i_max,
         i_max_deg,
         sensor_illuminance,
+        angles,
     } = Headline::of(&grid, &common, station, distance_mm, &missing)?;
     let dark = if on(Correction::SpectralDark) {
         DarkSubtraction::Spectrum
@@ -119,6 +120,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Red
         flux,
         i_max,
         i_max_deg,
+        angles,
         sensor_illuminance,
         sensor_irradiance,
         closing: Closing::of(&samples),
@@ -208,6 +210,7 @@ impl NotKnown<'_> {
         missing.extend(self.unmeasured.missing.iter().cloned());
         missing.extend(self.accepted.then(|| finding::ACCEPTED.to_owned()));
         missing.extend(station.bench().u_distance_mm.is_none().then(|| NO_DISTANCE.to_owned()));
+        missing.extend(station.bench().u_gamma_deg.is_none().then(|| NO_GAMMA.to_owned()));
         missing.extend((!self.own_distance).then(|| "not corrected for the distance of the readings".to_owned()));
         missing.extend(self.reference);
         missing.extend(
@@ -220,6 +223,9 @@ impl NotKnown<'_> {
 
 /// What a budget without `bench.u_distance_mm` lacks.
 const NO_DISTANCE: &str = "the station states no bench.u_distance_mm: uncertainty of the distance";
+
+/// What a budget without `bench.u_gamma_deg` lacks.
+const NO_GAMMA: &str = "the station states no bench.u_gamma_deg: uncertainty of the angle";
 
 /// Refuses what does not agree, unless it is accepted.
 fn refuse(findings: &[Finding], options: &Options) -> Result<(), ReduceError> {
@@ -267,5 +273,6 @@ fn common(
         distance_rel: station.bench().u_distance_mm.map_or(0.0, |u| 2.0 * u / distance_mm),
         calibration_rel: station.luxmeter().u_rel,
         drift_rel: drift.u_rel(),
+        gamma_deg: station.bench().u_gamma_deg.unwrap_or(0.0),
     }
 }

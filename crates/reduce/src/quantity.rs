@@ -78,11 +78,10 @@ impl Quantity {
     /// something is missing in the uncertainty, the value and what is missing.
     pub fn stated(&self) -> String {
         let said = self.rounded();
-        // A chromaticity has no unit.
-        let unit = if self.unit.is_empty() {
-            String::new()
-        } else {
-            format!(" {}", self.unit)
+        // A chromaticity has no unit; the sign of degrees stands close to its number.
+        let unit = match self.unit {
+            "" | "°" => self.unit.to_owned(),
+            unit => format!(" {unit}"),
         };
         match self.u {
             Some(_) => format!("{} ± {}{unit} (k = 2)", said.value, said.expanded),

@@ -95,6 +95,7 @@ fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
         "i_max": reduction.i_max,
         "i_max_c_deg": reduction.i_max_deg.0,
         "i_max_gamma_deg": reduction.i_max_deg.1,
+        "angles": reduction.angles,
         "sensor_mm": SENSOR_MM.0,
         "sensor_distance_mm": SENSOR_MM.1,
         "sensor_mean_illuminance": seen.then_some(&reduction.sensor_illuminance),

@@ -385,6 +385,9 @@ fn notes(station: &Station, plan: &Plan) -> Vec<String> {
     if station.bench().u_distance_mm.is_none() {
         notes.push("bench.u_distance_mm is not given: the budget will lack the distance".to_owned());
     }
+    if station.bench().u_gamma_deg.is_none() {
+        notes.push("bench.u_gamma_deg is not given: the budget will lack the angle".to_owned());
+    }
     notes
 }
 

@@ -24,6 +24,7 @@ pub const STATION: &str = r#"format = "isolux-station/1"
 type = "turning_luminaire"
 distance_mm = 10000.0
 u_distance_mm = 2.0
+u_gamma_deg = 0.05
 [axis.c]
 open = "fake:c"
 counts_per_deg = "1000/1"

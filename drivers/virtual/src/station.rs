@@ -53,7 +53,7 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
     let open = |part: &str| open(part, outlets);
     let mut text = format!(
         "format = \"isolux-station/1\"\nname = \"virtual darkroom\"\n\n[bench]\ntype = \"turning_luminaire\"\n\
-         distance_mm = {:.1}\nu_distance_mm = 2.0\nfloor_mm = {:.1}\n",
+         distance_mm = {:.1}\nu_distance_mm = 2.0\nu_gamma_deg = 0.03\nfloor_mm = {:.1}\n",
         document.bench.distance_mm, document.flaws.floor_reflection.height_mm
     );
     for (name, settings) in [("c", &document.axis.c), ("gamma", &document.axis.gamma)] {

@@ -78,6 +78,7 @@ const STATION: &str = r#"format = "isolux-station/1"
 type = "turning_luminaire"
 distance_mm = 10000.0
 u_distance_mm = 2.0
+u_gamma_deg = 0.05
 [axis.c]
 open = "zaber:/dev/ttyUSB0?axis=1"
 counts_per_deg = "1000/1"

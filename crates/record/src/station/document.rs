@@ -62,6 +62,9 @@ pub struct Bench {
     /// Standard uncertainty of the distance (k = 1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_distance_mm: Option<f64>,
+    /// Standard uncertainty of γ (k = 1), the same for all readings: zero of the axis and mounting of the luminaire.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_gamma_deg: Option<f64>,
     /// Height of the axes above the floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor_mm: Option<f64>,

@@ -58,6 +58,7 @@ pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
 
 fn check_bench(bench: &Bench) -> Result<(), Fault> {
     distance("bench", bench.distance_mm, bench.u_distance_mm)?;
+    optional(above, "bench.u_gamma_deg", bench.u_gamma_deg, (0.0, 5.0), "°")?;
     optional(within, "bench.floor_mm", bench.floor_mm, (1.0, 1e5), " mm")?;
     // A bound may be zero: where it is known that there is nothing.
     optional(within, "bench.stray_max_rel", bench.stray_max_rel, (0.0, 1.0), STRAY)?;

@@ -1,6 +1,7 @@
 //! What is left out of a run or its station is never taken for zero; what does not agree gives no result.
 
 use super::*;
+use crate::Quantity;
 
 const STRAY: &str = "not corrected for stray light";
 const AMBIENT: &str = "not corrected for ambient light";
@@ -87,10 +88,19 @@ fn what_the_station_does_not_state_is_named() {
     // No lamp.diameter_mm: the flux does not need it.
     let result = plain(&run(rows()));
     assert_eq!((result.flux.missing.len(), result.i_max.missing.len()), (0, 1));
-    let mut nowhere = run_at(rows(), "", "");
-    let text = STATION.replace("u_distance_mm = 5.0\n", "");
-    nowhere.header.station = Station::parse(Utf8Path::new("s.toml"), &text).unwrap();
-    assert!(plain(&nowhere).flux.missing[0].contains("u_distance_mm"));
+    for key in ["u_distance_mm = 5.0\n", "u_gamma_deg = 0.05\n"] {
+        let mut nowhere = run_at(rows(), "", "");
+        let text = STATION.replace(key, "");
+        nowhere.header.station = Station::parse(Utf8Path::new("s.toml"), &text).unwrap();
+        let result = plain(&nowhere);
+        let name = key.split(' ').next().unwrap();
+        for quantity in [&result.flux, &result.i_max, &result.sensor_illuminance] {
+            assert!(
+                quantity.u.is_none() && quantity.missing[0].contains(name),
+                "{quantity:?}"
+            );
+        }
+    }
 }
 
 #[test]
@@ -219,4 +229,24 @@ fn a_lamp_that_fell_and_a_closing_plane_that_differs_are_refused() {
             && error.to_string().contains("C 360° differs"),
         "{error}"
     );
+}
+
+#[test]
+fn a_gamma_zero_that_no_reading_shows_is_in_the_budget() {
+    const OFFSET_DEG: f64 = 0.1;
+    let at_zero = plain(&run_at(day(|lux| lux, 0.0), "", ""));
+    let mut rows = day(|lux| lux, 0.0);
+    for row in rows.iter_mut().filter(|row| row.kind == ReadingKind::Lit) {
+        let lux = row.illuminance_lx.as_mut().unwrap();
+        *lux += (lamp(row.c_deg, row.gamma_deg + OFFSET_DEG) - lamp(row.c_deg, row.gamma_deg)) / 100.0;
+    }
+    let off = plain(&run_at(rows, "", ""));
+    // The station states half of the offset as u. The edge of the lobe at 90° is sharp: the chord's slope there is half
+    // of that on one side, and 2 % of the change.
+    let moved = |of: &Quantity, to: &Quantity| (to.value - of.value).abs() / of.parts["angle"];
+    let flux = moved(&at_zero.flux, &off.flux);
+    assert!((1.93..1.98).contains(&flux), "{flux}");
+    let [beam, beam_off] = [&at_zero, &off].map(|of| of.angles[0].beam.as_ref().unwrap());
+    let beam = moved(beam, beam_off);
+    assert!((beam - 2.0).abs() < 0.05, "{beam}");
 }

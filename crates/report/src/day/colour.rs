@@ -26,9 +26,6 @@ pub fn section(day_results: &DayResults) -> Option<Section> {
             "Chromaticity in the CIE 1976 diagram, with the Planckian locus.",
         ),
     ]);
-    let plain = |value: Option<f64>, places: usize| {
-        value.map_or_else(|| "none".to_owned(), |value| format!("{value:.places$}"))
-    };
     let stated = |quantity: &Option<Quantity>| quantity.as_ref().map_or_else(|| "none".to_owned(), Quantity::stated);
     let nanometres = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |nm| format!("{nm:.1} nm"));
     let of = &spectral.colour;
@@ -41,10 +38,8 @@ pub fn section(day_results: &DayResults) -> Option<Section> {
         ("v′ (CIE 1976)".to_owned(), stated(&of.v_prime)),
         ("Ra (CIE 13.3)".to_owned(), stated(&of.ra)),
         ("R9".to_owned(), stated(&of.r9)),
-        (
-            "Rf, Rg (TM-30, CIE 224)".to_owned(),
-            format!("{}, {}", plain(colour.rf, 1), plain(colour.rg, 1)),
-        ),
+        ("Rf (TM-30, CIE 224)".to_owned(), stated(&of.rf)),
+        ("Rg (TM-30)".to_owned(), stated(&of.rg)),
         ("peak wavelength".to_owned(), nanometres(colour.peak_nm)),
         ("dominant wavelength".to_owned(), nanometres(colour.dominant_nm)),
         ("full width at half maximum".to_owned(), nanometres(colour.fwhm_nm)),
@@ -52,7 +47,7 @@ pub fn section(day_results: &DayResults) -> Option<Section> {
         ("irradiance there".to_owned(), spectral.irradiance.stated()),
         ("illuminance there".to_owned(), spectral.illuminance.stated()),
     ]);
-    section.paragraph("U is not evaluated for Rf, Rg, the wavelengths and the single indices below.");
+    section.paragraph("U is not evaluated for the wavelengths and the single indices below.");
     if let Some(r) = colour.r {
         section.subheading("Special colour rendering indices (CIE 13.3)");
         let head = (1..=15).map(|k| format!("R{k}"));

@@ -3,11 +3,12 @@
 use crate::document::Section;
 use crate::plots::{IsoluxOptions, PolarOptions, cartesian, cone, cones, isocandela, isolux, polar, solid, zones};
 use isolux_photometry::IntensityDistribution;
+use isolux_reduce::{Quantity, Reduction};
 use isolux_units::digits::significant;
 use serde_json::Value;
 
 use super::results::DayResults;
-use super::words::{angle, direction, plane_at, quantities};
+use super::words::{angle, direction, quantities};
 
 /// Step of the zones of flux.
 const ZONE_DEG: f64 = 10.0;
@@ -59,7 +60,7 @@ pub fn distribution(day_results: &DayResults) -> Section {
         ]),
         None => section.figures([plane]),
     }
-    beam_and_field(&mut section, shown);
+    beam_and_field(&mut section, reduction);
     let (c_deg, gamma_deg) = reduction.i_max_deg;
     section.paragraph(format!(
         "Largest intensity {} {}; on the axis {} cd.",
@@ -71,24 +72,20 @@ pub fn distribution(day_results: &DayResults) -> Section {
     section
 }
 
-fn beam_and_field(section: &mut Section, shown: &IntensityDistribution) {
+fn beam_and_field(section: &mut Section, reduction: &Reduction) {
     section.subheading("Beam and field");
-    let full = |found: Option<isolux_photometry::Divergence>| {
-        found.map_or_else(|| "none".to_owned(), |found| format!("{:.1}°", found.full_angle_deg()))
-    };
-    let rows = [("C0–C180", 0.0), ("C90–C270", 90.0)]
-        .into_iter()
-        .filter_map(|(name, c_deg)| {
-            let plane = plane_at(shown, c_deg)?;
-            let row = shown.row(plane).iter().copied().fold(0.0, f64::max);
-            Some(vec![
-                name.to_owned(),
-                full(shown.beam_angle(plane)),
-                full(shown.field_angle(plane)),
-                format!("{} cd", significant(row, 4)),
-            ])
-        })
-        .collect();
+    let stated = |angle: &Option<Quantity>| angle.as_ref().map_or_else(|| "none".to_owned(), Quantity::stated);
+    let shown = &reduction.grid.distribution;
+    let rows = reduction.angles.iter().filter_map(|plane| {
+        let row = shown.row(shown.plane_at(plane.c_deg)?);
+        Some(vec![
+            plane.name(),
+            stated(&plane.beam),
+            stated(&plane.field),
+            format!("{} cd", significant(row.iter().copied().fold(0.0, f64::max), 4)),
+        ])
+    });
+    let rows = rows.collect();
     section.numbers(
         [
             "plane",
@@ -210,7 +207,7 @@ pub fn glare(day_results: &DayResults) -> Section {
     ));
     let planes: Vec<f64> = [0.0, 45.0, 90.0]
         .into_iter()
-        .filter(|c| plane_at(shown, *c).is_some())
+        .filter(|c| shown.plane_at(*c).is_some())
         .collect();
     let rows = [45.0, 55.0, 65.0, 75.0, 85.0]
         .into_iter()

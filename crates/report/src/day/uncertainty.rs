@@ -113,6 +113,7 @@ fn source(part: &str) -> &str {
         "calibration" => "calibration of the meter",
         "calibration_shape" => "spectral shape of the calibration, tilt",
         "calibration_bow" => "spectral shape of the calibration, bow",
+        "angle" => "γ: zero of the axis and mounting of the luminaire",
         "dark_digit" => "rounding of the readings without light",
         "dark_noise" => "scatter of the readings without light",
         "digit" => "rounding of the display",

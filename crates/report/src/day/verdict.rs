@@ -3,10 +3,10 @@
 use crate::document::{Block, Section};
 use crate::html::Tile;
 use crate::plots::{PolarOptions, polar};
-use isolux_reduce::Quantity;
+use isolux_reduce::{BeamAngles, Quantity, Reduction};
 
 use super::results::DayResults;
-use super::words::{direction, identity, plane_at};
+use super::words::{direction, identity};
 use crate::sensor;
 use isolux_reduce::no_uncertainty;
 
@@ -66,7 +66,6 @@ fn tile(name: &str, quantity: &Quantity) -> Tile {
 
 fn tiles(day_results: &DayResults) -> Vec<Tile> {
     let reduction = &day_results.reduction;
-    let distribution = &reduction.grid.distribution;
     let plain = |name: &str, value: String, note: &str| Tile {
         name: name.to_owned(),
         value,
@@ -85,23 +84,10 @@ fn tiles(day_results: &DayResults) -> Vec<Tile> {
             tiles.push(plain(name, "not measured".to_owned(), "no power meter"));
         }
     }
-    for (name, field) in [("beam angle (50 %)", false), ("field angle (10 %)", true)] {
-        let of = |c_deg: f64| {
-            let plane = plane_at(distribution, c_deg)?;
-            let found = if field {
-                distribution.field_angle(plane)
-            } else {
-                distribution.beam_angle(plane)
-            };
-            Some(format!("{:.1}°", found?.full_angle_deg()))
-        };
-        let said = |c_deg: f64| of(c_deg).unwrap_or_else(|| "none".to_owned());
-        tiles.push(plain(
-            name,
-            format!("{} / {}", said(0.0), said(90.0)),
-            "C0–C180 / C90–C270; U not evaluated",
-        ));
-    }
+    tiles.push(angle_tile("beam angle (50 %)", reduction, |plane| plane.beam.as_ref()));
+    tiles.push(angle_tile("field angle (10 %)", reduction, |plane| {
+        plane.field.as_ref()
+    }));
     if let Some(spectral) = &reduction.spectral {
         match &spectral.colour.cct {
             Some(cct) => tiles.push(tile("correlated colour temperature", cct)),
@@ -113,16 +99,14 @@ fn tiles(day_results: &DayResults) -> Vec<Tile> {
         }
         let of = &spectral.colour;
         tiles.extend(of.duv.as_ref().map(|duv| tile("Duv", duv)));
-        tiles.extend(of.ra.as_ref().map(|ra| tile("Ra", ra)));
-    }
-    if let Some(colour) = &day_results.colour {
+        let indices = [("Ra", &of.ra), ("Rf (TM-30)", &of.rf), ("Rg (TM-30)", &of.rg)];
         tiles.extend(
-            colour
-                .rf
-                .zip(colour.rg)
-                .map(|(rf, rg)| plain("Rf / Rg", format!("{rf:.0} / {rg:.0}"), "TM-30; U not evaluated")),
+            indices
+                .into_iter()
+                .filter_map(|(name, index)| Some(tile(name, index.as_ref()?))),
         );
-    } else {
+    }
+    if reduction.spectral.is_none() {
         tiles.push(plain("colour", "not measured".to_owned(), "no spectrum"));
     }
     let mean = sensor::mean(&day_results.simulation.facts);
@@ -133,4 +117,30 @@ fn tiles(day_results: &DayResults) -> Vec<Tile> {
         if note.is_empty() { "k = 2" } else { note },
     ));
     tiles
+}
+
+/// An angle in the planes through C0 and C90.
+fn angle_tile<'a>(name: &str, reduction: &'a Reduction, of: impl Fn(&'a BeamAngles) -> Option<&'a Quantity>) -> Tile {
+    let found: Vec<Option<&Quantity>> = reduction.angles.iter().map(of).collect();
+    let said = found.iter().map(|found| match found {
+        None => "none".to_owned(),
+        Some(quantity) => {
+            let said = quantity.rounded();
+            match quantity.u {
+                Some(_) => format!("{} ± {}°", said.value, said.expanded),
+                None => format!("{}°", said.value),
+            }
+        }
+    });
+    let planes: Vec<String> = reduction.angles.iter().map(BeamAngles::name).collect();
+    let first = found.iter().flatten().next();
+    let note = match first.filter(|quantity| quantity.u.is_none()) {
+        Some(quantity) => no_uncertainty(&quantity.missing),
+        None => "k = 2".to_owned(),
+    };
+    Tile {
+        name: name.to_owned(),
+        value: said.collect::<Vec<String>>().join(" / "),
+        note: format!("{}; {note}", planes.join(" / ")),
+    }
 }

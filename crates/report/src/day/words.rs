@@ -1,6 +1,5 @@
 //! What several parts of the report say alike.
 
-use isolux_photometry::IntensityDistribution;
 use isolux_record::subject::{LUMINAIRE_KEYS, REPORT_KEYS};
 use serde_json::{Map, Value};
 
@@ -33,12 +32,6 @@ pub fn identity(day_results: &DayResults, section: &mut Section) {
 /// What the photometric formats compute of the distribution: zonal flux, flux code, UGR.
 pub fn quantities(day_results: &DayResults) -> Map<String, Value> {
     isolux_reduce::photometric(&day_results.reduction, &day_results.run).quantities()
-}
-
-/// The half-plane of the grid at `c_deg`; the only one of a rotational distribution.
-pub fn plane_at(distribution: &IntensityDistribution, c_deg: f64) -> Option<usize> {
-    let at = distribution.c_deg().iter().position(|c| (c - c_deg).abs() < 1e-9);
-    at.or(distribution.is_rotational().then_some(0))
 }
 
 /// A coordinate without needless zeros.
