@@ -120,24 +120,19 @@ fn folded(c_deg: f64, signed_gamma_deg: f64) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::samples::Sample;
+    use crate::testing::{Random, sample};
 
     const U_CD: f64 = 0.4;
 
     /// I = 300·cosⁿ γ cd in 24 half-planes by 2°, to which `further` adds; every reading has [`U_CD`] of noise.
-    fn grid(n: i32, further: impl Fn(usize) -> f64) -> Grid {
+    fn grid(n: i32, mut further: impl FnMut() -> f64) -> Grid {
         let nodes: Vec<Sample> = (0..24 * 46)
             .map(|place| {
                 let (c_deg, gamma_deg) = (15.0 * (place / 46) as f64, 2.0 * (place % 46) as f64);
+                let cd = 300.0 * gamma_deg.to_radians().cos().powi(n) + further();
                 Sample {
-                    c_deg,
-                    gamma_deg,
-                    closing: false,
-                    true_c_deg: c_deg,
-                    true_gamma_deg: gamma_deg,
-                    intensity_cd: 300.0 * gamma_deg.to_radians().cos().powi(n) + further(place),
                     u_noise_cd: U_CD,
-                    u_digit_cd: 0.0,
-                    display: None,
+                    ..sample(c_deg, gamma_deg, cd)
                 }
             })
             .collect();
@@ -151,21 +146,12 @@ mod tests {
 
     #[test]
     fn noise_moves_an_angle_as_its_budget_says() {
-        // Box and Muller from a counter: the same draws everywhere.
-        let uniform = |count: u64| {
-            let mut z = count.wrapping_mul(0x9E37_79B9_7F4A_7C15);
-            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            (((z ^ (z >> 31)) >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-        };
-        let normal = |count: u64| {
-            (-2.0 * uniform(2 * count).ln()).sqrt() * (std::f64::consts::TAU * uniform(2 * count + 1)).cos()
-        };
-        let whole = angles(&grid(5, |_| 0.0), &Common::default());
-        let days: u64 = 400;
+        let whole = angles(&grid(5, || 0.0), &Common::default());
+        let days = 400;
         let mut squares = [0.0; 4];
-        for day in 0..days {
-            let noisy = grid(5, |place| U_CD * normal(day * 1104 + place as u64));
+        let mut random = Random(7);
+        for _ in 0..days {
+            let noisy = grid(5, || U_CD * random.normal());
             let noisy = angles(&noisy, &Common::default());
             for (sum, (noisy, whole)) in squares
                 .iter_mut()
@@ -175,7 +161,7 @@ mod tests {
             }
         }
         for (sum, whole) in squares.iter().zip(whole.iter().flatten()) {
-            let scatter = (sum / days as f64).sqrt();
+            let scatter = (sum / f64::from(days)).sqrt();
             assert!(
                 (scatter / whole.parts["noise"] - 1.0).abs() < 0.15,
                 "{scatter} {whole:?}"
@@ -193,8 +179,8 @@ mod tests {
             drift_rel: 0.01,
             ..Common::default()
         };
-        let stray = angles(&grid(5, |_| 0.2), &Common::default());
-        for (stated, stray) in angles(&grid(5, |_| 0.0), &common)
+        let stray = angles(&grid(5, || 0.2), &Common::default());
+        for (stated, stray) in angles(&grid(5, || 0.0), &common)
             .iter()
             .flatten()
             .zip(stray.iter().flatten())
@@ -205,7 +191,7 @@ mod tests {
             assert!(!stated.parts.contains_key("calibration"));
         }
         // Full angles of cos⁵: 2·arccos 0.5^(1/5), 2·arccos 0.1^(1/5).
-        for plane in angles(&grid(5, |_| 0.0), &common) {
+        for plane in angles(&grid(5, || 0.0), &common) {
             for (angle, share) in plane.iter().zip(SHARES) {
                 let exact = 2.0 * share.powf(0.2).acos().to_degrees();
                 assert!(
@@ -220,12 +206,12 @@ mod tests {
     #[test]
     fn what_intensities_lack_angles_lack() {
         let missing = ["not corrected for stray light".to_owned()];
-        let found = of(&grid(5, |_| 0.0), &Common::default(), 0.0, &missing);
+        let found = of(&grid(5, || 0.0), &Common::default(), 0.0, &missing);
         assert_eq!(found.len(), 2);
         assert_eq!(found[1].name(), "C90–C270");
         assert_eq!(found[1].beam.as_ref().unwrap().missing, missing);
         // A lamp that shines all around has no edge.
-        let round = of(&grid(0, |_| 0.0), &Common::default(), 0.0, &missing);
+        let round = of(&grid(0, || 0.0), &Common::default(), 0.0, &missing);
         assert!(round.iter().all(|plane| plane.beam.is_none() && plane.field.is_none()));
     }
 }

@@ -133,6 +133,7 @@ pub fn noise_of_directions(grid: &Grid) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::samples::Sample;
+    use crate::testing::sample;
     use std::f64::consts::{PI, TAU};
 
     #[test]
@@ -143,15 +144,9 @@ mod tests {
                     let gamma_deg = 2.0 * f64::from(i);
                     let intensity_cd = 300.0 * gamma_deg.to_radians().cos().powi(5);
                     Sample {
-                        c_deg: 0.0,
-                        gamma_deg,
-                        closing: false,
-                        true_c_deg: 0.0,
-                        true_gamma_deg: gamma_deg,
-                        intensity_cd,
                         u_noise_cd: (share * intensity_cd).hypot(0.8 * floor_cd),
                         u_digit_cd: 0.6 * floor_cd,
-                        display: None,
+                        ..sample(0.0, gamma_deg, intensity_cd)
                     }
                 })
                 .collect();
@@ -166,23 +161,9 @@ mod tests {
 
     #[test]
     fn a_wrong_gamma_changes_the_flux_by_its_integral() {
-        let step = 1.0;
-        let nodes: Vec<Sample> = (0..=180)
-            .map(|i| {
-                let gamma_deg = step * f64::from(i);
-                Sample {
-                    c_deg: 0.0,
-                    gamma_deg,
-                    closing: false,
-                    true_c_deg: 0.0,
-                    true_gamma_deg: gamma_deg,
-                    intensity_cd: 300.0 * gamma_deg.to_radians().cos().max(0.0).powi(3),
-                    u_noise_cd: 0.0,
-                    u_digit_cd: 0.0,
-                    display: None,
-                }
-            })
-            .collect();
+        let lobe = |gamma_deg: f64| 300.0 * gamma_deg.to_radians().cos().max(0.0).powi(3);
+        let gammas = (0..=180).map(f64::from);
+        let nodes: Vec<Sample> = gammas.map(|gamma| sample(0.0, gamma, lobe(gamma))).collect();
         let grid = Grid::new(&nodes).unwrap();
         let common = Common {
             gamma_deg: 0.1,

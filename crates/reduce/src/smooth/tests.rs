@@ -1,25 +1,9 @@
 use super::*;
 use crate::samples::Sample;
+use crate::testing::{Random, sample};
 
 /// Candela towards (C, γ) in degrees.
 type Lamp<'a> = &'a dyn Fn(f64, f64) -> f64;
-
-/// splitmix64: uniform and normal numbers.
-struct Random(u64);
-
-impl Random {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (-2.0 * (1.0 - self.uniform()).ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
 
 fn unit(c: f64, g: f64) -> [f64; 3] {
     let (c, g) = (c.to_radians(), g.to_radians());
@@ -63,15 +47,10 @@ fn read(lamp: Lamp<'_>, metres: f64, noise: (f64, f64), seed: u64) -> Grid {
             let digit = 10f64.powi((lux.abs() / 29.99).log10().ceil().max(0.0) as i32 - 2);
             let shown = ((lux + offset + sigma * random.normal()) / digit).round() * digit - offset;
             nodes.push(Sample {
-                c_deg,
-                gamma_deg,
-                closing: false,
-                true_c_deg: c_deg,
-                true_gamma_deg: gamma_deg,
-                intensity_cd: shown * per_lx,
                 u_noise_cd: sigma * per_lx,
                 u_digit_cd: digit / 12f64.sqrt() * per_lx,
                 display: Some(((shown + offset) * 1000.0).round() as i64),
+                ..sample(c_deg, gamma_deg, shown * per_lx)
             });
         }
     }
