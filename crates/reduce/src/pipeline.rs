@@ -83,13 +83,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Red
         bench,
     };
     let missing = not_known.of(station);
-    let Headline {
-        flux,
-        i_max,
-        i_max_deg,
-        sensor_illuminance,
-        angles,
-    } = Headline::of(&grid, &common, station, distance_mm, &missing)?;
+    let headline = Headline::of(&grid, &common, station, distance_mm, &missing)?;
     let dark = if on(Correction::SpectralDark) {
         DarkSubtraction::Spectrum
     } else {
@@ -98,7 +92,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Red
     let spectral = spectral::on_axis(run, dark)?;
     let sensor_irradiance = spectral
         .as_ref()
-        .map(|spectral| sensor_illuminance.over(&spectral.ler, "W/m²", "efficacy"));
+        .map(|spectral| headline.sensor_illuminance.over(&spectral.ler, "W/m²", "efficacy"));
     let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
     let mut notes: Vec<String> = partial.iter().map(Partial::note).collect();
     notes.extend(levels.notes.clone());
@@ -116,12 +110,12 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Red
         drift,
         common,
         distance_mm,
-        electrical: Electrical::of(&rows, station, &flux),
-        flux,
-        i_max,
-        i_max_deg,
-        angles,
-        sensor_illuminance,
+        electrical: Electrical::of(&rows, station, &headline.flux),
+        flux: headline.flux,
+        i_max: headline.i_max,
+        i_max_deg: headline.i_max_deg,
+        angles: headline.angles,
+        sensor_illuminance: headline.sensor_illuminance,
         sensor_irradiance,
         closing: Closing::of(&samples),
         partial,
