@@ -1,11 +1,7 @@
 //! Results reach the disk whole or not at all.
 
-use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::{self, Write as _};
-
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::disk::{self, DiskError};
+use isolux_record::disk::{self, DiskError, Pending};
 use isolux_record::file;
 
 use crate::Failure;
@@ -41,77 +37,32 @@ pub fn read(path: &Utf8Path) -> Result<Vec<u8>, Failure> {
 /// # Errors
 /// Bad input (exit 2) when the target exists and `overwrite` is [`Overwrite::Never`]; exit 3 when the disk refuses.
 pub fn write(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), Failure> {
-    refuse_existing(path, overwrite)?;
-    let failed = |error: DiskError| unwritten(path, &error.source);
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_str().is_empty()) {
-        disk::create_folder(folder).map_err(failed)?;
-    }
-    disk::replace(path, bytes).map_err(failed)
+    publish(vec![prepare(path, bytes, overwrite)?])
 }
 
-/// A file that is on the disk whole, under a temporary name that goes with it unless it is [published](publish).
-#[derive(Debug)]
-pub struct Pending {
-    path: Utf8PathBuf,
-    part: Utf8PathBuf,
-}
-
-impl Drop for Pending {
-    fn drop(&mut self) {
-        // What was published has no such name any more.
-        let _ = std::fs::remove_file(&self.part);
-    }
-}
-
-/// Writes and syncs `bytes` under a temporary name beside `path`, which they get from [`publish`]. Several files can be
-/// synced at a time, which takes a disk hardly longer than one.
+/// Writes and syncs `bytes` under a temporary name beside `path`, which they get from [`publish`].
 ///
 /// # Errors
 /// As [`write()`].
 pub fn prepare(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<Pending, Failure> {
     refuse_existing(path, overwrite)?;
-    let folder = parent(path);
-    disk::create_folder(&folder).map_err(|error| unwritten(path, &error.source))?;
-    let name = path.file_name().unwrap_or("file");
-    let pending = Pending {
-        path: path.to_owned(),
-        part: folder.join(format!(".{name}.{}.part", std::process::id())),
-    };
-    let written = File::create(&pending.part).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()
-    });
-    written.map_err(|error| unwritten(path, &error))?;
-    Ok(pending)
+    let failed = |error: DiskError| unwritten(path, &error);
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_str().is_empty()) {
+        disk::create_folder(folder).map_err(failed)?;
+    }
+    disk::prepare(path, bytes).map_err(failed)
 }
 
-/// Gives files their names, one after the other. The last one gets its name when the others are safe on the disk: who
-/// sees it sees all, also after a loss of power.
+/// Gives files their names, the last one when the others are safe on the disk.
 ///
 /// # Errors
 /// Exit 3 when the disk refuses; files that had their turn before have their names.
-pub fn publish(mut files: Vec<Pending>) -> Result<(), Failure> {
-    let last = files.split_off(files.len().saturating_sub(1));
-    [files, last].into_iter().try_for_each(|files| {
-        let mut folders = BTreeSet::new();
-        for file in files {
-            std::fs::rename(&file.part, &file.path).map_err(|error| unwritten(&file.path, &error))?;
-            folders.insert(parent(&file.path));
-        }
-        let sync = |folder: &Utf8PathBuf| disk::sync_folder(folder).map_err(|error| unwritten(folder, &error.source));
-        folders.iter().try_for_each(sync)
-    })
+pub fn publish(files: Vec<Pending>) -> Result<(), Failure> {
+    disk::publish(files).map_err(|error| unwritten(&error.path, &error))
 }
 
-fn parent(path: &Utf8Path) -> Utf8PathBuf {
-    match path.parent() {
-        Some(folder) if !folder.as_str().is_empty() => folder.to_owned(),
-        _ => Utf8PathBuf::from("."),
-    }
-}
-
-fn unwritten(path: &Utf8Path, error: &io::Error) -> Failure {
-    Failure::instrument(format!("{path}: cannot write: {error}"))
+fn unwritten(path: &Utf8Path, error: &DiskError) -> Failure {
+    Failure::instrument(format!("{path}: cannot write: {}", error.source))
 }
 
 /// Fails when `path` exists and must not be replaced: called before long work, so that nobody waits for a refusal.

@@ -4,6 +4,7 @@ use std::panic::resume_unwind;
 use std::time::Instant;
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_record::disk::Pending;
 use isolux_report::sensor;
 use isolux_sim::against::{self, Earlier};
 use isolux_sim::direct::DirectError;
@@ -11,7 +12,7 @@ use isolux_sim::rays;
 use isolux_sim::setup::SetupError;
 use isolux_sim::simulation::{self, MapUnit, Simulation, SimulationError};
 
-use crate::files::{self, Overwrite, Pending};
+use crate::files::{self, Overwrite};
 use crate::progress::{Event, Progress};
 use crate::scene::{self, Changes};
 use crate::{Failure, array_files, memory};

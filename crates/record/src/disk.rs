@@ -1,6 +1,7 @@
 //! Files and folders that outlive a loss of power: what is created or renamed is synced, and so is the folder that
 //! names it.
 
+use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 
@@ -34,20 +35,56 @@ pub(crate) fn lines(bytes: &[u8]) -> u64 {
 /// # Errors
 /// [`DiskError`]; the file that was there before is still there, and no temporary file is left.
 pub fn replace(path: &Utf8Path, bytes: &[u8]) -> Result<(), DiskError> {
-    let folder = parent(path);
-    let name = path.file_name().unwrap_or("file");
-    let part = folder.join(format!(".{name}.{}.part", std::process::id()));
-    let written = (|| {
-        let mut file = File::create(&part).map_err(failed(&part, "write"))?;
-        file.write_all(bytes).map_err(failed(&part, "write"))?;
-        file.sync_all().map_err(failed(&part, "sync"))?;
-        std::fs::rename(&part, path).map_err(failed(path, "replace"))
-    })();
-    if let Err(error) = written {
-        let _ = std::fs::remove_file(&part);
-        return Err(error);
+    publish(vec![prepare(path, bytes)?])
+}
+
+/// A file that is on the disk whole, under a temporary name that goes with it unless it is [published](publish).
+#[derive(Debug)]
+pub struct Pending {
+    path: Utf8PathBuf,
+    part: Utf8PathBuf,
+}
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        // What was published has no such name any more.
+        let _ = std::fs::remove_file(&self.part);
     }
-    sync_folder(&folder)
+}
+
+/// Writes and syncs `bytes` under a temporary name beside `path`, which they get from [`publish`]. Several files can be
+/// synced at a time, which takes a disk hardly longer than one.
+///
+/// # Errors
+/// [`DiskError`]; no temporary file is left.
+pub fn prepare(path: &Utf8Path, bytes: &[u8]) -> Result<Pending, DiskError> {
+    let name = path.file_name().unwrap_or("file");
+    let pending = Pending {
+        path: path.to_owned(),
+        part: parent(path).join(format!(".{name}.{}.part", std::process::id())),
+    };
+    let part = &pending.part;
+    let mut file = File::create(part).map_err(failed(part, "write"))?;
+    file.write_all(bytes).map_err(failed(part, "write"))?;
+    file.sync_all().map_err(failed(part, "sync"))?;
+    Ok(pending)
+}
+
+/// Gives files their names, one after the other. The last one gets its name when the others are safe on the disk: who
+/// sees it sees all, also after a loss of power.
+///
+/// # Errors
+/// [`DiskError`]; files that had their turn before have their names, and no temporary file is left.
+pub fn publish(mut files: Vec<Pending>) -> Result<(), DiskError> {
+    let last = files.split_off(files.len().saturating_sub(1));
+    [files, last].into_iter().try_for_each(|files| {
+        let mut folders = BTreeSet::new();
+        for file in files {
+            std::fs::rename(&file.part, &file.path).map_err(failed(&file.path, "replace"))?;
+            folders.insert(parent(&file.path));
+        }
+        folders.iter().try_for_each(|folder| sync_folder(folder))
+    })
 }
 
 /// Creates a folder with all that lead to it, each synced in the folder that holds it.

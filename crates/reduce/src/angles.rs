@@ -8,7 +8,7 @@ use isolux_photometry::{Divergence, IntensityDistribution};
 use serde::Serialize;
 
 use crate::budget::{self, Common};
-use crate::grid::Grid;
+use crate::grid::{Grid, folded};
 use crate::interpolation;
 use crate::near_field;
 use crate::quantity::Quantity;
@@ -70,7 +70,7 @@ fn angle(
     };
     let node_weights = |gamma_deg: f64| {
         let (c, gamma) = folded(c_deg, gamma_deg);
-        grid.direction_weights(c, gamma)
+        grid.direction_weights(c.rem_euclid(360.0), gamma)
     };
     // By how much the angle grows with the level, and falls with the intensity at the edge.
     let mut deg_per_cd = 0.0;
@@ -104,16 +104,6 @@ fn angle(
 fn add(sum: &mut [f64], weights: &[f64], factor: f64) {
     let pairs = sum.iter_mut().zip(weights);
     pairs.for_each(|(sum, weight)| *sum += factor * weight);
-}
-
-/// A direction of the plane through C by its signed γ, negative or above 180° in the opposite half-plane.
-fn folded(c_deg: f64, signed_gamma_deg: f64) -> (f64, f64) {
-    let gamma_deg = signed_gamma_deg.rem_euclid(360.0);
-    if gamma_deg <= 180.0 {
-        (c_deg, gamma_deg)
-    } else {
-        ((c_deg + 180.0).rem_euclid(360.0), 360.0 - gamma_deg)
-    }
 }
 
 #[cfg(test)]

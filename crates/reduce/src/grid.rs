@@ -252,15 +252,30 @@ fn one_at_poles(intensity_cd: &[f64], gamma_deg: &[f64]) -> Vec<f64> {
     one
 }
 
-/// The interpolant beyond the poles: (C, −γ) is (C + 180°, γ), (C, 180° + x) is (C + 180°, 180° − x); clamped to the
-/// grid's γ elsewhere, because the distribution is zero outside it and a displaced sample is not.
+/// A direction (C, γ) by a γ that may go on beyond the poles: (C, −γ) is (C + 180°, γ), (C, 180° + x) is
+/// (C + 180°, 180° − x).
+pub fn folded(c_deg: f64, signed_gamma_deg: f64) -> (f64, f64) {
+    let within = (-180.0..=360.0).contains(&signed_gamma_deg);
+    let gamma_deg = if within {
+        signed_gamma_deg
+    } else {
+        signed_gamma_deg.rem_euclid(360.0)
+    };
+    match gamma_deg {
+        below if below < 0.0 => (c_deg + 180.0, -below),
+        beyond if beyond > 180.0 => (c_deg + 180.0, 360.0 - beyond),
+        gamma_deg => (c_deg, gamma_deg),
+    }
+}
+
+/// The interpolant beyond the poles, [`folded`]; clamped to the grid's γ elsewhere, because the distribution is zero
+/// outside it and a displaced sample is not.
 fn at_signed(distribution: &IntensityDistribution, c_deg: f64, gamma_deg: f64) -> f64 {
     let gammas = distribution.gamma_deg();
     let (first, last) = (gammas[0], gammas[gammas.len() - 1]);
-    let (c, gamma) = if gamma_deg < 0.0 && first == 0.0 {
-        (c_deg + 180.0, -gamma_deg)
-    } else if gamma_deg > 180.0 && last == 180.0 {
-        (c_deg + 180.0, 360.0 - gamma_deg)
+    let over_a_pole = gamma_deg < 0.0 && first == 0.0 || gamma_deg > 180.0 && last == 180.0;
+    let (c, gamma) = if over_a_pole {
+        folded(c_deg, gamma_deg)
     } else {
         (c_deg, gamma_deg.clamp(first, last))
     };

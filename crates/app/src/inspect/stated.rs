@@ -104,7 +104,7 @@ impl Quantities<'_> {
         };
         let planes = distribution.intensity.c_deg();
         let at = |c: f64| {
-            let plane = planes.iter().position(|&plane| (plane - c).abs() < 1e-6)?;
+            let plane = distribution.intensity.plane_at(c)?;
             angles.get(plane)?.as_f64().map(digits)
         };
         let said: Vec<String> = match planes.len() {

@@ -121,13 +121,20 @@ fn tiles(day_results: &DayResults) -> Vec<Tile> {
 
 /// An angle in the planes through C0 and C90.
 fn angle_tile<'a>(name: &str, reduction: &'a Reduction, of: impl Fn(&'a BeamAngles) -> Option<&'a Quantity>) -> Tile {
+    if reduction.angles.is_empty() {
+        return Tile {
+            name: name.to_owned(),
+            value: "none".to_owned(),
+            note: "no half-plane at C 0° or C 90°".to_owned(),
+        };
+    }
     let found: Vec<Option<&Quantity>> = reduction.angles.iter().map(of).collect();
     let said = found.iter().map(|found| match found {
         None => "none".to_owned(),
         Some(quantity) => {
             let said = quantity.rounded();
             match quantity.u {
-                Some(_) => format!("{} ± {}°", said.value, said.expanded),
+                Some(_) => format!("{}\u{a0}±\u{a0}{}°", said.value, said.expanded),
                 None => format!("{}°", said.value),
             }
         }
