@@ -135,21 +135,19 @@ impl Grid {
         weights
     }
 
-    /// Slope of the intensity over γ at every node, in candela per degree: that of the chord between its neighbours; zero
-    /// at a pole, where all half-planes share one value.
+    /// Slope of the intensity over γ at every node, in candela per degree: that of the chord between its neighbours;
+    /// zero at a pole, where all half-planes share one value.
     pub fn gamma_slopes_cd_per_deg(&self) -> Vec<f64> {
         let gammas = self.distribution.gamma_deg();
-        let planes = 0..self.distribution.c_deg().len();
         let slope = |row: &[f64], column: usize| {
-            let (low, high) = (column.saturating_sub(1), (column + 1).min(gammas.len() - 1));
             if is_pole(gammas[column]) {
                 return 0.0;
             }
+            let (low, high) = (column.saturating_sub(1), (column + 1).min(gammas.len() - 1));
             (row[high] - row[low]) / (gammas[high] - gammas[low])
         };
-        planes
-            .flat_map(|plane| (0..gammas.len()).map(move |column| (plane, column)))
-            .map(|(plane, column)| slope(self.distribution.row(plane), column))
+        let rows = self.distribution.intensity_cd().chunks(gammas.len());
+        rows.flat_map(|row| (0..gammas.len()).map(move |column| slope(row, column)))
             .collect()
     }
 

@@ -270,21 +270,3 @@ async fn twins_answer_on_real_links() {
         }
     }
 }
-
-/// The scan of the built-in plan as the drivers see it: 25 half-planes of 91 angles.
-#[tokio::test(start_paused = true)]
-#[ignore = "some seconds of computing; run by hand to see what the room costs"]
-async fn a_whole_scan_costs_seconds() {
-    let bench = bench(BUILT_IN).await;
-    bench.light_up().await;
-    let (start, virtual_start) = (std::time::Instant::now(), bench.room.now_s());
-    for c in 0..25 {
-        for gamma in 0..91 {
-            bench.point(f64::from(c) * 15.0, f64::from(gamma) * 2.0).await;
-            bench.read_lx().await.unwrap();
-        }
-    }
-    let hours = (bench.room.now_s() - virtual_start) / 3600.0;
-    let seconds = start.elapsed().as_secs_f64();
-    assert!(seconds < 60.0, "{hours:.2} h of the room took {seconds:.1} s");
-}
