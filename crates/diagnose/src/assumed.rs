@@ -11,9 +11,10 @@ use nalgebra::DVector;
 
 use crate::calibration::{LN_SHAPE_TERMS, SHAPE_SIGMA};
 use crate::forward::{Forward, Hypothesis, Searchable};
+use crate::known::Known;
 use crate::reference::Errors;
 
-pub use rows::{Part, direction_errors, row_ranges};
+pub use rows::{Part, direction_errors, known, row_ranges};
 use rows::{distinct_gammas, reach};
 
 /// A model with everything that may be refitted or added.
@@ -130,6 +131,11 @@ impl AssumedModel {
     /// The catalogue entry of effect `number`.
     pub fn spec(&self, number: usize) -> &'static EffectSpec {
         self.recipes[number].spec
+    }
+
+    /// The model as it was given, its gain of relative maps brought near.
+    pub fn given(&self) -> &Model {
+        &self.model
     }
 
     /// The same model with one more part behind these.
@@ -295,6 +301,10 @@ impl Forward for AssumedModel {
             start = rows.end;
         }
         all.into_values().collect()
+    }
+
+    fn known(&self) -> Vec<Known> {
+        known(&self.model.with_refined(self.refined.clone()), &self.parts)
     }
 
     fn effects(&self) -> &[Searchable] {

@@ -10,7 +10,7 @@ use isolux_record::observation::Observations;
 use nalgebra::DVector;
 
 use crate::assumed::AssumedModel;
-use crate::document::{Document, EffectEntry, Independence, NoiseEntry, UnexplainedEntry};
+use crate::document::{Document, EffectEntry, Independence, KnownEntry, NoiseEntry, UnexplainedEntry};
 use crate::forward::Forward;
 use crate::next::{self, Next};
 use crate::observe::{Observed, observed};
@@ -105,9 +105,11 @@ pub fn diagnose(
     let measured = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.measured));
     let sigma = DVector::from_iterator(rows.len(), rows.iter().map(|row| outcome.noise.scale * row.u));
     let scaled = |prediction: &DVector<f64>| (&measured - prediction).component_div(&sigma);
-    let before = scaled(&outcome.baseline.prediction);
-    let left = scaled(&outcome.after.prediction);
-    let mut explained = &outcome.after.prediction - &outcome.baseline.prediction;
+    let expected_before = &outcome.baseline.prediction + &outcome.moved_before.change;
+    let expected_after = &outcome.after.prediction + &outcome.moved_after.change;
+    let before = scaled(&expected_before);
+    let left = scaled(&expected_after);
+    let mut explained = &expected_after - &expected_before;
     if let Some(unexplained) = &outcome.unexplained {
         explained += &unexplained.pattern;
     }
@@ -141,8 +143,10 @@ pub fn diagnose(
         .map(|member| assumed.spec(member.effect).name)
         .collect();
     let independence = independence(model, sha256);
+    let known = known(&outcome);
+    notes.extend(stated(model, &known));
     let sentence = sentence(verdict, &effects, unexplained.as_ref(), &outcome, independence);
-    let plain = plain(verdict, &effects, unexplained.as_ref(), &gap, independence);
+    let plain = plain(verdict, &effects, unexplained.as_ref(), &gap, &known, independence);
     let document = Document {
         verdict,
         plain,
@@ -153,6 +157,7 @@ pub fn diagnose(
         unexplained,
         noise: noise(&outcome, independence),
         gap,
+        known,
         independence,
         next_measurement,
         blind_spots: blind_spots(&assumed, &outcome),
@@ -173,7 +178,7 @@ pub fn diagnose(
         } else {
             vec![0.0; before.len()]
         },
-        level: outcome.after.prediction.iter().copied().collect(),
+        level: expected_after.iter().copied().collect(),
         of_bench,
     })
 }
@@ -243,6 +248,57 @@ fn unexplained(found: &Unexplained, excess: f64) -> UnexplainedEntry {
         share_of_gap: (found.sigma.powi(2) / total).clamp(0.0, 1.0),
         significance_sigma: found.sigma,
         note: found.rival.note.clone(),
+    }
+}
+
+/// Data that leave more than this share of an uncertainty say nothing of the term.
+const UNSEEN: f64 = 0.98;
+
+/// What the model knows of itself and these data see.
+fn known(outcome: &Outcome) -> Vec<KnownEntry> {
+    let terms = outcome.known.iter().enumerate();
+    terms
+        .map(|(k, one)| KnownEntry {
+            what: one.what.clone(),
+            u: one.u,
+            unit: one.unit,
+            assumed: one.assumed,
+            before_sigma: outcome.moved_before.sigma[k],
+            after_sigma: outcome.moved_after.sigma[k],
+            u_after_sigma: outcome.moved_after.u_sigma[k],
+        })
+        .filter(|entry| entry.u_after_sigma < UNSEEN)
+        .collect()
+}
+
+/// What was assumed of a model whose file does not state it.
+fn stated(model: &Model, known: &[KnownEntry]) -> Vec<String> {
+    let mut notes = Vec::new();
+    if model.states_nothing() {
+        notes.push(
+            "the model's file states no uncertainty ([luminaire.u]), as files of a catalogue do: its level, a smooth shape over γ and \
+             an oval cross-section were refitted freely"
+                .to_owned(),
+        );
+    }
+    let assumed: Vec<String> = known
+        .iter()
+        .filter(|one| one.assumed)
+        .map(|one| format!("{} ±{}{}", one.what, digits(one.u, 2), unit(one.unit)))
+        .collect();
+    if !assumed.is_empty() {
+        notes.push(format!(
+            "the model's file does not state how uncertain these are, and they were assumed (standard uncertainties): {}",
+            assumed.join("; ")
+        ));
+    }
+    notes
+}
+
+fn unit(unit: &str) -> String {
+    match unit {
+        "" | "°" => unit.to_owned(),
+        unit => format!(" {unit}"),
     }
 }
 

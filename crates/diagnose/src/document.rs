@@ -40,6 +40,8 @@ pub struct Document {
     pub noise: NoiseEntry,
     /// The gap between model and measurement.
     pub gap: GapEntry,
+    /// What the model's file knows of itself, and where these data put it.
+    pub known: Vec<KnownEntry>,
     /// Whether the model was made from other data than these.
     pub independence: Independence,
     /// What to measure next.
@@ -211,7 +213,8 @@ pub struct GapEntry {
     pub metric: &'static str,
     /// The model as it came.
     pub as_given: f64,
-    /// The baseline, nuisance refitted.
+    /// With what the model knows of itself where the data put it within its uncertainty, and what nothing is stated of
+    /// refitted.
     pub before: f64,
     /// With the effects.
     pub after: f64,
@@ -223,6 +226,25 @@ pub struct GapEntry {
     pub held_out: Option<HeldOutEntry>,
     /// Which readings those are, or why there are none.
     pub held_out_note: String,
+}
+
+/// One thing that the model's file knows with a standard uncertainty, and where the data put it.
+#[derive(Debug, Clone, Serialize)]
+pub struct KnownEntry {
+    /// What, in words.
+    pub what: String,
+    /// Its standard uncertainty.
+    pub u: f64,
+    /// The unit of that; empty for a ratio.
+    pub unit: &'static str,
+    /// The file does not state it: it was taken as wide as usual.
+    pub assumed: bool,
+    /// Where the data put it, in that uncertainty, without named effects.
+    pub before_sigma: f64,
+    /// And with them.
+    pub after_sigma: f64,
+    /// Standard uncertainty that the data leave of it, in the same unit.
+    pub u_after_sigma: f64,
 }
 
 /// The gap on readings that the fit has not seen.

@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 
 use crate::calibration::LN_SMALL;
+use crate::known::Known;
 use crate::reference::Errors;
 
 /// One effect with values: its linear amplitudes and its shape.
@@ -160,6 +161,10 @@ pub trait Forward: Sync {
     /// deviations each.
     fn common_errors(&self) -> Errors {
         Errors::new()
+    }
+    /// What the model knows with a stated uncertainty: errors that many rows share, one standard uncertainty each.
+    fn known(&self) -> Vec<Known> {
+        Vec::new()
     }
     /// The effects that could be missing, those already in the model left out.
     fn effects(&self) -> &[Searchable];

@@ -11,6 +11,7 @@ pub mod evidence;
 pub mod fit;
 pub mod forward;
 pub mod held_out;
+pub mod known;
 pub mod next;
 pub mod noise;
 pub mod observe;

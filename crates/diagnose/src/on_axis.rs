@@ -3,6 +3,7 @@
 //! The distribution was measured with the lux meter far away, the spectrum with another instrument close by. Their
 //! agreement tests near field, distance and calibration at once, and no part of it was fitted.
 
+use isolux_model::luminous_area_rel;
 use isolux_reduce::{NEAR_FIELD_AT_SENSOR, Reduction, no_uncertainty};
 use isolux_units::digits::{significant, stated};
 use serde::Serialize;
@@ -29,26 +30,8 @@ pub struct Comparison {
     pub gap_sigma: Option<f64>,
     /// What is missing in them, one phrase each.
     pub missing: Vec<String>,
-    /// The same gap when the light leaves from the whole luminous area; none where the station does not state its size.
-    pub near_field: Option<NearField>,
-}
-
-/// The luminous area in place of the model's 1 mm disc.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct NearField {
-    /// Luminous diameter that the station states.
-    pub luminous_diameter_mm: f64,
-    /// Radius of the ring with the same mean square radius as an evenly lit disc of that diameter, D/√8: the one number
-    /// of an extended source that the axis sees to first order, −½(n + 3)(R/d)².
-    pub radius_mm: f64,
-    /// Simulated irradiance with the effect, in W/m².
-    pub simulated_w_m2: f64,
-    /// The gap that is left, relative.
-    pub gap_rel: f64,
-    /// The gap that is left, in σ.
-    pub gap_sigma: Option<f64>,
-    /// Whether it turns a disagreement into an agreement. Nothing was fitted for that.
-    pub explains: bool,
+    /// Relative standard uncertainty by where in the luminous area the light leaves; in the σ above.
+    pub luminous_area_rel: f64,
 }
 
 impl Comparison {
@@ -63,23 +46,6 @@ impl Comparison {
             self.simulated_lx.text("lx"),
         )];
         lines.push(format!("gap                   {}", self.gap_text()));
-        if let Some(near) = &self.near_field {
-            let verdict = if near.explains {
-                "near_field explains the gap: the light leaves from rings, not from a disc of 1 mm"
-            } else if self.gap_sigma.is_none() {
-                "whether it explains the gap cannot be said; with the whole luminous area"
-            } else if !self.disagrees() {
-                "no disagreement to explain; with the whole luminous area"
-            } else {
-                "near_field alone does not explain the gap; with the whole luminous area"
-            };
-            lines.push(format!(
-                "near_field            {verdict}: {} left (ring of {:.1} mm radius from the stated luminous diameter of {} mm)",
-                gap_words(near.gap_rel, near.gap_sigma),
-                near.radius_mm,
-                near.luminous_diameter_mm
-            ));
-        }
         lines
     }
 
@@ -98,7 +64,7 @@ impl Comparison {
     /// The finding in one sentence, and whether all is well.
     pub fn verdict(&self) -> (String, bool) {
         let gap = gap_words(self.gap_rel, self.gap_sigma);
-        match &self.near_field {
+        match self.disagrees() {
             _ if self.gap_sigma.is_none() => (
                 format!(
                     "Simulation and measurement differ on the axis at {:.0} mm by {gap}; whether they agree cannot be said, {}.",
@@ -107,26 +73,16 @@ impl Comparison {
                 ),
                 false,
             ),
-            _ if !self.disagrees() => (
+            false => (
                 format!(
                     "Simulation and measurement agree on the axis at {:.0} mm: {gap}.",
                     self.distance_mm
                 ),
                 true,
             ),
-            Some(near) if near.explains => (
+            true => (
                 format!(
-                    "The 1 mm disc is off by {gap} on the axis at {:.0} mm; near_field (limited photometric distance) explains it: \
-                     {} are left with the luminous area, and nothing was fitted.",
-                    self.distance_mm,
-                    gap_words(near.gap_rel, near.gap_sigma)
-                ),
-                true,
-            ),
-            _ => (
-                format!(
-                    "Simulation and measurement disagree on the axis at {:.0} mm by {gap}, and the size of the luminous area does not \
-                     explain it.",
+                    "Simulation and measurement disagree on the axis at {:.0} mm by {gap}.",
                     self.distance_mm
                 ),
                 false,
@@ -141,48 +97,34 @@ pub fn gap_words(gap_rel: f64, sigma: Option<f64>) -> String {
     format!("{:+.2} %{sigma}", 100.0 * gap_rel)
 }
 
-/// Compares; none without a spectrum. `simulated_w_m2` is the irradiance at a distance in mm on the axis, with the
-/// light leaving from a ring of so many mm radius or, without one, from the model's own emitter.
+/// Compares; none without a spectrum. `simulated_w_m2` is the irradiance at a distance in mm on the axis by the model of
+/// the day, whose luminous area has this diameter.
 ///
 /// # Errors
 /// What `simulated_w_m2` refuses.
 pub fn on_axis<E>(
     reduction: &Reduction,
     luminous_diameter_mm: Option<f64>,
-    simulated_w_m2: impl Fn(f64, Option<f64>) -> Result<f64, E>,
+    simulated_w_m2: impl Fn(f64) -> Result<f64, E>,
 ) -> Result<Option<Comparison>, E> {
     let Some(spectral) = &reduction.spectral else {
         return Ok(None);
     };
     let distance_mm = spectral.distance_mm;
-    let simulated = simulated_w_m2(distance_mm, None)?;
+    let simulated = simulated_w_m2(distance_mm)?;
     let (measured, measured_lx) = (&spectral.irradiance, &spectral.illuminance);
-    // Both sides in W/m² rest on the same spectrum, whose efficacy cancels: what is compared is lx against lx. The near
-    // field at the short distance is what is tested, and no uncertainty of the test.
+    // Both sides in W/m² rest on the same spectrum, whose efficacy cancels: what is compared is lx against lx. What the
+    // model leaves open of the luminous area counts at the short distance.
     let far = reduction.sensor_illuminance.without_part(NEAR_FIELD_AT_SENSOR);
-    let u_rel = far
-        .u_rel()
+    let area_rel = luminous_diameter_mm.map_or(0.0, |diameter_mm| {
+        luminous_area_rel(diameter_mm, reduction.grid.distribution.lobe_exponent(), distance_mm)
+    });
+    let simulated_rel = far.u_rel().map(|far| far.hypot(area_rel));
+    let u_rel = simulated_rel
         .zip(measured_lx.u_rel())
-        .map(|(far, measured)| far.hypot(measured));
-    let missing = far.clone().lacking(measured_lx.missing.iter().cloned()).missing;
-    let gap = |simulated: f64| simulated / measured.value - 1.0;
-    let gap_rel = gap(simulated);
-    let near_field = luminous_diameter_mm
-        .map(|luminous_diameter_mm| {
-            let radius_mm = luminous_diameter_mm / 8f64.sqrt();
-            let with = simulated_w_m2(distance_mm, Some(radius_mm))?;
-            let left = u_rel.map(|u_rel| gap(with) / u_rel);
-            let beyond = |sigma: Option<f64>| sigma.is_some_and(|sigma| sigma.abs() > DISAGREES_SIGMA);
-            Ok(NearField {
-                luminous_diameter_mm,
-                radius_mm,
-                simulated_w_m2: with,
-                gap_rel: gap(with),
-                gap_sigma: left,
-                explains: beyond(u_rel.map(|u_rel| gap_rel / u_rel)) && !beyond(left),
-            })
-        })
-        .transpose()?;
+        .map(|(simulated, measured)| simulated.hypot(measured));
+    let missing = far.lacking(measured_lx.missing.iter().cloned()).missing;
+    let gap_rel = simulated / measured.value - 1.0;
     let ler = measured_lx.value / measured.value;
     let stated = |value: f64, u_rel: Option<f64>| Stated {
         value,
@@ -192,12 +134,12 @@ pub fn on_axis<E>(
         distance_mm,
         measured_w_m2: stated(measured.value, measured.u_rel()),
         measured_lx: stated(measured_lx.value, measured_lx.u_rel()),
-        simulated_w_m2: stated(simulated, far.u_rel()),
-        simulated_lx: stated(simulated * ler, far.u_rel()),
+        simulated_w_m2: stated(simulated, simulated_rel),
+        simulated_lx: stated(simulated * ler, simulated_rel),
         gap_rel,
         gap_sigma: u_rel.map(|u_rel| gap_rel / u_rel),
         missing,
-        near_field,
+        luminous_area_rel: area_rel,
     }))
 }
 

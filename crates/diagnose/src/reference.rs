@@ -128,7 +128,7 @@ impl Reach {
 }
 
 /// The variance that the reference adds to each row.
-pub fn variance(errors: &Errors, rows: usize) -> DVector<f64> {
+pub fn variance(errors: &[Vec<(usize, f64)>], rows: usize) -> DVector<f64> {
     let mut variance = DVector::zeros(rows);
     for &(i, value) in errors.iter().flatten() {
         variance[i] += value * value;

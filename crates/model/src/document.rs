@@ -46,7 +46,8 @@ pub(crate) struct LuminaireDocument {
     pub provenance: Option<toml::Table>,
 }
 
-/// What a diagnosis may refit as nuisance: `[luminaire.trust]`.
+/// What a diagnosis refits freely, because its uncertainty is not known: `[luminaire.trust]`. A file that states its
+/// uncertainty (`[luminaire.u]`) needs none: what is stated is a prior, and nothing is refitted beyond it for free.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Trust {
@@ -56,6 +57,17 @@ pub struct Trust {
     /// Harmonics m of which cos(m·C)·sinᵐγ may be refitted.
     #[serde(default)]
     pub c_harmonics: Vec<u32>,
+}
+
+impl Trust {
+    /// What is assumed of a file that states nothing: a level, a smooth shape over γ and an oval cross-section that may
+    /// all be off.
+    pub(crate) fn of_a_catalogue() -> Self {
+        Self {
+            shape: ShapeTrust::Smooth,
+            c_harmonics: vec![2],
+        }
+    }
 }
 
 /// How far the γ shape of the distribution is trusted.
@@ -76,6 +88,12 @@ pub struct Uncertainty {
     /// Relative, of every intensity alike.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub intensity_rel: Option<f64>,
+    /// Of the γ of all directions, in degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gamma_deg: Option<f64>,
+    /// Of what adds to every intensity alike (offset, ambient and stray light that were taken out), in candela.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub common_cd: Option<f64>,
     /// Relative, of the flux.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flux_rel: Option<f64>,
@@ -110,6 +128,8 @@ impl Uncertainty {
         // A relative uncertainty of one direction in the dark is large.
         [
             ("intensity_rel", self.intensity_rel, 10.0),
+            ("gamma_deg", self.gamma_deg, 90.0),
+            ("common_cd", self.common_cd, 1e9),
             ("flux_rel", self.flux_rel, 10.0),
             ("ler_rel", self.ler_rel, 10.0),
             ("direction_rel", self.direction_rel, 1e3),

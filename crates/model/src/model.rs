@@ -7,7 +7,7 @@ use isolux_photometry::DistributionError;
 use isolux_record::document::{DocumentError, Fault, Source, read_text};
 
 use crate::document::{
-    LuminaireDocument, MODEL_FORMAT, ModelDocument, NoiseDocument, Trust, Uncertainty, UncertaintyScale,
+    LuminaireDocument, MODEL_FORMAT, ModelDocument, NoiseDocument, ShapeTrust, Trust, Uncertainty, UncertaintyScale,
     effect_from_table, table_from_effect,
 };
 use crate::effect::Effect;
@@ -133,7 +133,12 @@ impl Model {
         for (key, value, most) in document.u.iter().flat_map(Uncertainty::stated) {
             reader.within(&format!("luminaire.u.{key}"), value, 0.0, most)?;
         }
-        let trust = document.trust.clone().unwrap_or_default();
+        let trust = match (&document.trust, &document.u) {
+            (Some(trust), _) => trust.clone(),
+            (None, Some(_)) => Trust::default(),
+            // A file of which nothing is known, as those of a catalogue are.
+            (None, None) => Trust::of_a_catalogue(),
+        };
         if trust.c_harmonics.contains(&0) {
             return Err(fault(
                 "luminaire.trust.c_harmonics",
@@ -182,9 +187,19 @@ impl Model {
         &self.refined
     }
 
-    /// What a diagnosis may refit.
+    /// What a diagnosis may refit freely.
     pub fn trust(&self) -> &Trust {
         &self.trust
+    }
+
+    /// Whether the shape over γ and the level are refitted freely, because nothing is stated of them.
+    pub fn refits_shape(&self) -> bool {
+        self.trust.shape == ShapeTrust::Smooth
+    }
+
+    /// Whether the file says neither how uncertain the luminaire is nor what may be refitted of it.
+    pub fn states_nothing(&self) -> bool {
+        self.document.trust.is_none() && self.document.u.is_none()
     }
 
     /// What stated uncertainties are worth.
@@ -257,7 +272,6 @@ impl Model {
     /// The text of the model file: complete, every path relative to it.
     pub fn to_toml(&self) -> String {
         let luminaire = LuminaireDocument {
-            trust: Some(self.trust.clone()),
             refined: (self.refined != Refined::default()).then(|| self.refined.clone()),
             emitter: Some(self.luminaire.emitter().clone()),
             ..(*self.document).clone()

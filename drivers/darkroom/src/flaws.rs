@@ -162,6 +162,11 @@ flaws! {
         /// Time since switch-on at which the lamp has its nominal output, s.
         reference_s = 0.0,
     }
+    /// The lamp gives more or less than its nominal light, at any time.
+    light_level: LightLevel {
+        /// Relative change of all its light.
+        factor_rel = 0.0,
+    }
     /// Slow beat of the lamp's modulation with the meter's sampling.
     flicker_alias: FlickerAlias {
         /// Relative amplitude.

@@ -39,7 +39,7 @@ fn instant(flaws: &Flaws, time_s: f64) -> f64 {
     let depreciation = (flaws.lamp_drift.rate_per_h * (time_s - flaws.lamp_drift.reference_s) / 3600.0).exp();
     let beat = &flaws.flicker_alias;
     let modulation = 1.0 + beat.amplitude_rel * (std::f64::consts::TAU * time_s / beat.period_s + beat.phase_rad).sin();
-    droop * depreciation * modulation
+    droop * depreciation * modulation * (1.0 + flaws.light_level.factor_rel)
 }
 
 #[cfg(test)]

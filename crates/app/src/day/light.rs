@@ -62,15 +62,11 @@ pub(super) fn light(
 /// What the spectroradiometer read on the axis against what the model of the day says there.
 fn compared(model: &Utf8Path, run: &Run, reduction: &Reduction) -> Result<Option<Comparison>, Failure> {
     // One pixel, small against everything, where the instrument's reference plane meets the axis.
-    let simulated_w_m2 = |distance_mm: f64, ring_mm: Option<f64>| -> Result<f64, Failure> {
-        let ring = |radius_mm: f64| {
-            format!("effect = [{{ name = \"near_field\", radius_mm = {radius_mm:?}, aim_deg = 0.0 }}]")
-        };
+    let simulated_w_m2 = |distance_mm: f64| -> Result<f64, Failure> {
         let changes = Changes {
             distance_mm: Some(distance_mm),
             sensor_mm: Some([0.1, 0.1]),
             pixels: Some([1, 1]),
-            set: ring_mm.map(ring).into_iter().collect(),
             ..Changes::default()
         };
         Ok(simulate::solve(&scene::load(model, &changes)?, Method::Inverse)?

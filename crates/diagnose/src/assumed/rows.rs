@@ -2,11 +2,13 @@
 
 use std::ops::Range;
 
-use isolux_model::{DirectionError, Model};
+use isolux_model::{DirectionError, KnownError, Model};
 use isolux_record::ReadingKind;
 use isolux_record::observation::{MapSet, ReadingCoordinates, SpectraSet};
+use nalgebra::DVector;
 
 use crate::calibration::APART_DEG;
+use crate::known::Known;
 
 /// Where the rows of one observation file come from.
 #[derive(Debug, Clone)]
@@ -73,6 +75,33 @@ pub fn direction_errors(model: &Model, part: &Part) -> Vec<DirectionError> {
         Part::Maps(maps) => model.direction_errors_of_maps(maps),
         Part::Spectra(..) => Vec::new(),
     }
+}
+
+/// What a model knows of itself, on the rows of all parts. Spectra are relative to a gain of their own.
+pub fn known(model: &Model, parts: &[Part]) -> Vec<Known> {
+    use rayon::prelude::*;
+    let predicted = |model: &Model| -> Option<DVector<f64>> {
+        let mut values = Vec::new();
+        for part in parts {
+            values.extend(match part {
+                Part::Spectra(_, rows) => vec![0.0; rows.len()],
+                part => part.predict(model)?,
+            });
+        }
+        Some(DVector::from_vec(values))
+    };
+    let known = model.known_errors();
+    let on_rows = |one: &KnownError| {
+        let column = one.per_u * (predicted(&one.off)? - predicted(&one.from)?);
+        column.iter().all(|value| value.is_finite()).then(|| Known {
+            what: one.what.clone(),
+            u: one.u,
+            unit: one.unit,
+            assumed: one.assumed,
+            column,
+        })
+    };
+    known.par_iter().filter_map(on_rows).collect()
 }
 
 /// The range of rows of each part.

@@ -6,7 +6,7 @@ use isolux_model::Role;
 use nalgebra::{DMatrix, DVector};
 
 use crate::assumed::AssumedModel;
-use crate::calibration::{PLACE_SIGMA, SET, SIGNIFICANCE};
+use crate::calibration::{OUTSIDE_CATALOGUE, PLACE_SIGMA, SET, SIGNIFICANCE};
 use crate::document::{
     BlindSpot, EffectEntry, EvidenceEntry, NoiseFindingEntry, NoiseTestEntry, ParameterEntry, PeakEntry, PlaceEntry,
     RankedEntry,
@@ -14,6 +14,19 @@ use crate::document::{
 use crate::forward::{Forward, Hypothesis};
 use crate::noise::NoiseTest;
 use crate::search::{Label, Outcome, Ranked, Rivalry};
+
+/// What stands in a set where something that is not in the catalogue is as likely.
+pub(super) const OUTSIDE: &str = "outside the catalogue";
+
+/// Odds of something outside the catalogue against a name whose values lie beyond what is plausible: before any data
+/// [`OUTSIDE_CATALOGUE`], and more by as much as the values are unlikely. None within the plausible range.
+fn outside_odds(assumed: &AssumedModel, member: &Hypothesis) -> Option<f64> {
+    let searchable = &assumed.effects()[member.effect];
+    let shapes = member.shape.iter().zip(&searchable.assumed);
+    let square = searchable.implausibility(&member.linear)
+        + shapes.map(|(value, spread)| spread.beyond(*value).powi(2)).sum::<f64>();
+    (square > 0.0).then(|| OUTSIDE_CATALOGUE / (1.0 - OUTSIDE_CATALOGUE) * (0.5 * square).min(50.0).exp())
+}
 
 /// Members of the 95 % set of each effect: its own name left out.
 pub(super) fn effect_entries(assumed: &AssumedModel, outcome: &Outcome) -> Vec<EffectEntry> {
@@ -46,6 +59,10 @@ pub(super) fn effect_entries(assumed: &AssumedModel, outcome: &Outcome) -> Vec<E
                 equivalents.push(label(assumed, ranked.label));
             }
             sum += ranked.posterior;
+        }
+        if let Some(odds) = outside_odds(assumed, member) {
+            posterior /= 1.0 + odds;
+            equivalents.push(OUTSIDE.to_owned());
         }
         entries.push(EffectEntry {
             name: spec.name,

@@ -2,12 +2,13 @@
 
 use nalgebra::DVector;
 
-use crate::assumed::{AssumedModel, direction_errors};
+use crate::assumed::{AssumedModel, direction_errors, known};
 use crate::calibration::{PREDICTABLE_SIGMA, VISIBLE_SIGMA};
 use crate::document::{GapEntry, HeldOutEntry};
 use crate::fit::{Fit, derivatives, fit, nuisance_tangents};
 use crate::forward::Hypothesis;
 use crate::held_out;
+use crate::known::Moved;
 use crate::observe::Observed;
 use crate::reference::{self, Errors};
 use crate::rounding::Rounding;
@@ -28,7 +29,7 @@ pub(super) fn gap(
     let n = rows.len() as f64;
     let parameters = shrinkage::parameters(&outcome.after, &outcome.held);
     let all = |values: &DVector<f64>| rms(values.iter().copied());
-    let variance = reference::variance(&outcome.errors, rows.len());
+    let variance = reference::variance(outcome.direction_errors(), rows.len());
     let sigma = rows.iter().map(|row| outcome.noise.scale * row.u);
     let floor = floor(variance.iter().copied().zip(sigma)) * ((n - parameters).max(1.0) / n).sqrt();
     let (first, after) = (all(before), all(left));
@@ -123,6 +124,8 @@ fn given_back(assumed: &AssumedModel, outcome: &Outcome, kept_back: &[Observed])
         let (Some(first), Some(second)) = (held.part.predict(&baseline), held.part.predict(&after)) else {
             return (None, "the held-out readings could not be predicted".to_owned());
         };
+        let first = moved(assumed, held, first, &outcome.moved_before);
+        let second = moved(assumed, held, second, &outcome.moved_after);
         for ((row, a), b) in held.rows.iter().zip(first).zip(second) {
             let sigma = outcome.noise.scale * row.u;
             sums.0 += ((row.measured - a) / sigma).powi(2);
@@ -141,6 +144,17 @@ fn given_back(assumed: &AssumedModel, outcome: &Outcome, kept_back: &[Observed])
         sums.2.sqrt(),
         note,
     )
+}
+
+/// The prediction with what the model knows of itself where the fitted readings put it.
+fn moved(assumed: &AssumedModel, held: &Observed, mut predicted: Vec<f64>, to: &Moved) -> Vec<f64> {
+    let known = known(assumed.given(), std::slice::from_ref(&held.part));
+    for (one, sigma) in known.iter().zip(to.sigma.iter()) {
+        for (value, change) in predicted.iter_mut().zip(one.column.iter()) {
+            *value += sigma * change;
+        }
+    }
+    predicted
 }
 
 /// A second fit of the same effects without whole planes, maps and dark blocks, which it then predicts. Of the rules
@@ -205,21 +219,23 @@ fn without(
             held.note
         ));
     }
-    let of = |fitted: &Fit| {
-        rms(pick
-            .iter()
-            .map(|&i| (rows[i].measured - fitted.prediction[i]) / sigma(i)))
+    // The readings that stay say where what the model knows of itself lies, for those kept back, too.
+    let expected = |fitted: &Fit| {
+        let left = &measured - &fitted.prediction;
+        &fitted.prediction + Moved::of(&outcome.known, &whitener, &left).change
     };
+    let (expected_before, expected_after) = (expected(&baseline), expected(&after));
+    let of = |expected: &DVector<f64>| rms(pick.iter().map(|&i| (rows[i].measured - expected[i]) / sigma(i)));
     let visible = pick
         .iter()
-        .map(|&i| ((after.prediction[i] - baseline.prediction[i]) / sigma(i)).powi(2))
+        .map(|&i| ((expected_after[i] - expected_before[i]) / sigma(i)).powi(2))
         .sum::<f64>()
         .sqrt();
-    let variance = reference::variance(&outcome.errors, rows.len());
+    let variance = reference::variance(outcome.direction_errors(), rows.len());
     let floor = floor(pick.iter().map(|&i| (variance[i], sigma(i))));
     Ok(held_out_entry(
-        of(&baseline),
-        of(&after),
+        of(&expected_before),
+        of(&expected_after),
         floor,
         pick.len(),
         visible,

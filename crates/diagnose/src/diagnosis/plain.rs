@@ -2,7 +2,11 @@
 
 use isolux_model::effects;
 
-use crate::document::{EffectEntry, GapEntry, Independence, UnexplainedEntry, Verdict};
+use super::entries::OUTSIDE;
+use crate::document::{EffectEntry, GapEntry, Independence, KnownEntry, UnexplainedEntry, Verdict};
+
+/// A term that the readings move by more of its uncertainties is said.
+const MOVED_SIGMA: f64 = 1.0;
 
 /// Where a pattern runs along, in words.
 pub fn along(coordinate: &str) -> &str {
@@ -36,10 +40,32 @@ fn told(effect: &EffectEntry) -> String {
 
 /// The sentence of a look-alike, whose values were not fitted.
 fn told_by_label(label: &str) -> String {
+    if label == OUTSIDE {
+        return "Something that is not in the catalogue: the values found are beyond what a bench shows.".to_owned();
+    }
     match label.strip_prefix("unnamed:") {
         Some(coordinate) => format!("A pattern along {} that has no name.", along(coordinate)),
         None => effects::by_name(label).map_or_else(|| label.to_owned(), |spec| spec.told(|_| None)),
     }
+}
+
+/// Where the readings put what the model knows, where that is no chance: the farthest.
+fn farthest(known: &[KnownEntry]) -> Option<String> {
+    let far = known
+        .iter()
+        .max_by(|a, b| a.before_sigma.abs().total_cmp(&b.before_sigma.abs()))?;
+    let moved = far.before_sigma * far.u;
+    let amount = match far.unit {
+        "" => format!("{:+.2} %", 100.0 * moved),
+        unit => format!("{moved:+.3} {unit}"),
+    };
+    (far.before_sigma.abs() > MOVED_SIGMA).then(|| {
+        format!(
+            "The readings move {} by {amount}, {:.1} times its stated uncertainty.",
+            far.what,
+            far.before_sigma.abs()
+        )
+    })
 }
 
 /// What was found, in plain sentences.
@@ -48,6 +74,7 @@ pub(super) fn plain(
     effects: &[EffectEntry],
     unexplained: Option<&UnexplainedEntry>,
     gap: &GapEntry,
+    known: &[KnownEntry],
     independence: Independence,
 ) -> String {
     let same_run = independence == Independence::SameRun;
@@ -59,7 +86,16 @@ pub(super) fn plain(
                     .to_owned(),
             );
         }
-        Verdict::Consistent => sentences.push("Model and measurement agree to the noise of the readings.".to_owned()),
+        Verdict::Consistent if known.is_empty() => {
+            sentences.push("Model and measurement agree to the noise of the readings.".to_owned());
+        }
+        Verdict::Consistent => {
+            sentences.push(
+                "Model and measurement agree within the noise of the readings and what the model states of its own uncertainty."
+                    .to_owned(),
+            );
+            sentences.extend(farthest(known));
+        }
         Verdict::Named => sentences.extend(effects.iter().map(told)),
         Verdict::Ambiguous => {
             sentences

@@ -54,9 +54,14 @@ pub(super) fn compete<F: Forward + ?Sized>(scanned: Scanned, selected: Selected<
         noise.rho = noisy_rho(noise.rho);
     }
     let held = weights(problem.forward, &current, noise.scale);
+    let baseline = estimate.fit_held(&[], &held)?;
+    let after = estimate.fit_held(&members, &held)?;
     Some(Outcome {
-        baseline: estimate.fit_held(&[], &held)?,
-        after: estimate.fit_held(&members, &held)?,
+        moved_before: estimate.moved(&baseline),
+        moved_after: estimate.moved(&after),
+        known: problem.known.clone(),
+        baseline,
+        after,
         noise,
         rounding: estimate.rounding,
         errors: problem.errors.clone(),

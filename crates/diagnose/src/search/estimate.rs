@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::calibration::{CORRELATED_U, MOST_CORRELATED};
 use crate::fit::{Fit, fit};
 use crate::forward::{Forward, Hypothesis};
+use crate::known::Moved;
 use crate::reference::Reference;
 use crate::rounding::Rounding;
 use crate::shrinkage::Held;
@@ -157,6 +158,12 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
             &self.problem.tangents,
             members,
         )
+    }
+
+    /// Where the readings put what the model knows of itself, beside a fit.
+    pub(super) fn moved(&self, fitted: &Fit) -> Moved {
+        let left = &self.problem.measured - &fitted.prediction;
+        Moved::of(&self.problem.known, &self.whitener(), &left)
     }
 
     /// A fit whose refitted terms are held.

@@ -5,6 +5,7 @@ use nalgebra::DVector;
 use crate::calibration::{MODEL_FORM, NULLS, SECOND_SHARE, SIGNIFICANCE};
 use crate::fit::Fit;
 use crate::forward::Hypothesis;
+use crate::known::{Known, Moved};
 use crate::noise::NoiseTest;
 use crate::reference::Errors;
 use crate::rivals::Rival;
@@ -125,6 +126,13 @@ pub struct Place {
     pub note: String,
 }
 
+impl Outcome {
+    /// What the noise of single directions of the model's distribution does to the rows.
+    pub fn direction_errors(&self) -> &[Vec<(usize, f64)>] {
+        &self.errors[..self.errors.len() - self.known.len()]
+    }
+}
+
 /// Everything that the search found.
 #[derive(Debug)]
 pub struct Outcome {
@@ -136,8 +144,14 @@ pub struct Outcome {
     pub noise: Noise,
     /// Rows that were rounded alike.
     pub rounding: Rounding,
-    /// What the noise of the model's own distribution does to the rows.
+    /// What the noise of the model's own distribution does to the rows, and what the model knows of itself.
     pub errors: Errors,
+    /// What the model knows of itself.
+    pub known: Vec<Known>,
+    /// Where the readings put it without named effects.
+    pub moved_before: Moved,
+    /// And with them.
+    pub moved_after: Moved,
     /// Order of the rows.
     pub sequence: Sequence,
     /// Probability of the first scan under noise alone.

@@ -7,6 +7,7 @@ use crate::calibration::{LEAST_SCALE, SMOOTH_COLUMNS};
 use crate::dictionary::Dictionary;
 use crate::fit::{Fit, fit, nuisance_tangents};
 use crate::forward::Forward;
+use crate::known::Known;
 use crate::reference::Errors;
 use crate::rivals::{Rival, rivals};
 use crate::rounding::Rounding;
@@ -23,8 +24,10 @@ pub(super) struct Problem<'a, F: Forward + ?Sized> {
     pub(super) settings: &'a Settings,
     pub(super) measured: DVector<f64>,
     pub(super) u: DVector<f64>,
-    /// What the noise of the model's own distribution does to the rows.
+    /// What the noise of the model's own distribution does to the rows, and what the model knows of itself.
     pub(super) errors: Errors,
+    /// What the model knows of itself.
+    pub(super) known: Vec<Known>,
     pub(super) least_scale: f64,
     pub(super) rivals: Vec<Rival>,
     pub(super) dictionary: Dictionary<'a>,
@@ -67,6 +70,10 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
             &stated.row_scale,
             &tangents,
         );
+        // Short vectors first: each is whitened with those before it.
+        let known = forward.known();
+        let mut errors = forward.common_errors();
+        errors.extend(known.iter().map(|one| one.column.iter().copied().enumerate().collect()));
         let smooth = dictionary.smooth(forward.effects(), &rivals);
         Some(Self {
             forward,
@@ -75,7 +82,8 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
             settings,
             measured,
             u,
-            errors: forward.common_errors(),
+            errors,
+            known,
             least_scale,
             rivals,
             dictionary,

@@ -3,6 +3,7 @@
 use crate::basis::Basis;
 use crate::fit::{Fit, derivatives};
 use crate::forward::{Forward, Hypothesis};
+use crate::known::Moved;
 use crate::noise::{self, Left, NoiseTest};
 use crate::whitener::Whitener;
 
@@ -49,9 +50,10 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             rho,
             &self.problem.errors,
         );
-        let raw = &self.problem.measured - &fitted.prediction;
+        let left = &self.problem.measured - &fitted.prediction;
+        let raw = &left - Moved::of(&self.problem.known, &whitener, &left).change;
         let refitted = Basis::spanning(&derivatives(self.problem.forward, &whitener, fitted)?, 1e-9);
-        let mut whitened = whitener.vector(&raw);
+        let mut whitened = whitener.vector(&left);
         refitted.project_out_vector(&mut whitened);
         Some(Left {
             rows: self.problem.rows,

@@ -1,6 +1,6 @@
 //! Third stage: the named effects, and what stays without a name.
 
-use crate::calibration::BESIDE_SHARE;
+use crate::calibration::{BESIDE_SHARE, MISFIT};
 use crate::fit::Fit;
 use crate::forward::{Forward, Hypothesis};
 use crate::noise::NoiseTest;
@@ -204,6 +204,11 @@ impl<F: Forward + ?Sized> Selected<'_, '_, F> {
                     }
                 }
             }
+        }
+        let tested = noise_test.as_ref().is_some_and(NoiseTest::disagrees);
+        let left = names.fit.chi2 / estimate.noise.scale.powi(2) / estimate.freedom;
+        if unexplained.is_none() && !tested && left > MISFIT {
+            unexplained = estimate.strongest_rival(&names.fit, &names.members);
         }
         Some(Self {
             estimate,

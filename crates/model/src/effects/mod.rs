@@ -34,6 +34,7 @@ mod lamp_drift;
 mod lamp_warmup;
 mod lateral_centre;
 mod ler_scale;
+mod light_level;
 mod luminaire_tilt;
 mod near_field;
 mod nonlinearity;
@@ -84,6 +85,7 @@ static CATALOGUE: &[&EffectSpec] = &[
     &temp_coefficient::SPEC,
     &lamp_warmup::SPEC,
     &lamp_drift::SPEC,
+    &light_level::SPEC,
     &flicker_alias::SPEC,
     &dead_sector::SPEC,
     &self_absorption::SPEC,

@@ -8,7 +8,7 @@ use crate::finding;
 use crate::headline::NEAR_FIELD_AT_SENSOR;
 use crate::{Drift, Reduction};
 
-/// The model of the run: its distribution and spectrum with a disc of 1 mm as emitter, and the offset, ambient and
+/// The model of the run: its distribution and spectrum with the luminous area as emitter, and the offset, ambient and
 /// stray light that were taken out of the readings as effects of the bench, so that its predictions are readings again.
 pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8>)]) -> String {
     let mut text = format!(
@@ -18,13 +18,31 @@ pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8
     if reduction.spectral.is_some() {
         text.push_str(&format!("spectrum = \"{}\"\n", file_name(reduction, "luminaire.spdx")));
     }
-    text.push_str("emitter = { shape = \"disc\", diameter_mm = 1.0 }\n\n");
-    text.push_str("[luminaire.trust]\nshape = \"smooth\"\nc_harmonics = [2]\n\n");
+    // A luminous area of which nothing more is known; where not even its size is, a point in all but name.
+    let emitter_mm = diameter_mm(run).unwrap_or(1.0);
+    text.push_str(&format!(
+        "emitter = {{ shape = \"disc\", diameter_mm = {emitter_mm:?} }}\n\n"
+    ));
     text.push_str(&uncertainty_toml(reduction, diameter_mm(run)));
     let (direction_rel, direction_cd) = noise_of_directions(&reduction.grid);
     text.push_str(&format!(
         "direction_rel = {direction_rel:.8}\ndirection_cd = {direction_cd:.6}\n"
     ));
+    let common = &reduction.common;
+    if common.gamma_deg > 0.0 {
+        text.push_str(&format!("gamma_deg = {:?}\n", common.gamma_deg));
+    }
+    let common_cd = [
+        common.dark_noise_cd,
+        common.dark_digit_cd,
+        common.offset_cd,
+        common.ambient_cd,
+        common.stray_cd,
+    ];
+    let common_cd = common_cd.iter().map(|part| part * part).sum::<f64>().sqrt();
+    if common_cd > 0.0 {
+        text.push_str(&format!("common_cd = {common_cd:.6}\n"));
+    }
     text.push_str("\n[luminaire.provenance]\n");
     for (file, hash) in hashes(run_files) {
         if file == "readings.csv" {
@@ -51,8 +69,7 @@ pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8
 }
 
 /// `[luminaire.u]`: relative standard uncertainties of the intensities near the axis, of the flux, and of the efficacy,
-/// each where nothing is missing in it; what is missing; the size of the luminous area, which the emitter of 1 mm
-/// leaves out.
+/// each where nothing is missing in it; what is missing; the size of the luminous area.
 fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
     let mut text = String::from("[luminaire.u]\n");
     // The near field at some sensor's distance is the simulation's, which knows the distance.

@@ -99,26 +99,15 @@ pub fn comparison(day_results: &DayResults) -> Option<Section> {
         &comparison.measured_w_m2,
         &comparison.measured_lx,
     )];
-    let mut simulated = row(
-        "simulated, disc of 1 mm",
-        &comparison.simulated_w_m2,
-        &comparison.simulated_lx,
-    );
+    let mut simulated = row("simulated", &comparison.simulated_w_m2, &comparison.simulated_lx);
     simulated[3] = comparison.gap_text();
     rows.push(simulated);
-    if let Some(near) = &comparison.near_field {
-        rows.push(vec![
-            format!("with the luminous area, ring of {:.1} mm", near.radius_mm),
-            format!("{} W/m²", significant(near.simulated_w_m2, 4)),
-            String::new(),
-            gap_words(near.gap_rel, near.gap_sigma),
-        ]);
-    }
     section.table(&["", "irradiance", "illuminance", "gap"], rows);
     section.paragraph(
         "The distribution comes from the lux meter far away, the spectrum from another instrument close by; nothing was fitted between \
-         them. A gap in σ is in standard uncertainties (k = 1) of the difference. One distance cannot tell the size of the luminous area \
-         from an axial offset of the light centre or an error of the short distance: a second short distance would.",
+         them. A gap in σ is in standard uncertainties (k = 1) of the difference. Where in the luminous \
+         area the light leaves is part of it. One distance cannot tell that from an axial offset of the light centre or an error of the \
+         short distance: a second short distance would.",
     );
     Some(section)
 }

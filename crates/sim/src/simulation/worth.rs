@@ -1,6 +1,6 @@
 //! What the mean of a map is worth: what the model knows of its own measurement, and what it does not.
 
-use isolux_model::Scene;
+use isolux_model::{Emitter, Scene, luminous_area_rel};
 
 /// Above this share of the luminous radius an emitter is as large as the luminous area.
 const AS_LARGE: f64 = 0.9;
@@ -42,8 +42,8 @@ impl Worth {
     }
 }
 
-/// Relative standard uncertainty that an emitter smaller than the luminous area leaves: the largest error is that of a
-/// ring of its diameter, (1 + R²/d²)^(−(n + 3)/2), and anything up to it is as likely.
+/// Relative standard uncertainty by where in the luminous area the light leaves. An emitter smaller than that area is
+/// off by up to a ring of its diameter, (1 + R²/d²)^(−(n + 3)/2), and anything up to it is as likely.
 fn near_field_rel(scene: &Scene, diameter_mm: Option<f64>, distance_mm: f64) -> f64 {
     let (Some(diameter_mm), Ok(distribution)) = (diameter_mm, scene.model.distribution()) else {
         return 0.0;
@@ -54,8 +54,18 @@ fn near_field_rel(scene: &Scene, diameter_mm: Option<f64>, distance_mm: f64) -> 
         .effects()
         .iter()
         .any(|effect| effect.spec().replaces_emitter());
-    if modelled || emitter >= AS_LARGE * radius {
+    if modelled {
         return 0.0;
+    }
+    if emitter >= AS_LARGE * radius {
+        // Somebody who writes single LEDs or a ring knows where they are.
+        let even = matches!(scene.model.luminaire().emitter(), Emitter::Disc { .. });
+        let n = distribution.lobe_exponent();
+        return if even {
+            luminous_area_rel(diameter_mm, n, distance_mm)
+        } else {
+            0.0
+        };
     }
     let ring =
         |radius: f64| (-0.5 * (distribution.lobe_exponent() + 3.0) * (radius / distance_mm).powi(2).ln_1p()).exp();
