@@ -1,6 +1,6 @@
 //! The gap before and after, on the readings that were fitted and on those kept back.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::assumed::{AssumedModel, direction_errors, known};
 use crate::calibration::{PREDICTABLE_SIGMA, VISIBLE_SIGMA};
@@ -173,6 +173,32 @@ fn by_rule(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> (Option<H
     (None, why)
 }
 
+/// Sum over the rows kept back, of which `slopes` are the derivatives in σ, of the variance of their prediction by the
+/// other rows, in σ²: of the parameters, and of what the model knows of itself as far as these rows leave it open. Both
+/// go together: an effect that looks like a wrong level is hardly known, and what it does with that level is.
+fn predicted_variance(
+    outcome: &Outcome,
+    whitener: &Whitener<'_>,
+    plain: &Whitener<'_>,
+    after: &Fit,
+    slopes: &DMatrix<f64>,
+    pick: &[usize],
+) -> f64 {
+    let covariance = after.covariance(outcome.noise.scale);
+    if outcome.known.is_empty() {
+        return (slopes * covariance).component_mul(slopes).sum();
+    }
+    let columns: Vec<DVector<f64>> = outcome.known.iter().map(|one| one.column.clone()).collect();
+    let columns = DMatrix::from_columns(&columns);
+    let (mut whitened, mut there) = (columns.clone(), columns);
+    whitener.apply(&mut whitened);
+    plain.apply(&mut there);
+    let there = there.select_rows(pick);
+    let open = DMatrix::identity(whitened.ncols(), whitened.ncols()) - whitened.tr_mul(&whitened);
+    let slopes = slopes - &there * whitened.tr_mul(&after.jacobian);
+    (&slopes * covariance).component_mul(&slopes).sum() + (&there * open).component_mul(&there).sum()
+}
+
 /// As [`by_rule`], for one choice of rows; an error says why they are no test.
 fn without(
     assumed: &AssumedModel,
@@ -210,8 +236,8 @@ fn without(
     let plain = Whitener::new(sequence, &alone, each, 0.0, &Errors::new());
     let u_predicted = derivatives(assumed, &plain, &after).map_or(0.0, |slopes| {
         let slopes = slopes.select_rows(&pick);
-        let covariance = after.covariance(outcome.noise.scale);
-        ((&slopes * covariance).component_mul(&slopes).sum() / pick.len() as f64).sqrt()
+        let variance = predicted_variance(outcome, &whitener, &plain, &after, &slopes, &pick);
+        (variance / pick.len() as f64).sqrt()
     });
     if u_predicted > PREDICTABLE_SIGMA {
         return Err(format!(

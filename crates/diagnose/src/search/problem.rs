@@ -8,7 +8,7 @@ use crate::dictionary::Dictionary;
 use crate::fit::{Fit, fit, nuisance_tangents};
 use crate::forward::Forward;
 use crate::known::Known;
-use crate::reference::Errors;
+use crate::reference::{Errors, joined};
 use crate::rivals::{Rival, rivals};
 use crate::rounding::Rounding;
 use crate::table::Row;
@@ -72,7 +72,7 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
         );
         // Short vectors first: each is whitened with those before it.
         let known = forward.known();
-        let mut errors = forward.common_errors();
+        let mut errors = joined(forward.common_errors(), &u.map(|u| 1.0 / u));
         errors.extend(known.iter().map(|one| one.column.iter().copied().enumerate().collect()));
         let smooth = dictionary.smooth(forward.effects(), &rivals);
         Some(Self {
