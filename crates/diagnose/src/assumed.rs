@@ -311,6 +311,20 @@ impl Forward for AssumedModel {
         &self.searchable
     }
 
+    fn read_out(&self, effect: usize, amplitude: f64, prediction: &DVector<f64>) -> Option<DVector<f64>> {
+        let spec = self.recipes[effect].spec;
+        let mut changed = prediction.clone();
+        for (part, rows) in self.parts.iter().zip(row_ranges(&self.parts)) {
+            let Part::Maps(maps) = part else { continue };
+            let relative = (maps.unit() == MapUnit::Relative).then_some(1.0);
+            let full_scale = maps.full_scale().or(relative)?;
+            for row in rows {
+                changed[row] = full_scale * spec.readout(&[amplitude], changed[row] / full_scale)?;
+            }
+        }
+        Some(changed)
+    }
+
     fn predict(&self, nuisance: &[f64], hypotheses: &[Hypothesis]) -> Option<DVector<f64>> {
         let model = self.model(nuisance, hypotheses)?;
         let mut values = Vec::new();

@@ -24,9 +24,9 @@ pub const NULLS: usize = 2000;
 /// Relative error allowed to the formula of an effect: the laws of the virtual darkroom, which differ from the model's,
 /// depart by a few per cent. Halved 0, doubled 8.
 pub const MODEL_FORM: f64 = 0.03;
-/// A further effect, or what has no name, must reach this share of the first one's significance: twice what
-/// [`MODEL_FORM`] lets the first one leave.
-pub const SECOND_SHARE: f64 = 0.06;
+/// A further effect, or what has no name, must reach this share of the first one's significance: what [`MODEL_FORM`]
+/// lets the first one leave.
+pub const SECOND_SHARE: f64 = MODEL_FORM;
 /// A fit that leaves more than this many times the variance of noise has not explained its data.
 pub const MISFIT: f64 = 2.0;
 /// Probability that the names of a set have together, of all that could make the disagreement.

@@ -294,14 +294,11 @@ fn change<F: Forward + ?Sized>(
 ) -> Option<DVector<f64>> {
     let mut linear = vec![0.0; forward.effects()[effect].step.len()];
     linear[k] = step;
-    let changed = forward.predict(
-        nuisance,
-        &[Hypothesis {
-            effect,
-            linear,
-            shape: shape.to_vec(),
-        }],
-    )?;
+    let whole = || {
+        let shape = shape.to_vec();
+        forward.predict(nuisance, &[Hypothesis { effect, linear, shape }])
+    };
+    let changed = forward.read_out(effect, step, prediction).or_else(whole)?;
     let column = (changed - prediction) / step;
     column.iter().all(|value| value.is_finite()).then_some(column)
 }

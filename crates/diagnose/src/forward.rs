@@ -69,6 +69,8 @@ pub struct Searchable {
     pub limits: Vec<(f64, f64)>,
     /// The linear amplitudes are two components of one amplitude: a direction or a phase.
     pub turns: bool,
+    /// The response does not grow with the amplitude (a level, a step): each shape stands for one value of it.
+    pub one_by_one: bool,
     /// The one linear amplitude is never below zero (an albedo, a squared radius); false where it has either sign.
     pub one_sided: bool,
     /// A negative amplitude cannot even be written down (a squared radius).
@@ -107,7 +109,9 @@ impl Searchable {
     /// no more than a tenth of it, for its change may go with the root.
     pub fn step_at(&self, component: usize, value: f64) -> f64 {
         let step = 0.1 * self.step[component];
-        if self.never_negative {
+        if self.one_by_one {
+            1e-3 * value.abs().max(step)
+        } else if self.never_negative {
             step.min(0.1 * value).max(1e-4 * self.step[component])
         } else {
             step
@@ -168,6 +172,11 @@ pub trait Forward: Sync {
     }
     /// The effects that could be missing, those already in the model left out.
     fn effects(&self) -> &[Searchable];
+    /// What an effect that is the last step of every reading makes of an expected value of every row; none where it is
+    /// not.
+    fn read_out(&self, _effect: usize, _amplitude: f64, _prediction: &DVector<f64>) -> Option<DVector<f64>> {
+        None
+    }
     /// The expected value of every row; none where these effects cannot act together.
     fn predict(&self, nuisance: &[f64], hypotheses: &[Hypothesis]) -> Option<DVector<f64>>;
 }

@@ -26,7 +26,9 @@ pub struct Rival {
     pub range: [f64; 2],
     /// In words, for people.
     pub note: String,
-    /// Change of the signal for a unit amplitude, one a direction.
+    /// How many directions it has.
+    pub directions: usize,
+    /// Change of the signal for a unit amplitude, one a direction; they move to the dictionary.
     pub columns: Vec<Pattern>,
 }
 
@@ -174,6 +176,7 @@ impl Along<'_, '_> {
             family,
             range: range.map(tidy),
             note: note.into(),
+            directions: columns.len(),
             columns,
         });
     }

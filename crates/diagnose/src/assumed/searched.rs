@@ -43,6 +43,19 @@ impl AssumedModel {
         self.parts.iter().map(of_part).fold(0.0, f64::max)
     }
 
+    /// The largest signal that was measured, in full scales; 1 where there are no maps.
+    fn largest_signal(&self) -> f64 {
+        let of_part = |part: &Part| match part {
+            Part::Maps(maps) => {
+                let (signal, _) = maps.values()?;
+                Some(signal.iter().copied().fold(0.0, f64::max) / maps.full_scale().unwrap_or(1.0))
+            }
+            _ => None,
+        };
+        let largest = self.parts.iter().filter_map(of_part).fold(0.0, f64::max);
+        if largest > 0.0 { largest } else { 1.0 }
+    }
+
     /// How an effect is searched for; none where it does not act on these data.
     fn searched(&self, spec: &'static EffectSpec, stages: &[Stage], peak_lx: f64) -> Option<(Searchable, Recipe)> {
         if !spec.stages.iter().any(|stage| stages.contains(stage)) {
@@ -114,12 +127,18 @@ impl AssumedModel {
             step_share.extend(vec![SMALL_STEP; leaning.len()]);
             tried.extend(leaning);
         }
+        if let Some(values) = spec.tried.filter(|_| !changed) {
+            let values = values(self.largest_signal());
+            tried = vec![Vec::new(); values.len()];
+            step_share = values.iter().map(|value| value / step[0]).collect();
+        }
         let is = |of: fn(Role) -> bool| keys.iter().map(|&k| of(spec.parameters[k].role)).collect();
         let searchable = Searchable {
             name: spec.name,
             step_share,
             least,
             one_sided: natural && !changed,
+            one_by_one: spec.tried.is_some() && !changed,
             limits,
             turns: phase.is_some(),
             never_negative: power != 1.0 && !changed,

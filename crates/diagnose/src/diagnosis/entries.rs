@@ -18,6 +18,9 @@ use crate::search::{Label, Outcome, Ranked, Rivalry};
 /// What stands in a set where something that is not in the catalogue is as likely.
 pub(super) const OUTSIDE: &str = "outside the catalogue";
 
+/// So far beyond its plausible range, in widths of it, a value counts as at its end.
+const BARELY: f64 = 0.05;
+
 /// Odds of something outside the catalogue against a name whose values lie beyond what is plausible: before any data
 /// [`OUTSIDE_CATALOGUE`], and more by as much as the values are unlikely. None within the plausible range.
 fn outside_odds(assumed: &AssumedModel, member: &Hypothesis) -> Option<f64> {
@@ -25,7 +28,7 @@ fn outside_odds(assumed: &AssumedModel, member: &Hypothesis) -> Option<f64> {
     let shapes = member.shape.iter().zip(&searchable.assumed);
     let square = searchable.implausibility(&member.linear)
         + shapes.map(|(value, spread)| spread.beyond(*value).powi(2)).sum::<f64>();
-    (square > 0.0).then(|| OUTSIDE_CATALOGUE / (1.0 - OUTSIDE_CATALOGUE) * (0.5 * square).min(50.0).exp())
+    (square > BARELY.powi(2)).then(|| OUTSIDE_CATALOGUE / (1.0 - OUTSIDE_CATALOGUE) * (0.5 * square).min(50.0).exp())
 }
 
 /// Members of the 95 % set of each effect: its own name left out.

@@ -86,7 +86,32 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         let Who::Named { shape, .. } = best.who else {
             return None;
         };
-        Some((self.hypothesis(fitted, best.who, shape)?, best.explained))
+        let shape = if self.problem.forward.effects()[effect].one_by_one {
+            self.nearest_value(fitted, effect)?
+        } else {
+            shape
+        };
+        let who = Who::Named { effect, shape };
+        Some((self.hypothesis(fitted, who, shape)?, best.explained))
+    }
+
+    /// Of an effect whose amplitudes are tried one by one, the one that leaves least of what a fit leaves: its pattern has
+    /// one size, which the scan does not ask for.
+    fn nearest_value(&self, fitted: &Fit, effect: usize) -> Option<usize> {
+        let out = Basis::spanning(&fitted.jacobian, 1e-9);
+        let mut residual = fitted.residual.clone();
+        out.project_out_vector(&mut residual);
+        let searchable = &self.problem.forward.effects()[effect];
+        let candidates = self.problem.dictionary.candidates.iter().enumerate();
+        let left = candidates.filter_map(|(number, candidate)| match candidate.who {
+            Who::Named { effect: e, shape } if e == effect => {
+                let mut pattern = self.pattern(number) * searchable.step_of(shape, 0);
+                out.project_out(&mut pattern);
+                Some((shape, (&residual - pattern.column(0)).norm_squared()))
+            }
+            _ => None,
+        });
+        left.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(shape, _)| shape)
     }
 
     /// A hypothesis with the amplitudes that the linear model gives.
@@ -105,6 +130,9 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         let mut linear: Vec<f64> = (inverse * columns.tr_mul(&residual)).iter().copied().collect();
         for (value, (low, high)) in linear.iter_mut().zip(&searchable.limits) {
             *value = value.clamp(*low, *high);
+        }
+        if searchable.one_by_one {
+            linear[0] = searchable.step_of(shape, 0);
         }
         if searchable.never_negative {
             linear[0] = linear[0].max(0.05 * searchable.step_of(shape, 0));

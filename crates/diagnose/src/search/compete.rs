@@ -86,6 +86,7 @@ fn no_noise(test: &NoiseTest, rows: usize) -> Option<Unexplained> {
             family: "noise",
             range: first.range,
             note: test.note(),
+            directions: 0,
             columns: Vec::new(),
         },
         sigma: test.explained().sqrt(),

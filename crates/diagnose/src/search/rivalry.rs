@@ -17,10 +17,29 @@ use super::estimate::Estimate;
 /// One row of a comparison before it is a probability.
 struct Entry {
     label: Label,
-    /// ln(prior · Bayes factor) and explained σ² of every pattern under this label.
-    evidence: Vec<(f64, f64)>,
+    /// Every pattern under this label.
+    evidence: Vec<Evidence>,
     explained: f64,
     hypothesis: Option<Hypothesis>,
+}
+
+/// What one pattern says.
+#[derive(Clone, Copy)]
+struct Evidence {
+    /// ln(prior · Bayes factor).
+    ln: f64,
+    /// σ² that it explains.
+    explained: f64,
+    /// Its directions.
+    directions: usize,
+}
+
+impl Evidence {
+    /// The same with a likelihood that is as blunt as if the noise were larger, what was assumed before as it was.
+    fn blunted(&self, sharpness: f64) -> f64 {
+        self.ln - ln_bayes_factor(self.explained, self.directions)
+            + ln_bayes_factor(self.explained * sharpness, self.directions)
+    }
 }
 
 /// An effect in the place of the member, fitted.
@@ -111,11 +130,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         let strongest = entries.iter().map(|entry| entry.explained).fold(0.0, f64::max);
         let sharpness = 1.0 / (1.0 + self.problem.settings.model_form.powi(2) * strongest);
         let blunted = |entry: &Entry| {
-            let terms: Vec<f64> = entry
-                .evidence
-                .iter()
-                .map(|(evidence, explained)| evidence - 0.5 * explained * (1.0 - sharpness))
-                .collect();
+            let terms: Vec<f64> = entry.evidence.iter().map(|one| one.blunted(sharpness)).collect();
             ln_sum_exp(&terms)
         };
         let mut entries: Vec<(f64, Entry)> = entries.into_iter().map(|entry| (blunted(&entry), entry)).collect();
@@ -128,7 +143,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             .iter()
             .find(|(_, entry)| entry.label == Label::Named(members[i].effect))
             .map_or(0.0, |(_, entry)| {
-                ln_sum_exp(&entry.evidence.iter().map(|(e, _)| *e).collect::<Vec<_>>())
+                ln_sum_exp(&entry.evidence.iter().map(|one| one.ln).collect::<Vec<_>>())
             });
         let ranked = entries
             .into_iter()
@@ -136,7 +151,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             .map(|((_, entry), weight)| Ranked {
                 label: entry.label,
                 posterior: weight / total,
-                ln_evidence: ln_sum_exp(&entry.evidence.iter().map(|(e, _)| *e).collect::<Vec<_>>()),
+                ln_evidence: ln_sum_exp(&entry.evidence.iter().map(|one| one.ln).collect::<Vec<_>>()),
                 sigma: entry.explained.max(0.0).sqrt(),
                 hypothesis: entry.hypothesis,
             })
@@ -157,16 +172,25 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
                 .filter(|one| matches!(one.who, Who::Named { effect: e, .. } if e == effect))
                 .map(|one| one.explained)
                 .fold(0.0, f64::max);
+            let directions = self.problem.forward.effects()[effect].step.len();
             entries.push(match refined.iter().find(|refined| refined.effect == effect) {
                 Some(refined) => Entry {
                     label: Label::Named(effect),
-                    evidence: vec![(refined.evidence, refined.explained)],
+                    evidence: vec![Evidence {
+                        ln: refined.evidence,
+                        explained: refined.explained,
+                        directions,
+                    }],
                     explained: refined.explained,
                     hypothesis: Some(refined.hypothesis.clone()),
                 },
                 None => Entry {
                     label: Label::Named(effect),
-                    evidence: vec![(evidence, linear)],
+                    evidence: vec![Evidence {
+                        ln: evidence,
+                        explained: linear,
+                        directions,
+                    }],
                     explained: linear,
                     hypothesis: None,
                 },
@@ -178,15 +202,19 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
                 let label = Label::Unnamed(self.problem.rivals[rival].coordinate);
                 // A generic pattern that does no better than a name is that name's likeness, not another cause.
                 let alias = one.explained < best_name + self.alias_margin(best_name);
-                let evidence = one.ln_evidence - if alias { ALIAS } else { 0.0 };
+                let evidence = Evidence {
+                    ln: one.ln_evidence - if alias { ALIAS } else { 0.0 },
+                    explained: one.explained,
+                    directions: self.problem.rivals[rival].directions,
+                };
                 match entries.iter_mut().find(|entry| entry.label == label) {
                     Some(entry) => {
-                        entry.evidence.push((evidence, one.explained));
+                        entry.evidence.push(evidence);
                         entry.explained = entry.explained.max(one.explained);
                     }
                     None => entries.push(Entry {
                         label,
-                        evidence: vec![(evidence, one.explained)],
+                        evidence: vec![evidence],
                         explained: one.explained,
                         hypothesis: None,
                     }),
@@ -207,7 +235,8 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
             evidence += sign_evidence(member.linear[0]);
         }
         evidence += searchable.ln_small(member.linear[0]) - 0.5 * searchable.implausibility(&member.linear);
-        if !searchable.fixed.is_empty() && searchable.fixed.iter().all(|fixed| *fixed) {
+        let fixed = !searchable.fixed.is_empty() && searchable.fixed.iter().all(|fixed| *fixed);
+        if fixed || searchable.one_by_one {
             return evidence - (searchable.shapes.len() as f64).ln();
         }
         let free: Vec<usize> = (0..member.shape.len()).filter(|&j| !searchable.fixed[j]).collect();

@@ -20,6 +20,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
         shape("aim_deg", "°", 0.0, (0.0, 10.0), &[0.0, 2.5, 5.0, 7.5, 10.0]).optional(1.0),
     ],
     amplitude_power: 2,
+    tried: None,
     shows_in: "distance_mm",
     look_alikes: &[
         ("axial_centre", "second_distance"),

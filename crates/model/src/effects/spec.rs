@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use isolux_record::ReadingKind;
 
-use super::act::Act;
+use super::act::{Act, MOST_KEYS};
 
 /// What an effect is a property of; decides where it is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -165,6 +165,9 @@ pub struct EffectSpec {
     pub parameters: &'static [ParameterSpec],
     /// The response grows like the amplitude to this power.
     pub amplitude_power: u8,
+    /// Where the response does not grow with the amplitude (a level, a step): the values that are tried one by one, for
+    /// a largest signal in full scales.
+    pub tried: Option<fn(f64) -> Vec<f64>>,
     /// The coordinate along which it shows, in the words of `where`.
     pub shows_in: &'static str,
     /// What looks like it, each with the measurement block that separates the two, in the words of
@@ -186,6 +189,7 @@ impl EffectSpec {
         source: "",
         parameters: &[],
         amplitude_power: 1,
+        tried: None,
         shows_in: "",
         look_alikes: &[],
         acts: &[],
@@ -214,6 +218,14 @@ impl EffectSpec {
             Act::Floor(_) => Some(ReadingKind::Baffled),
             _ => None,
         })
+    }
+
+    /// What it makes of a signal in full scales, where it is nothing but the last step of a camera's reading.
+    pub fn readout(&self, values: &[f64], signal: f64) -> Option<f64> {
+        let [Act::Readout(law)] = self.acts else { return None };
+        let mut all = [0.0; MOST_KEYS];
+        all[..values.len()].copy_from_slice(values);
+        Some(law(&all, signal))
     }
 
     /// Whether it stands for the emitter of a point or disc.
