@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use camino::Utf8Path;
 
-use isolux_model::{Emitter, Luminaire, Model, Scene, Spectral};
+use isolux_model::{Emitter, Interpolation, Luminaire, Model, Scene, Spectral};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::plan::{Block, Instrument};
 use isolux_record::spectra::DarkSubtraction;
@@ -103,8 +103,14 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
     }))
 }
 
+/// Between its directions as the day's own model will be.
 fn model(distribution: IntensityDistribution, spectral: Spectral) -> Model {
-    Model::of(Luminaire::new(distribution, Emitter::Point {}, spectral))
+    Model::of(Luminaire::interpolated(
+        distribution,
+        Interpolation::Smooth,
+        Emitter::Point {},
+        spectral,
+    ))
 }
 
 /// The sensor of the day's job, or that of the published case, with few pixels.

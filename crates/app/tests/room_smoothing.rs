@@ -1,20 +1,14 @@
 //! What smoothing makes of a scan in the virtual room, against the light that the room's lamp gives.
 
-use camino::{Utf8Path, Utf8PathBuf};
+mod in_room;
+
+use camino::Utf8Path;
 use glam::DVec3;
-use isolux_app::bench::Source;
-use isolux_app::catalogue::Catalogue;
-use isolux_app::init;
-use isolux_app::progress::Silent;
-use isolux_app::scan::{self, Place, Target};
-use isolux_app::session::{self, Session};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_photometry::IntensityDistribution;
-use isolux_record::{Plan, Run};
+use isolux_record::Plan;
 use isolux_reduce::Options;
-use isolux_scan::Cancel;
 use isolux_virtual::BUILT_IN;
-use isolux_virtual::twins::Choice;
 
 /// The distribution and the stray light of the day, at a distance, every second half-plane.
 fn plan(distance_mm: f64) -> Plan {
@@ -56,25 +50,9 @@ fn rms_cd(room: &Room, distribution: &IntensityDistribution) -> f64 {
 
 /// Errors of the raw and of the smoothed distribution of a scan in a room with this seed.
 fn errors_cd(seed: u64, distance_mm: f64) -> (f64, f64) {
-    let keep = tempfile::tempdir().unwrap();
-    let path = Utf8PathBuf::try_from(keep.path().join("run")).unwrap();
     let room = Darkroom::parse(&BUILT_IN.replace("seed = 1", &format!("seed = {seed}"))).unwrap();
     assert_eq!(room.seed, seed);
-    let (station, calibration) = init::virtual_station(&Choice::default()).unwrap();
-    let source = Source::from_text(&station, calibration.as_deref()).unwrap();
-    let plan = plan(distance_mm);
-    let inside = room.clone();
-    session::run(true, async {
-        let session = Session::in_room(inside, &Choice::default())?;
-        let catalogue = Catalogue::new(session.links.clone());
-        let mut devices = source.open(&catalogue).await?;
-        let now = "2026-01-01T00:00:00Z".parse().unwrap();
-        let cancel = Cancel::new();
-        let place = Place::take(Target::New(&path), false)?;
-        scan::on(&source, &mut devices, &plan, place, None, None, &cancel, now, &Silent).await
-    })
-    .unwrap();
-    let run = Run::read(&path).unwrap();
+    let run = in_room::scanned(room.clone(), &plan(distance_mm));
     let reduction = isolux_reduce::reduce(&run, &Options::default(), None).unwrap();
     let room = Room::new(room);
     let (raw, _) = reduction.grid.smoothed.as_ref().unwrap();

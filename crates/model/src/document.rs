@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effect::{Effect, EffectError, Notes};
 use crate::emitter::Emitter;
+use crate::luminaire::Interpolation;
 use crate::optics::{CameraSheet, ColourDocument, Lens, TargetDocument, VapourDocument, WindowDocument};
 use crate::refined::Refined;
 
@@ -28,6 +29,8 @@ pub(crate) struct ModelDocument {
 #[serde(deny_unknown_fields)]
 pub(crate) struct LuminaireDocument {
     pub distribution: String,
+    #[serde(default, skip_serializing_if = "Interpolation::is_linear")]
+    pub interpolation: Interpolation,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -22,20 +22,20 @@ impl Model {
         // A circle of eight LEDs or more is as good as even; other places need their own sum.
         let on_circles =
             matches!(&emitter, Emitter::Leds { count, .. } if !count.is_empty() && count.iter().all(|n| *n >= 8));
-        Lobe::fit(self.luminaire().distribution(), &emitter.nodes(1), aim_deg, on_circles)
+        Lobe::fit(self.luminaire().grid(), &emitter.nodes(1), aim_deg, on_circles)
     }
 
     /// The intensity distribution with everything that was refitted and every effect on directions, on a grid fine
-    /// enough for them. The file's own grid, untouched, where there is none.
+    /// enough for them. The luminaire's own grid, untouched, where there is none.
     ///
     /// # Errors
     /// [`DistributionError`] if a factor is not finite.
     pub fn distribution(&self) -> Result<IntensityDistribution, DistributionError> {
         let directions = self.directions();
         if directions.are_unity() {
-            return Ok(self.luminaire().distribution().clone());
+            return Ok(self.luminaire().grid().clone());
         }
-        let base = self.luminaire().distribution();
+        let base = self.luminaire().grid();
         let turns = directions.turn();
         let c_deg = if turns {
             with_steps(base.c_deg(), 360.0, 5.0)
@@ -80,7 +80,7 @@ impl Model {
             .collect();
         (!laws.is_empty()).then(|| {
             let given = |azimuth_deg| laws.iter().map(|(law, values)| law(values, azimuth_deg)).product();
-            Sectors::of(self.luminaire().distribution(), self.emitter(), given)
+            Sectors::of(self.luminaire().grid(), self.emitter(), given)
         })
     }
 }
@@ -140,4 +140,46 @@ fn with_steps(grid: &[f64], end: f64, step: f64) -> Vec<f64> {
         }
     }
     angles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Effect, Emitter, Interpolation, Luminaire, Spectral};
+
+    /// What a simulation takes: with and without an effect on directions, between the directions of the file.
+    #[test]
+    fn a_smooth_luminaire_is_smooth_in_its_far_field() {
+        let gamma: Vec<f64> = (0..=9).map(|i| 10.0 * f64::from(i)).collect();
+        let cosine = |gamma: f64| 1000.0 * gamma.to_radians().cos().powi(3);
+        let intensity = gamma.iter().map(|gamma| cosine(*gamma)).collect();
+        let file = IntensityDistribution::new(vec![0.0], gamma, intensity).unwrap();
+        let of = |how| {
+            Model::of(Luminaire::interpolated(
+                file.clone(),
+                how,
+                Emitter::Point {},
+                Spectral::None,
+            ))
+        };
+        let [linear, smooth] = [Interpolation::Linear, Interpolation::Smooth].map(of);
+        let keys = [("depth_rel", 0.1), ("gamma_deg", 40.0), ("width_deg", 30.0)];
+        let shade = vec![Effect::from_keys("self_absorption", keys).unwrap()];
+        for gamma in [25.0, 45.0, 55.0] {
+            let bare = |model: &Model| model.distribution().unwrap().intensity_cd_at(90.0, gamma) / cosine(gamma) - 1.0;
+            assert!(bare(&smooth).abs() < 2e-3, "γ {gamma}: {}", bare(&smooth));
+            assert!(bare(&linear).abs() > 4e-3, "γ {gamma}: {}", bare(&linear));
+            let left = |model: &Model| {
+                model
+                    .with_effects(shade.clone())
+                    .distribution()
+                    .unwrap()
+                    .intensity_cd_at(0.0, gamma)
+            };
+            let factor = smooth.with_effects(shade.clone()).directions().factor(0.0, gamma);
+            assert!(factor < 0.99, "γ {gamma}: {factor}");
+            let off = left(&smooth) / (cosine(gamma) * factor) - 1.0;
+            assert!(off.abs() < 2e-3, "γ {gamma}: {off}");
+        }
+    }
 }

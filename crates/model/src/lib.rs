@@ -38,7 +38,7 @@ pub use effects::{BelongsTo, EffectSpec, ParameterSpec, Role, Sampling, Stage, c
 pub use emitter::{Emitter, EmitterError, Node};
 pub use known::{KnownError, luminous_area_rel};
 pub use lobe::Lobe;
-pub use luminaire::{Luminaire, Spectral};
+pub use luminaire::{Interpolation, Luminaire, Spectral};
 pub use model::{InSimulation, Model};
 pub use photometric_file::{PhotometricFileError, read_distribution, read_spectrum};
 pub use pose::SensorPose;

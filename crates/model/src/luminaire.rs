@@ -4,8 +4,9 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
-use isolux_photometry::IntensityDistribution;
+use isolux_photometry::{DistributionError, IntensityDistribution};
 use isolux_spectrum::Spectrum;
+use serde::{Deserialize, Serialize};
 
 use crate::emitter::Emitter;
 
@@ -20,10 +21,56 @@ pub enum Spectral {
     None,
 }
 
+/// What the light is between the directions of the distribution's file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Interpolation {
+    /// Bilinear in (C, γ): the convention of photometric files.
+    #[default]
+    Linear,
+    /// Smooth, through the file's directions: that of light.
+    Smooth,
+}
+
+impl Interpolation {
+    pub(crate) fn is_linear(&self) -> bool {
+        *self == Self::Linear
+    }
+
+    /// The grid whose bilinear interpolant is meant.
+    pub(crate) fn grid_of(self, distribution: &IntensityDistribution) -> IntensityDistribution {
+        match self {
+            Self::Linear => distribution.clone(),
+            Self::Smooth => distribution.on_smooth_grid(),
+        }
+    }
+
+    /// `distribution` scaled so that the flux of its interpolant is `flux_lm`.
+    ///
+    /// # Errors
+    /// [`DistributionError::NoFlux`] when it integrates to nothing.
+    pub(crate) fn scaled_to_flux_lm(
+        self,
+        distribution: &IntensityDistribution,
+        flux_lm: f64,
+    ) -> Result<IntensityDistribution, DistributionError> {
+        let own = self.grid_of(distribution).flux_lm();
+        if own <= 0.0 {
+            return Err(DistributionError::NoFlux {
+                flux_lm: own,
+                wanted_lm: flux_lm,
+            });
+        }
+        distribution.scaled(flux_lm / own)
+    }
+}
+
 /// Intensity distribution (absolute, scaled to `flux_lm` where that is given), emitter and spectrum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Luminaire {
     distribution: IntensityDistribution,
+    /// Bilinear between its directions, which are the distribution's own and for a smooth interpolation more.
+    grid: IntensityDistribution,
     emitter: Emitter,
     spectral: Spectral,
     lookup: Lookup,
@@ -31,11 +78,23 @@ pub struct Luminaire {
 }
 
 impl Luminaire {
-    /// A luminaire from its parts.
+    /// A luminaire from its parts, its light linear between the directions of `distribution`.
     pub fn new(distribution: IntensityDistribution, emitter: Emitter, spectral: Spectral) -> Self {
-        let lookup = Lookup::new(&distribution);
+        Self::interpolated(distribution, Interpolation::Linear, emitter, spectral)
+    }
+
+    /// A luminaire from its parts.
+    pub fn interpolated(
+        distribution: IntensityDistribution,
+        interpolation: Interpolation,
+        emitter: Emitter,
+        spectral: Spectral,
+    ) -> Self {
+        let grid = interpolation.grid_of(&distribution);
+        let lookup = Lookup::new(&distribution, &grid);
         Self {
             distribution,
+            grid,
             emitter,
             spectral,
             lookup,
@@ -43,9 +102,15 @@ impl Luminaire {
         }
     }
 
-    /// The intensity distribution as the model's files give it: nothing refitted, no effects.
+    /// The intensity distribution as the model's files give it: nothing refitted, no effects, no direction added.
     pub fn distribution(&self) -> &IntensityDistribution {
         &self.distribution
+    }
+
+    /// The grid whose bilinear interpolant is the light: the distribution's own, or a finer one where the
+    /// interpolation is smooth.
+    pub fn grid(&self) -> &IntensityDistribution {
+        &self.grid
     }
 
     /// The luminous shape as the model's file gives it.
@@ -67,9 +132,9 @@ impl Luminaire {
         }
     }
 
-    /// Intensity in cd towards (C, γ), γ ≥ 0; bilinear, the mean over C at the poles.
+    /// Intensity in cd towards (C, γ), γ ≥ 0; bilinear on the grid, the mean over C at the poles.
     pub(crate) fn intensity_cd(&self, c_deg: f64, gamma_deg: f64) -> f64 {
-        self.lookup.at(&self.distribution, c_deg, gamma_deg)
+        self.lookup.at(&self.grid, c_deg, gamma_deg)
     }
 
     /// The directions of the file between which (C, γ) lies, by their number `[ic * ng + ig]`, with their bilinear
@@ -185,38 +250,61 @@ impl PartialEq for FloorMemory {
     }
 }
 
-/// Steps of an equidistant grid, so that its cell is found without a search.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Steps of an equidistant file, so that the cell of its grid is found without a search.
+#[derive(Debug, Clone, PartialEq)]
 struct Lookup {
-    gamma_step_deg: Option<f64>,
+    gamma: Option<EvenGamma>,
     /// Step of planes that divide the whole circle evenly from 0.
     c_step_deg: Option<f64>,
     pole_cd: [f64; 2],
 }
 
+/// γ of the file evenly apart, each step cut into equal parts by the grid.
+#[derive(Debug, Clone, PartialEq)]
+struct EvenGamma {
+    per_step: f64,
+    /// Place in the grid of each γ of the file.
+    places: Vec<usize>,
+}
+
+impl EvenGamma {
+    fn of(file: &[f64], grid: &[f64]) -> Option<Self> {
+        let step = (file[file.len() - 1] - file[0]) / (file.len() - 1) as f64;
+        let even = |(i, gamma): (usize, &f64)| (gamma - file[0] - step * i as f64).abs() < 1e-9;
+        file.iter().enumerate().all(even).then(|| Self {
+            per_step: 1.0 / step,
+            places: file.iter().map(|gamma| grid.partition_point(|at| at < gamma)).collect(),
+        })
+    }
+
+    /// The grid's cell at `from_first_deg` degrees from its first γ, and the share of the way through it.
+    fn cell(&self, from_first_deg: f64) -> (usize, f64) {
+        let steps = from_first_deg * self.per_step;
+        let step = (steps as usize).min(self.places.len() - 2);
+        let (first, next) = (self.places[step], self.places[step + 1]);
+        let place = (steps - step as f64) * (next - first) as f64;
+        let part = (place as usize).min(next - first - 1);
+        (first + part, place - part as f64)
+    }
+}
+
 impl Lookup {
-    fn new(distribution: &IntensityDistribution) -> Self {
-        let gamma = distribution.gamma_deg();
-        let step = (gamma[gamma.len() - 1] - gamma[0]) / (gamma.len() - 1) as f64;
-        let even = gamma
-            .iter()
-            .enumerate()
-            .all(|(i, g)| (g - gamma[0] - step * i as f64).abs() < 1e-9);
-        let c_step = 360.0 / distribution.c_deg().len() as f64;
-        let around = distribution
+    fn new(file: &IntensityDistribution, grid: &IntensityDistribution) -> Self {
+        let c_step = 360.0 / grid.c_deg().len() as f64;
+        let around = grid
             .c_deg()
             .iter()
             .enumerate()
             .all(|(i, c)| (c - c_step * i as f64).abs() < 1e-9);
         Self {
-            gamma_step_deg: even.then_some(step),
+            gamma: EvenGamma::of(file.gamma_deg(), grid.gamma_deg()),
             c_step_deg: around.then_some(c_step),
-            pole_cd: [distribution.pole_cd(0.0), distribution.pole_cd(180.0)],
+            pole_cd: [grid.pole_cd(0.0), grid.pole_cd(180.0)],
         }
     }
 
-    fn at(&self, distribution: &IntensityDistribution, c_deg: f64, gamma_deg: f64) -> f64 {
-        if !distribution.is_rotational() {
+    fn at(&self, grid: &IntensityDistribution, c_deg: f64, gamma_deg: f64) -> f64 {
+        if !grid.is_rotational() {
             if gamma_deg < 1e-9 {
                 return self.pole_cd[0];
             }
@@ -224,26 +312,23 @@ impl Lookup {
                 return self.pole_cd[1];
             }
         }
-        let (Some(step), Some(c_step)) = (self.gamma_step_deg, self.c_step_deg) else {
-            return distribution.intensity_cd_at(c_deg, gamma_deg);
+        let (Some(even), Some(c_step)) = (&self.gamma, self.c_step_deg) else {
+            return grid.intensity_cd_at(c_deg, gamma_deg);
         };
-        let gamma = distribution.gamma_deg();
-        let last = gamma.len() - 1;
-        if gamma_deg < gamma[0] || gamma_deg > gamma[last] {
+        let gamma = grid.gamma_deg();
+        if gamma_deg < gamma[0] || gamma_deg > gamma[gamma.len() - 1] {
             return 0.0;
         }
-        let place = (gamma_deg - gamma[0]) / step;
-        let cell = (place as usize).min(last - 1);
-        let values = distribution.intensity_cd();
-        let v = place - cell as f64;
+        let (cell, v) = even.cell(gamma_deg - gamma[0]);
+        let values = grid.intensity_cd();
         let along = |plane: usize| {
             let row = &values[plane * gamma.len()..];
             row[cell] + v * (row[cell + 1] - row[cell])
         };
-        if distribution.is_rotational() {
+        if grid.is_rotational() {
             return along(0);
         }
-        let planes = distribution.c_deg().len();
+        let planes = grid.c_deg().len();
         let turn = c_deg.rem_euclid(360.0) / c_step;
         let before = (turn as usize).min(planes - 1);
         let first = along(before);
@@ -263,13 +348,14 @@ mod tests {
             .map(|g| 1000.0 * g.to_radians().cos().max(0.0).powi(3))
             .collect();
         let distribution = IntensityDistribution::new(vec![0.0], gamma, intensity).unwrap();
-        let luminaire = Luminaire::new(distribution.clone(), Emitter::Point {}, Spectral::None);
-        for i in 0..1900 {
-            let gamma = i as f64 * 0.0501;
-            assert!(
-                (luminaire.intensity_cd(0.0, gamma) - distribution.intensity_cd_at(0.0, gamma)).abs() < 1e-9,
-                "{gamma}"
-            );
+        for how in [Interpolation::Linear, Interpolation::Smooth] {
+            let luminaire = Luminaire::interpolated(distribution.clone(), how, Emitter::Point {}, Spectral::None);
+            let grid = how.grid_of(&distribution);
+            for i in 0..1900 {
+                let gamma = i as f64 * 0.0501;
+                let (quick, slow) = (luminaire.intensity_cd(0.0, gamma), grid.intensity_cd_at(0.0, gamma));
+                assert!((quick - slow).abs() < 1e-9, "{how:?} {gamma}: {quick} {slow}");
+            }
         }
     }
 
@@ -279,13 +365,14 @@ mod tests {
         let c: Vec<f64> = (0..24).map(|k| 15.0 * k as f64).collect();
         let intensity: Vec<f64> = (0..24 * 37).map(|i| f64::from(i * 7919 % 1000)).collect();
         let distribution = IntensityDistribution::new(c, gamma, intensity).unwrap();
-        let luminaire = Luminaire::new(distribution.clone(), Emitter::Point {}, Spectral::None);
-        for i in 0..4000 {
-            let (c, gamma) = (i as f64 * 0.37 - 360.0, 0.01 + i as f64 * 0.0449);
-            assert!(
-                (luminaire.intensity_cd(c, gamma) - distribution.intensity_cd_at(c, gamma)).abs() < 1e-6,
-                "{c} {gamma}"
-            );
+        for how in [Interpolation::Linear, Interpolation::Smooth] {
+            let luminaire = Luminaire::interpolated(distribution.clone(), how, Emitter::Point {}, Spectral::None);
+            let grid = how.grid_of(&distribution);
+            for i in 0..4000 {
+                let (c, gamma) = (i as f64 * 0.37 - 360.0, 0.01 + i as f64 * 0.0449);
+                let (quick, slow) = (luminaire.intensity_cd(c, gamma), grid.intensity_cd_at(c, gamma));
+                assert!((quick - slow).abs() < 1e-6, "{how:?} {c} {gamma}: {quick} {slow}");
+            }
         }
     }
 }

@@ -70,7 +70,7 @@ impl Model {
         let full_scale = maps.full_scale().unwrap_or_else(|| match maps.unit() {
             MapUnit::Relative => 1.0,
             MapUnit::Lux | MapUnit::WattPerSquareMetre => {
-                let peak_cd = self.luminaire().distribution().peak().intensity_cd;
+                let peak_cd = self.luminaire().grid().peak().intensity_cd;
                 peak_cd / (FULL_SCALE_DISTANCE_MM * FULL_SCALE_DISTANCE_MM) * 1e6 * scale
             }
         });

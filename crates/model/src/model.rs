@@ -94,8 +94,9 @@ impl Model {
             .map_err(|error| fault("luminaire.distribution", error.to_string()))?;
         if let Some(flux_lm) = document.flux_lm {
             reader.within("luminaire.flux_lm", flux_lm, 1e-9, MOST_FLUX_LM)?;
-            distribution = distribution
-                .scaled_to_flux_lm(flux_lm)
+            distribution = document
+                .interpolation
+                .scaled_to_flux_lm(&distribution, flux_lm)
                 .map_err(|error: DistributionError| fault("luminaire.flux_lm", error.to_string()))?;
         }
         let emitter = document
@@ -158,7 +159,12 @@ impl Model {
             effects.push(effect);
         }
         let model = Self {
-            luminaire: Arc::new(Luminaire::new(distribution, emitter, spectral)),
+            luminaire: Arc::new(Luminaire::interpolated(
+                distribution,
+                document.interpolation,
+                emitter,
+                spectral,
+            )),
             refined,
             effects,
             document: Arc::new(document),

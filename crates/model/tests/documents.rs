@@ -41,6 +41,10 @@ fn what_is_wrong_is_said_with_file_and_line() {
     };
     starts(&format!("{HEAD}flux = 3\n"), "m.toml:5:1: unknown field `flux`");
     starts(
+        &format!("{HEAD}interpolation = \"cubic\"\n"),
+        "m.toml:5:17: unknown variant `cubic`, expected `linear` or `smooth`",
+    );
+    starts(
         &format!("{HEAD}flux_lm = -3\n"),
         "m.toml:5:1: luminaire.flux_lm: -3 is not within",
     );
@@ -96,7 +100,7 @@ fn what_is_wrong_is_said_with_file_and_line() {
 fn a_model_is_written_whole_and_read_back_the_same() {
     let folder = Folder::new();
     let text = format!(
-        "{HEAD}flux_lm = 337.0\nler_lm_per_w = 255.1\n[luminaire.trust]\nshape = \"smooth\"\nc_harmonics = [2]\n\
+        "{HEAD}interpolation = \"smooth\"\nflux_lm = 337.0\nler_lm_per_w = 255.1\n[luminaire.trust]\nshape = \"smooth\"\nc_harmonics = [2]\n\
          [luminaire.u]\nintensity_rel = 0.01\n[luminaire.provenance]\nrun = \"day\"\nreadings_sha256 = \"abc\"\n\
          [noise]\nu_scale = \"fit\"\n\
          [[effect]]\nname = \"lamp_warmup\"\namplitude_rel = 0.05\ntime_constant_s = 600\n\
@@ -107,7 +111,9 @@ fn a_model_is_written_whole_and_read_back_the_same() {
     let model = Model::parse(&folder.path("m.toml"), &text).unwrap();
     assert_eq!(model.trust().shape, ShapeTrust::Smooth);
     assert_eq!(model.u_scale(), UncertaintyScale::Fit);
-    assert!((model.luminaire().distribution().flux_lm() - 337.0).abs() < 1e-9);
+    // The flux is that of the light, not that of straight lines between the file's directions.
+    assert!((model.luminaire().grid().flux_lm() - 337.0).abs() < 1e-9);
+    assert!((model.luminaire().distribution().flux_lm() - 337.0).abs() > 1e-3);
     let refined = Refined {
         ln_shape: vec![0.01, -0.02],
         gamma_max_deg: 70.0,

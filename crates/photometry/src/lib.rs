@@ -3,13 +3,16 @@
 //! [`IntensityDistribution`] holds absolute candela over a full circle of C half-planes and a range of γ. Between its
 //! points it is bilinear in (C, γ), periodic in C; outside its γ range it is dark. Every integral (flux, zones,
 //! divergence) is the exact integral of that interpolant over the sphere, so that no number depends on a rule of
-//! summation.
+//! summation. [`IntensityDistribution::on_smooth_grid`] is the same light on a grid so fine that its bilinear
+//! interpolant is smooth.
 //!
 //! Frame (CIE 121, EN 13032-1): d(C, γ) = (sin γ cos C, sin γ sin C, cos γ).
 
+mod curve;
 mod distribution;
 mod divergence;
 mod flux;
+mod smooth;
 mod symmetry;
 
 pub use distribution::{DistributionError, IntensityDistribution, Peak};

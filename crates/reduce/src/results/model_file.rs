@@ -12,7 +12,7 @@ use crate::{Drift, Reduction};
 /// stray light that were taken out of the readings as effects of the bench, so that its predictions are readings again.
 pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8>)]) -> String {
     let mut text = format!(
-        "format = \"isolux-model/1\"\n\n[luminaire]\ndistribution = \"{}\"\n",
+        "format = \"isolux-model/1\"\n\n[luminaire]\ndistribution = \"{}\"\ninterpolation = \"smooth\"\n",
         file_name(reduction, "luminaire.ldt")
     );
     if reduction.spectral.is_some() {

@@ -1,0 +1,32 @@
+//! A scan by the program in the virtual room.
+
+use camino::Utf8PathBuf;
+use isolux_app::bench::Source;
+use isolux_app::catalogue::Catalogue;
+use isolux_app::init;
+use isolux_app::progress::Silent;
+use isolux_app::scan::{self, Place, Target};
+use isolux_app::session::{self, Session};
+use isolux_darkroom::Darkroom;
+use isolux_record::{Plan, Run};
+use isolux_scan::Cancel;
+use isolux_virtual::twins::Choice;
+
+/// The record of `plan` in `room`, by the default twins.
+pub fn scanned(room: Darkroom, plan: &Plan) -> Run {
+    let keep = tempfile::tempdir().unwrap();
+    let path = Utf8PathBuf::try_from(keep.path().join("run")).unwrap();
+    let (station, calibration) = init::virtual_station(&Choice::default()).unwrap();
+    let source = Source::from_text(&station, calibration.as_deref()).unwrap();
+    session::run(true, async {
+        let session = Session::in_room(room, &Choice::default())?;
+        let catalogue = Catalogue::new(session.links.clone());
+        let mut devices = source.open(&catalogue).await?;
+        let now = "2026-01-01T00:00:00Z".parse().unwrap();
+        let cancel = Cancel::new();
+        let place = Place::take(Target::New(&path), false)?;
+        scan::on(&source, &mut devices, plan, place, None, None, &cancel, now, &Silent).await
+    })
+    .unwrap();
+    Run::read(&path).unwrap()
+}
