@@ -313,6 +313,8 @@ impl Forward for AssumedModel {
 
     fn read_out(&self, effect: usize, amplitude: f64, prediction: &DVector<f64>) -> Option<DVector<f64>> {
         let spec = self.recipes[effect].spec;
+        // Only what acts on nothing but the signals of maps.
+        spec.readout(&[amplitude], 0.0)?;
         let mut changed = prediction.clone();
         for (part, rows) in self.parts.iter().zip(row_ranges(&self.parts)) {
             let Part::Maps(maps) = part else { continue };

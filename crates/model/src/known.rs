@@ -112,9 +112,9 @@ impl Model {
         known
     }
 
-    /// Every direction's intensity is that of γ + `by_deg`.
+    /// Every direction's intensity is that of γ + `by_deg`, on the grid between whose directions the light is linear.
     fn with_gamma_moved(&self, by_deg: f64) -> Option<Self> {
-        let distribution = self.luminaire().distribution();
+        let distribution = self.luminaire().grid();
         let last = *distribution.gamma_deg().last()?;
         self.with_intensities(|c_deg, gamma_deg, _| {
             self.luminaire().intensity_cd(c_deg, (gamma_deg + by_deg).min(last))
@@ -126,7 +126,7 @@ impl Model {
     }
 
     fn with_intensities(&self, law: impl Fn(f64, f64, f64) -> f64) -> Option<Self> {
-        let distribution = self.luminaire().distribution();
+        let distribution = self.luminaire().grid();
         let (cs, gammas) = (distribution.c_deg(), distribution.gamma_deg());
         let directions = cs.iter().flat_map(|c| gammas.iter().map(move |gamma| (*c, *gamma)));
         let values = directions
@@ -141,7 +141,7 @@ impl Model {
 
     fn with_emitter(&self, emitter: Emitter) -> Self {
         let luminaire = self.luminaire();
-        let (distribution, spectral) = (luminaire.distribution().clone(), luminaire.spectral().clone());
+        let (distribution, spectral) = (luminaire.grid().clone(), luminaire.spectral().clone());
         self.with_luminaire(Luminaire::new(distribution, emitter, spectral))
     }
 
