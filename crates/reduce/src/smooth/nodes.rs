@@ -1,7 +1,5 @@
 //! The directions of a grid with what rounding and scatter leave open of each.
 
-use std::collections::BTreeMap;
-
 use crate::grid::{Grid, is_pole};
 
 /// Half the width of an interval beyond half a digit, in standard uncertainties of the scatter.
@@ -99,18 +97,21 @@ impl Nodes {
 /// What the mean of these samples is uncertain by, by rounding and by scatter: those with the same display are rounded
 /// alike, and one that stands for several directions is wrong in all of them.
 fn of_mean(grid: &Grid, samples: &[usize]) -> (f64, f64) {
-    let share = 1.0 / samples.len() as f64;
-    let mut shares: BTreeMap<usize, f64> = BTreeMap::new();
-    for &sample in samples {
-        *shares.entry(sample).or_default() += share;
-    }
-    let mut alike: BTreeMap<Result<i64, usize>, f64> = BTreeMap::new();
+    let count = samples.len() as f64;
+    let mut samples = samples.to_vec();
+    samples.sort_unstable();
+    let mut digits: Vec<(Result<i64, usize>, f64)> = Vec::with_capacity(samples.len());
     let mut noise2 = 0.0;
-    for (at, share) in shares {
+    for same in samples.chunk_by(|a, b| a == b) {
+        let (at, share) = (same[0], same.len() as f64 / count);
         let sample = &grid.nodes[at];
-        *alike.entry(sample.display.ok_or(at)).or_default() += share * sample.u_digit_cd;
+        digits.push((sample.display.ok_or(at), share * sample.u_digit_cd));
         noise2 += (share * sample.u_noise_cd).powi(2);
     }
-    let digit2: f64 = alike.values().map(|u_cd| u_cd * u_cd).sum();
+    digits.sort_by_key(|(display, _)| *display);
+    let alike = digits.chunk_by(|a, b| a.0 == b.0);
+    let digit2: f64 = alike
+        .map(|alike| alike.iter().map(|(_, u_cd)| u_cd).sum::<f64>().powi(2))
+        .sum();
     (digit2.sqrt(), noise2.sqrt())
 }
