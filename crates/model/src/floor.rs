@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use glam::DVec3;
 
 use crate::attitude::Attitude;
-use crate::luminaire::{FloorKey, FloorLight, Luminaire};
+use crate::luminaire::{FloorKey, FloorLight, FloorWay, Luminaire};
 use crate::quadrature::gauss_legendre;
 
 /// Nodes of one panel.
@@ -115,14 +115,38 @@ impl OverFloor {
         light
     }
 
+    /// The sum over the ways of the light, with the luminaire turned to its C.
+    fn integrate(&self, luminaire: &Luminaire) -> FloorLight {
+        use std::f64::consts::PI;
+        let key = [self.gamma_deg, self.nonperp_deg, self.distance_mm, self.height_mm].map(f64::to_bits);
+        let (mut sum, mut whence) = (0.0, DVec3::ZERO);
+        for way in luminaire.floor.ways(key, || self.ways()).iter() {
+            let part = luminaire.intensity_cd(way.c_deg + self.c_deg, way.gamma_deg) * way.share;
+            sum += part;
+            whence += part * way.out;
+        }
+        let (sin, cos) = self.c_deg.to_radians().sin_cos();
+        let turned = DVec3::new(
+            cos * whence.x - sin * whence.y,
+            sin * whence.x + cos * whence.y,
+            whence.z,
+        );
+        FloorLight {
+            illuminance_lx: sum / PI * 1e6,
+            whence: turned / PI * 1e6,
+        }
+    }
+
+    /// The ways by which light goes over the floor to the detector, and what each counts. They depend on C only in that
+    /// the luminaire turns about its own axis: those of C 0° serve every C.
+    ///
     /// With dA cosθ₁/r₁² = sinθ dθ dφ the integral runs over directions out of the lamp, θ from straight down; what
     /// lies beyond the detector's plane is behind its back and is left out.
-    fn integrate(&self, luminaire: &Luminaire) -> FloorLight {
+    fn ways(&self) -> Vec<FloorWay> {
         use std::f64::consts::{FRAC_PI_2, PI};
-        let attitude = Attitude::new(self.c_deg, self.gamma_deg, self.nonperp_deg);
+        let attitude = Attitude::new(0.0, self.gamma_deg, self.nonperp_deg);
         let detector = DVec3::new(self.distance_mm, 0.0, 0.0);
-        let rotational = luminaire.distribution().is_rotational();
-        let (mut sum, mut whence) = (0.0, DVec3::ZERO);
+        let mut ways = Vec::new();
         // The detector sees its own foot best: over a low floor a narrow band towards it, and there the far end. Panels
         // of their own keep the rule exact for both.
         let band = (2.0 * self.height_mm / self.distance_mm).atan().min(FRAC_PI_2 / 2.0);
@@ -145,23 +169,19 @@ impl OverFloor {
                     // cosθ₂ · cosθ_det / r₂²
                     let onward_share = self.height_mm * onward.x / (square * square);
                     let out = attitude.luminaire_from_room(direction);
-                    let gamma_deg = out.z.clamp(-1.0, 1.0).acos().to_degrees();
-                    let c_deg = if rotational {
-                        0.0
-                    } else {
-                        out.y.atan2(out.x).to_degrees()
-                    };
-                    let measure = sin * weight_polar * weight_azimuth;
-                    let part = luminaire.intensity_cd(c_deg, gamma_deg) * onward_share.max(0.0) * measure;
-                    sum += part;
-                    whence += part * out;
+                    let share = onward_share.max(0.0) * sin * weight_polar * weight_azimuth;
+                    if share > 0.0 {
+                        ways.push(FloorWay {
+                            c_deg: out.y.atan2(out.x).to_degrees(),
+                            gamma_deg: out.z.clamp(-1.0, 1.0).acos().to_degrees(),
+                            out,
+                            share,
+                        });
+                    }
                 }
             }
         }
-        FloorLight {
-            illuminance_lx: sum / PI * 1e6,
-            whence: whence / PI * 1e6,
-        }
+        ways
     }
 }
 

@@ -184,6 +184,23 @@ pub(crate) fn polar_deg(direction: DVec3) -> f64 {
 pub(crate) struct FloorMemory {
     places: Arc<Mutex<HashMap<FloorKey, FloorLight>>>,
     lattice: Arc<Mutex<HashMap<FloorKey, FloorLight>>>,
+    ways: Arc<Mutex<HashMap<WaysKey, Arc<Vec<FloorWay>>>>>,
+}
+
+/// γ, lean of the axis, distance, height.
+pub(crate) type WaysKey = [u64; 4];
+
+/// A way of light from the lamp over the floor to the detector.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FloorWay {
+    /// C at which it leaves the luminaire when that stands at C 0°; it leaves at C more when it stands at C.
+    pub c_deg: f64,
+    /// γ at which it leaves.
+    pub gamma_deg: f64,
+    /// The same as a direction.
+    pub out: DVec3,
+    /// What one candela there counts in the integral.
+    pub share: f64,
 }
 
 /// C, γ, lean of the axis, distance, stated distance, height.
@@ -216,6 +233,27 @@ impl FloorLight {
 impl FloorMemory {
     /// Entries kept; a fit of the height asks for new ones at every step.
     const LARGEST: usize = 200_000;
+
+    /// Sets of ways kept: those of one distance and height for every 2° of γ, 0.1 MB each.
+    const MOST_WAYS: usize = 256;
+
+    pub fn ways(&self, key: WaysKey, compute: impl FnOnce() -> Vec<FloorWay>) -> Arc<Vec<FloorWay>> {
+        let known = self
+            .ways
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .get(&key)
+            .cloned();
+        known.unwrap_or_else(|| {
+            let ways = Arc::new(compute());
+            let mut memory = self.ways.lock().unwrap_or_else(PoisonError::into_inner);
+            if memory.len() >= Self::MOST_WAYS {
+                memory.clear();
+            }
+            memory.insert(key, ways.clone());
+            ways
+        })
+    }
 
     pub fn get_or(&self, key: FloorKey, compute: impl FnOnce() -> FloorLight) -> FloorLight {
         Self::remembered(&self.places, key, compute)

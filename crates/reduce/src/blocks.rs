@@ -131,11 +131,14 @@ fn lit_blocks<'a>(plan: &'a Plan, station_mm: f64, points: Vec<&'a Reading>) -> 
             rows: Vec::new(),
         });
     }
+    let mut at = 0;
     for row in points {
-        let at = blocks
-            .iter()
-            .position(|block| block.name == row.block && block.distance_mm == row.distance_mm);
-        let at = at.unwrap_or_else(|| {
+        let is_of = |block: &Block<'_>| block.name == row.block && block.distance_mm == row.distance_mm;
+        // A row is nearly always of the block of the one before.
+        if !blocks.get(at).is_some_and(is_of) {
+            at = blocks.iter().position(is_of).unwrap_or(blocks.len());
+        }
+        if at == blocks.len() {
             blocks.push(Block {
                 name: &row.block,
                 distance_mm: row.distance_mm,
@@ -143,8 +146,7 @@ fn lit_blocks<'a>(plan: &'a Plan, station_mm: f64, points: Vec<&'a Reading>) -> 
                 planned: Vec::new(),
                 rows: Vec::new(),
             });
-            blocks.len() - 1
-        });
+        }
         blocks[at].rows.push(row);
     }
     for block in &mut blocks {
@@ -156,14 +158,16 @@ fn lit_blocks<'a>(plan: &'a Plan, station_mm: f64, points: Vec<&'a Reading>) -> 
 
 /// The distance with the most directions; of equally many the farther: the inverse square law holds better there.
 fn main_distance(blocks: &[Block<'_>]) -> Option<f64> {
-    let at = |distance_mm: f64| {
+    let directions_at = |distance_mm: f64| {
         let there = blocks.iter().filter(move |block| block.distance_mm == distance_mm);
         once(there.flat_map(|block| block.directions.iter().copied())).len()
     };
-    blocks
-        .iter()
-        .map(|block| block.distance_mm)
-        .max_by(|a, b| at(*a).cmp(&at(*b)).then(a.total_cmp(b)))
+    let mut distances_mm: Vec<f64> = blocks.iter().map(|block| block.distance_mm).collect();
+    distances_mm.sort_by(f64::total_cmp);
+    distances_mm.dedup();
+    distances_mm
+        .into_iter()
+        .max_by_key(|distance_mm| directions_at(*distance_mm))
 }
 
 /// The blocks that make one grid, the largest first, and the others.
@@ -219,16 +223,18 @@ fn unfinished(run: &Run, chosen: &[&Block<'_>]) -> Result<Option<Partial>, Reduc
     }
 }
 
-fn target(row: &Reading) -> Direction {
+/// The direction of the plan at which a reading was taken.
+pub fn target(row: &Reading) -> Direction {
     (row.c_target_deg, row.gamma_target_deg)
 }
 
-fn order(a: &Direction, b: &Direction) -> std::cmp::Ordering {
+/// The order of [`once`].
+pub fn order(a: &Direction, b: &Direction) -> std::cmp::Ordering {
     a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
 }
 
 /// Sorted, each once.
-fn once(directions: impl Iterator<Item = Direction>) -> Vec<Direction> {
+pub fn once(directions: impl Iterator<Item = Direction>) -> Vec<Direction> {
     // Adding 0 makes −0 and 0 one.
     let mut directions: Vec<Direction> = directions.map(|(c, gamma)| (c + 0.0, gamma + 0.0)).collect();
     directions.sort_by(order);

@@ -47,7 +47,7 @@ pub fn weighted_sum(grid: &Grid, weights: &[f64], common: &Common, unit: &'stati
     for (&sample, weight) in grid.sample_of.iter().zip(weights) {
         on_samples[sample] += weight;
     }
-    for (sample, weight) in grid.nodes.iter().zip(on_samples) {
+    for (sample, weight) in grid.nodes.iter().zip(on_samples).filter(|(_, weight)| *weight != 0.0) {
         noise2 += (weight * sample.u_noise_cd).powi(2);
         match sample.display {
             Some(display) => *alike.entry(display).or_default() += weight * sample.u_digit_cd,

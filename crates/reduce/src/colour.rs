@@ -2,6 +2,7 @@
 //! thing after the other moved, by its standard uncertainty or by a small step (JCGM 100, 5.1.3, note 2).
 
 use isolux_spectrum::Spectrum;
+use isolux_spectrum::cct::Cct;
 use serde::Serialize;
 
 use crate::known::Known;
@@ -102,9 +103,10 @@ fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
     let uv = chromaticity.map(isolux_spectrum::Chromaticity::uv_1976);
     let rendering = isolux_spectrum::rendering::rendering(spectrum);
     let fidelity = isolux_spectrum::fidelity::fidelity(spectrum);
+    let nearest = spectrum.nearest_planckian();
     [
-        spectrum.cct().map(|cct| cct.cct_k),
-        spectrum.nearest_planckian().map(|nearest| nearest.duv),
+        nearest.and_then(Cct::meaningful).map(|cct| cct.cct_k),
+        nearest.map(|nearest| nearest.duv),
         chromaticity.map(|c| c.x),
         chromaticity.map(|c| c.y),
         uv.map(|uv| uv.0),

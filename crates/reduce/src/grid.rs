@@ -62,19 +62,22 @@ impl Grid {
         let spread = |of_samples: &[f64]| -> Vec<f64> { sample_of.iter().map(|&sample| of_samples[sample]).collect() };
         let of = |intensity_cd: Vec<f64>| IntensityDistribution::new(c_deg.clone(), gamma_deg.clone(), intensity_cd);
         let read: Vec<f64> = nodes.iter().map(|sample| sample.intensity_cd).collect();
+        let place_of = places_of(&sample_of, nodes.len());
         let mut moved = read.clone();
         for _ in 0..ROUNDS {
             // At a pole the half-plane of a direction is a matter of rounding, so what is compared there is the one
             // value.
             let distribution = of(one_at_poles(&spread(&moved), &gamma_deg))?;
-            moved = nodes
-                .iter()
-                .zip(&read)
-                .map(|(sample, read)| {
-                    let there = at_signed(&distribution, sample.true_c_deg, sample.true_gamma_deg);
-                    read - (there - at_signed(&distribution, sample.c_deg, sample.gamma_deg))
-                })
-                .collect();
+            let mut changed = false;
+            for (node, sample) in nodes.iter().enumerate() {
+                let there = at_signed(&distribution, sample.true_c_deg, sample.true_gamma_deg);
+                let next = read[node] - (there - distribution.intensity_cd()[place_of[node]]);
+                changed |= next != moved[node];
+                moved[node] = next;
+            }
+            if !changed {
+                break;
+            }
         }
         let pole_spread_cd = of(spread(&moved))?.pole_spread_cd();
         let distribution = of(one_at_poles(&spread(&moved), &gamma_deg))?;
@@ -95,13 +98,19 @@ impl Grid {
 
     /// Weight of every node in the intensity towards one direction.
     pub fn direction_weights(&self, c_deg: f64, gamma_deg: f64) -> Vec<f64> {
+        let mut weights = vec![0.0; self.sample_of.len()];
+        self.add_direction(&mut weights, (c_deg, gamma_deg), 1.0);
+        self.shared_at_poles(weights)
+    }
+
+    /// Adds `factor` times the weights of the nodes around the direction (C, γ), as if poles were many directions.
+    fn add_direction(&self, weights: &mut [f64], (c_deg, gamma_deg): (f64, f64), factor: f64) {
         let (cs, gammas) = (self.distribution.c_deg(), self.distribution.gamma_deg());
-        let mut weights = vec![0.0; cs.len() * gammas.len()];
         let above = gammas.partition_point(|at| *at < gamma_deg);
         let (low, high) = match (above.checked_sub(1), gammas.get(above)) {
             (_, Some(&at)) if at == gamma_deg => (above, above),
             (Some(low), Some(_)) => (low, above),
-            _ => return weights,
+            _ => return,
         };
         let v = if low == high {
             0.0
@@ -117,10 +126,9 @@ impl Grid {
             (c_deg - cs[previous]).rem_euclid(360.0) / gap
         };
         for (plane, share_c) in [(previous, 1.0 - u), (next, u)] {
-            weights[plane * gammas.len() + low] += share_c * (1.0 - v);
-            weights[plane * gammas.len() + high] += share_c * v;
+            weights[plane * gammas.len() + low] += factor * share_c * (1.0 - v);
+            weights[plane * gammas.len() + high] += factor * share_c * v;
         }
-        self.shared_at_poles(weights)
     }
 
     /// Weight of every node in the mean of E = I·cos α/R² over a square sensor on the axis, in 1/m²: the same
@@ -128,11 +136,9 @@ impl Grid {
     pub fn sensor_weights_per_m2(&self, side_mm: f64, distance_mm: f64) -> Vec<f64> {
         let mut weights = vec![0.0; self.sample_of.len()];
         for (c, gamma, factor) in sensor_points(side_mm, distance_mm) {
-            for (sum, weight) in weights.iter_mut().zip(self.direction_weights(c, gamma)) {
-                *sum += weight * factor;
-            }
+            self.add_direction(&mut weights, (c, gamma), factor);
         }
-        weights
+        self.shared_at_poles(weights)
     }
 
     /// Slope of the intensity over γ at every node, in candela per degree: that of the chord between its neighbours;
@@ -213,22 +219,41 @@ fn gammas(planes: &[&[Sample]]) -> Result<Vec<f64>, ReduceError> {
 /// The sample of every node of the full circle, `[ic * ng + ig]`. Where a half-plane has no reading at a pole, those of
 /// the others stand for it in turn.
 fn samples_of(nodes: &[Sample], measured: &[f64], circle: &Circle, gamma_deg: &[f64]) -> Vec<usize> {
+    let of_poles: Vec<Vec<usize>> = [0.0, 180.0]
+        .iter()
+        .map(|pole| {
+            (0..nodes.len())
+                .filter(|node| nodes[*node].gamma_deg == *pole)
+                .collect()
+        })
+        .collect();
     let mut of_nodes = Vec::with_capacity(circle.planes.len() * gamma_deg.len());
     for (place, &(_, plane)) in circle.planes.iter().enumerate() {
         let first = nodes.partition_point(|sample| sample.c_deg < measured[plane]);
         let behind = nodes.partition_point(|sample| sample.c_deg <= measured[plane]);
+        let here = &nodes[first..behind];
         for &gamma in gamma_deg {
-            let here = nodes[first..behind].iter().position(|sample| sample.gamma_deg == gamma);
-            let at_pole = || {
-                let read: Vec<usize> = (0..nodes.len())
-                    .filter(|&node| nodes[node].gamma_deg == gamma)
-                    .collect();
-                read[place % read.len()]
-            };
-            of_nodes.push(here.map_or_else(at_pole, |at| first + at));
+            // By γ rising, as all samples are.
+            let at = here.partition_point(|sample| sample.gamma_deg < gamma);
+            of_nodes.push(match here.get(at) {
+                Some(sample) if sample.gamma_deg == gamma => first + at,
+                _ => {
+                    let read = &of_poles[usize::from(gamma > 0.0)];
+                    read[place % read.len()]
+                }
+            });
         }
     }
     of_nodes
+}
+
+/// The first node of every sample. That of the half-plane in which it was read: its images come behind it, or are equal.
+fn places_of(sample_of: &[usize], samples: usize) -> Vec<usize> {
+    let mut place_of = vec![0; samples];
+    for (place, &sample) in sample_of.iter().enumerate().rev() {
+        place_of[sample] = place;
+    }
+    place_of
 }
 
 /// Whether all half-planes meet at this γ.

@@ -64,7 +64,7 @@ pub use levels::{Level, Levels, Subtract};
 pub use partial::Partial;
 pub use quantity::{Quantity, no_uncertainty};
 pub use rehearsal::rehearse;
-pub use results::{ResultFile, file_name, files, photometric};
+pub use results::{ResultFile, budget_json, file_name, files, photometric};
 pub use samples::Sample;
 pub use smooth::SmoothError;
 pub use spectral::{SpectralResult, on_axis};
@@ -149,16 +149,17 @@ pub struct Reduction {
 /// [`ReduceError`]; nothing half-made is returned. The effect of `model` without inverse comes back as text in
 /// [`ReduceError::Format`].
 pub fn reduce(run: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
+    let spectral = || spectral::on_axis(run, options);
     if let Some(model) = model {
         let bench = Bench {
             model,
             measured_by_the_run: false,
         };
-        let mut reduction = pipeline::reduce(run, options, Some(&bench))?;
+        let mut reduction = pipeline::reduce(run, options, Some(&bench), spectral)?;
         reduction.bench_effects = bench.tables();
         return Ok(reduction);
     }
-    let plain = pipeline::reduce(run, options, None)?;
+    let plain = pipeline::reduce(run, options, None, spectral)?;
     let Some(floor) = Floor::of(run, &plain) else {
         return Ok(plain);
     };
@@ -167,7 +168,8 @@ pub fn reduce(run: &Run, options: &Options, model: Option<Model>) -> Result<Redu
         model: floor::far_field(&plain).with_effects(vec![floor.effect]),
         measured_by_the_run: true,
     };
-    let mut reduction = pipeline::reduce(run, options, Some(&bench))?;
+    // No effect of the bench is in the spectrum.
+    let mut reduction = pipeline::reduce(run, options, Some(&bench), || Ok(plain.spectral.clone()))?;
     reduction.bench_effects = vec![table];
     Ok(reduction)
 }

@@ -7,9 +7,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use isolux_record::plan::{Block, Instrument};
-use isolux_record::{Reading, Role, Run};
+use isolux_record::{Role, Run};
 use serde::Serialize;
 
+use crate::blocks::{once, order, target};
 use crate::samples::{Sample, unsigned};
 
 /// What was read of a scan that is not finished.
@@ -139,17 +140,18 @@ impl Partial {
 /// The blocks of the plan of which not every point was read, without those that `is_distribution` names.
 pub fn unread_blocks(run: &Run, is_distribution: impl Fn(&str) -> bool) -> Vec<String> {
     let is_unread = |block: &&Block| {
-        let mut planned = block
+        let planned = block
             .c_deg
             .iter()
             .flat_map(|&c| block.gamma_deg.iter().map(move |&gamma| (c, gamma)));
         match block.instrument {
             Instrument::Luxmeter => {
                 let rows = run.readings.rows.iter();
-                let rows: Vec<&Reading> = rows
-                    .filter(|row| row.role == Role::Point && row.block == block.name)
-                    .collect();
-                planned.any(|at| !rows.iter().any(|row| (row.c_target_deg, row.gamma_target_deg) == at))
+                let points = rows.filter(|row| row.role == Role::Point && row.block == block.name);
+                let read = once(points.map(target));
+                once(planned)
+                    .iter()
+                    .any(|at| read.binary_search_by(|read| order(read, at)).is_err())
             }
             // A spectrum states where it was taken, not where the plan sent it.
             Instrument::Spectroradiometer => {

@@ -1,7 +1,6 @@
 //! The steps of a reduction, one after the other.
 
 use isolux_record::Run;
-use isolux_record::spectra::DarkSubtraction;
 use isolux_record::{Quality, Reading, Station};
 
 use crate::apparent;
@@ -25,16 +24,21 @@ use crate::partial::Partial;
 use crate::reference::Reference;
 use crate::samples::{self, Corrected, Sample};
 use crate::smooth;
-use crate::spectral;
+use crate::spectral::SpectralResult;
 use crate::unmeasured::{Done, Unmeasured};
 use crate::{Options, Reduction};
 
-/// Reduces a run, with the effects of `bench` taken out of its lit readings.
+/// Reduces a run, with the effects of `bench` taken out of its lit readings; `spectral` gives its spectrum on the axis.
 ///
 /// # Errors
 /// [`ReduceError`]; nothing half-made is returned. The effect without inverse of `bench` comes back as text in
 /// [`ReduceError::Format`].
-pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Reduction, ReduceError> {
+pub fn reduce(
+    run: &Run,
+    options: &Options,
+    bench: Option<&Bench>,
+    spectral: impl FnOnce() -> Result<Option<SpectralResult>, ReduceError>,
+) -> Result<Reduction, ReduceError> {
     let on = |correction| !options.without.contains(&correction);
     let all = &run.readings.rows;
     let blocks::Chosen {
@@ -84,12 +88,7 @@ pub fn reduce(run: &Run, options: &Options, bench: Option<&Bench>) -> Result<Red
     };
     let missing = not_known.of(station);
     let headline = Headline::of(&grid, &common, station, distance_mm, &missing)?;
-    let dark = if on(Correction::SpectralDark) {
-        DarkSubtraction::Spectrum
-    } else {
-        DarkSubtraction::Off
-    };
-    let spectral = spectral::on_axis(run, dark)?;
+    let spectral = spectral()?;
     let sensor_irradiance = spectral
         .as_ref()
         .map(|spectral| headline.sensor_illuminance.over(&spectral.ler, "W/m²", "efficacy"));

@@ -62,7 +62,7 @@ pub fn files(
     });
     files.push(ResultFile {
         name: named("budget.json"),
-        bytes: pretty(&budget(reduction, &shown)),
+        bytes: pretty(&budget_of(reduction, &shown)),
     });
     let provenance = provenance(reduction, run, run_files, program, &files);
     files.push(ResultFile {
@@ -83,8 +83,16 @@ fn without_negative(measured: &IntensityDistribution) -> Result<IntensityDistrib
     )?)
 }
 
-/// budget.json.
-fn budget(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
+/// budget.json of a reduction, without its other files.
+///
+/// # Errors
+/// [`ReduceError::Distribution`] never for a distribution that is one already.
+pub fn budget_json(reduction: &Reduction) -> Result<Value, ReduceError> {
+    Ok(budget_of(reduction, &without_negative(&reduction.grid.distribution)?))
+}
+
+/// budget.json; `shown` is the distribution as files hold it.
+fn budget_of(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
     let [offset, ambient, stray] = reduction.levels.parts_lx(0.0);
     let spectral = reduction.spectral.as_ref();
     // A sensor outside the measured zone has no number, not one of 0 ± 0.

@@ -7,7 +7,9 @@ use isolux_record::spectra::{DarkSubtraction, SpectrumRecord};
 use isolux_spectrum::Spectrum;
 use isolux_spectrum::cie;
 
+use crate::Options;
 use crate::colour::{Colour, bow_changed, shape_changed, wavelengths_changed};
+use crate::correction::Correction;
 use crate::error::ReduceError;
 use crate::known::Known;
 use crate::quantity::Quantity;
@@ -35,7 +37,12 @@ pub struct SpectralResult {
 ///
 /// # Errors
 /// [`ReduceError`] for saturation where there is light, or no calibration.
-pub fn on_axis(run: &Run, dark: DarkSubtraction) -> Result<Option<SpectralResult>, ReduceError> {
+pub fn on_axis(run: &Run, options: &Options) -> Result<Option<SpectralResult>, ReduceError> {
+    let dark = if options.without.contains(&Correction::SpectralDark) {
+        DarkSubtraction::Off
+    } else {
+        DarkSubtraction::Spectrum
+    };
     let plan_has_block = |name: &str| {
         run.header
             .plan

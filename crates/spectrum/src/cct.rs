@@ -2,8 +2,8 @@
 
 use std::sync::OnceLock;
 
-use crate::illuminant::planckian_chromaticity;
-use crate::{Chromaticity, Spectrum};
+use crate::illuminant::{planck_and_change, planckian_chromaticity};
+use crate::{Chromaticity, Spectrum, Tristimulus};
 
 /// Correlated colour temperature and Duv.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,11 +14,23 @@ pub struct Cct {
     pub duv: f64,
 }
 
+impl Cct {
+    /// The same; none where it is farther from the locus than CIE 15 allows.
+    pub fn meaningful(self) -> Option<Self> {
+        (self.duv.abs() <= FARTHEST_MEANINGFUL_DUV).then_some(self)
+    }
+}
+
 /// Beyond this distance CIE 15 (9.5) holds a correlated colour temperature to be without meaning.
 pub const FARTHEST_MEANINGFUL_DUV: f64 = 0.05;
 
 const LOWEST_K: f64 = 1000.0;
 const HIGHEST_K: f64 = 100_000.0;
+
+/// Steps of the search at most; nearly always it needs six.
+const MOST_STEPS: usize = 60;
+/// It ends with a step that is smaller than this share of the reciprocal temperature.
+const PRECISION_REL: f64 = 1e-12;
 
 /// The point of the Planckian locus that is nearest in (u, v) 1960: its temperature and the signed distance.
 ///
@@ -26,12 +38,6 @@ const HIGHEST_K: f64 = 100_000.0;
 /// error of up to 1 K. None where the nearest point is an end of 1000–100 000 K.
 pub fn nearest_planckian(colour: Chromaticity) -> Option<Cct> {
     let (u, v) = colour.uv_1960();
-    let distance = |mired: f64| -> f64 {
-        planckian_chromaticity(1e6 / mired).map_or(f64::INFINITY, |p| {
-            let (pu, pv) = p.uv_1960();
-            (u - pu).hypot(v - pv)
-        })
-    };
     let table = locus();
     let (best, _) = table
         .iter()
@@ -41,28 +47,48 @@ pub fn nearest_planckian(colour: Chromaticity) -> Option<Cct> {
     if best == 0 || best + 1 == table.len() {
         return None;
     }
-    // Golden section in reciprocal temperature, where the locus is nearly even.
-    let (mut a, mut b) = (table[best - 1].0, table[best + 1].0);
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-    let (mut fc, mut fd) = (distance(c), distance(d));
-    for _ in 0..36 {
-        if fc < fd {
-            (b, d, fd) = (d, c, fc);
-            c = b - golden * (b - a);
-            fc = distance(c);
+    // In reciprocal temperature the locus is nearly even. Where it is nearest, the way there stands upright on it: the
+    // root of the slope, by false position (Illinois).
+    let slope = |mired: f64| -> Option<f64> {
+        let ((pu, pv), (du, dv)) = on_locus(mired)?;
+        Some((pu - u) * du + (pv - v) * dv)
+    };
+    let (from, to) = (table[best - 1].0, table[best + 1].0);
+    let (mut a, mut b) = (from, to);
+    let (mut fa, mut fb) = (slope(a)?, slope(b)?);
+    for _ in 0..MOST_STEPS {
+        let next = (b - fb * (b - a) / (fb - fa)).clamp(from, to);
+        if next.is_nan() {
+            break;
+        }
+        let f = slope(next)?;
+        if (f > 0.0) == (fb > 0.0) {
+            fa *= 0.5;
         } else {
-            (a, c, fc) = (c, d, fd);
-            d = a + golden * (b - a);
-            fd = distance(d);
+            (a, fa) = (b, fb);
+        }
+        let moved = (next - b).abs();
+        (b, fb) = (next, f);
+        if f == 0.0 || moved < PRECISION_REL * b {
+            break;
         }
     }
-    let cct_k = 2e6 / (a + b);
-    let (_, pv) = planckian_chromaticity(cct_k)?.uv_1960();
+    let ((pu, pv), _) = on_locus(b)?;
     Some(Cct {
-        cct_k,
-        duv: distance(1e6 / cct_k).copysign(v - pv),
+        cct_k: 1e6 / b,
+        duv: (u - pu).hypot(v - pv).copysign(v - pv),
     })
+}
+
+/// The point (u, v) of the locus at a reciprocal temperature, and its change for one mired.
+fn on_locus(mired: f64) -> Option<((f64, f64), (f64, f64))> {
+    let (light, change) = planck_and_change(mired);
+    let (here, by) = (Tristimulus::of_1_nm(&light), Tristimulus::of_1_nm(&change));
+    let sum = |t: &Tristimulus| t.x + 15.0 * t.y + 3.0 * t.z;
+    let (whole, grows) = (sum(&here), sum(&by));
+    let (u, v) = (4.0 * here.x / whole, 6.0 * here.y / whole);
+    let change = ((4.0 * by.x - u * grows) / whole, (6.0 * by.y - v * grows) / whole);
+    (whole > 0.0).then_some(((u, v), change))
 }
 
 /// A point `duv` from the Planckian locus, along the normal at `temperature_k`: for iso-temperature lines.
@@ -84,8 +110,7 @@ impl Spectrum {
 
     /// Correlated colour temperature and Duv; none where [`Spectrum::nearest_planckian`] is farther than CIE 15 allows.
     pub fn cct(&self) -> Option<Cct> {
-        self.nearest_planckian()
-            .filter(|c| c.duv.abs() <= FARTHEST_MEANINGFUL_DUV)
+        self.nearest_planckian().and_then(Cct::meaningful)
     }
 }
 

@@ -33,7 +33,10 @@ pub(super) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failu
     let with = reduce::kept_model(&results)?;
     for model in std::iter::once(None).chain(with.map(Some)) {
         if let Ok(reduction) = isolux_reduce::reduce(run, &options, model)
-            && alike(&made(&reduction, run)?, &budget)
+            && alike(
+                &isolux_reduce::budget_json(&reduction).map_err(Failure::bad_input)?,
+                &budget,
+            )
         {
             return Ok(reduction);
         }
@@ -43,13 +46,6 @@ pub(super) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failu
             "the results are of another record, model or version of isolux: make them again with isolux reduce --force",
         ),
     )
-}
-
-/// budget.json of a reduction.
-fn made(reduction: &Reduction, run: &Run) -> Result<Value, Failure> {
-    let files = isolux_reduce::files(reduction, run, &[], reduce::PROGRAM).map_err(Failure::bad_input)?;
-    let budget = files.iter().find(|file| file.name.starts_with("budget"));
-    serde_json::from_slice(budget.map_or(&[][..], |file| &file.bytes)).map_err(Failure::instrument)
 }
 
 /// The sentence of the diagnosis in `results/`, if it is of the reduction there (`own_model`: of a model that the job

@@ -4,7 +4,7 @@ use isolux_record::run::RunHeader;
 use isolux_record::{Reading, Role};
 use isolux_scan::clock::RunClock;
 use isolux_scan::itinerary::{Visit, visits};
-use isolux_scan::{VisitTime, visit_times};
+use isolux_scan::visit_times;
 use tokio::time::Instant;
 
 /// Visits after which the pace so far counts.
@@ -14,7 +14,8 @@ const VISITS_OF_A_PACE: usize = 5;
 #[derive(Debug, Clone)]
 pub struct Estimate {
     visits: Vec<Visit>,
-    times: Vec<VisitTime>,
+    /// What is left from each visit on, and after the last: every reading asks for it.
+    left: Vec<Ahead>,
     /// Visits made; those that lie in the record already among them.
     reached: usize,
     /// The visit at which this session began to read, and when, in s of its clock.
@@ -23,12 +24,30 @@ pub struct Estimate {
     paused_s: f64,
 }
 
+/// Visits to come.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ahead {
+    points: u64,
+    work_s: f64,
+    warm_up_s: f64,
+}
+
 impl Estimate {
     /// For a run that holds `already`.
     pub fn of(header: &RunHeader, already: &[Reading]) -> Self {
+        let visits = visits(&header.plan);
+        let times = visit_times(&header.station, &header.plan);
+        let mut left = vec![Ahead::default(); visits.len() + 1];
+        for (at, (visit, time)) in visits.iter().zip(&times).enumerate().rev() {
+            left[at] = Ahead {
+                points: left[at + 1].points + u64::from(visit.role == Role::Point),
+                work_s: left[at + 1].work_s + time.work_s,
+                warm_up_s: left[at + 1].warm_up_s + time.warm_up_s,
+            };
+        }
         let mut estimate = Self {
-            visits: visits(&header.plan),
-            times: visit_times(&header.station, &header.plan),
+            visits,
+            left,
             reached: 0,
             began: None,
             now_s: 0.0,
@@ -42,13 +61,12 @@ impl Estimate {
 
     /// Points of the plan.
     pub fn total(&self) -> u64 {
-        self.visits.iter().filter(|visit| visit.role == Role::Point).count() as u64
+        self.left[0].points
     }
 
     /// Points done.
     pub fn done(&self) -> u64 {
-        let made = self.visits.iter().take(self.reached);
-        made.filter(|visit| visit.role == Role::Point).count() as u64
+        self.total() - self.left[self.reached].points
     }
 
     /// Reading begins: what came before says nothing about the pace.
@@ -81,13 +99,12 @@ impl Estimate {
 
     /// Motion and readings that are left, by the plan alone.
     pub fn work_left_s(&self) -> f64 {
-        self.times.iter().skip(self.reached).map(|time| time.work_s).sum()
+        self.left[self.reached].work_s
     }
 
     /// Everything that is left, warm-ups to come included, at the pace so far.
     pub fn left_s(&self) -> f64 {
-        let warm_up_s: f64 = self.times.iter().skip(self.reached).map(|time| time.warm_up_s).sum();
-        self.work_left_s() * self.pace() + warm_up_s
+        self.work_left_s() * self.pace() + self.left[self.reached].warm_up_s
     }
 
     /// How long visits took, relative to what the plan asks.
@@ -96,7 +113,7 @@ impl Estimate {
         if self.reached < from + VISITS_OF_A_PACE {
             return 1.0;
         }
-        let planned: f64 = self.times[from..self.reached].iter().map(|time| time.work_s).sum();
+        let planned = self.left[from].work_s - self.left[self.reached].work_s;
         let took = self.now_s - began_s - self.paused_s;
         if planned > 0.0 && took > 0.0 {
             took / planned

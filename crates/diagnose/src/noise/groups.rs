@@ -1,6 +1,8 @@
 //! Readings whose scatter is compared with that of the others: blocks, half-planes, angles, ranges, stretches of time,
 //! maps.
 
+use std::collections::HashMap;
+
 use super::limits::{PARTS, SCALE, STEPS};
 use super::series::Series;
 use crate::table::{Coordinate, Light, Source};
@@ -24,6 +26,7 @@ const FEWEST: usize = 6;
 pub(super) fn groups(series: &Series<'_>) -> Vec<Group> {
     let mut grouping = Grouping {
         series,
+        squares: series.plain.iter().map(|value| value * value).sum(),
         groups: Vec::new(),
     };
     match series.source {
@@ -36,6 +39,8 @@ pub(super) fn groups(series: &Series<'_>) -> Vec<Group> {
 /// The groups of a series, one after the other.
 struct Grouping<'s, 'a> {
     series: &'s Series<'a>,
+    /// Sum of the squared residuals of all rows.
+    squares: f64,
     groups: Vec<Group>,
 }
 
@@ -56,12 +61,10 @@ impl Grouping<'_, '_> {
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
                 (low.min(at), high.max(at))
             });
-        let mut inside = vec![false; n];
-        for &i in &members {
-            inside[i] = true;
-        }
-        let own = series.scatter(members.iter().copied());
-        let others = series.scatter((0..n).filter(|&i| !inside[i]));
+        let count = members.len() as f64;
+        let own = members.iter().map(|&i| series.plain[i].powi(2)).sum::<f64>();
+        let others = ((self.squares - own).max(0.0) / (n as f64 - count)).sqrt();
+        let own = (own / count).sqrt();
         self.groups.push(Group {
             members: members.iter().map(|&i| i as u32).collect(),
             coordinate,
@@ -73,16 +76,17 @@ impl Grouping<'_, '_> {
 
     /// Rows of the same key, for each key.
     fn by(&self, key: impl Fn(usize) -> Option<u64>) -> Vec<Vec<usize>> {
-        let n = self.series.len();
-        let mut keys: Vec<(u64, Vec<usize>)> = Vec::new();
-        for i in 0..n {
+        let mut known: HashMap<u64, usize> = HashMap::new();
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for i in 0..self.series.len() {
             let Some(key) = key(i) else { continue };
-            match keys.iter_mut().find(|(known, _)| *known == key) {
-                Some((_, members)) => members.push(i),
-                None => keys.push((key, vec![i])),
+            let at = *known.entry(key).or_insert(groups.len());
+            if at == groups.len() {
+                groups.push(Vec::new());
             }
+            groups[at].push(i);
         }
-        keys.into_iter().map(|(_, members)| members).collect()
+        groups
     }
 
     fn readings(&mut self) {

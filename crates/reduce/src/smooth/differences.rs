@@ -1,202 +1,151 @@
-//! Third differences between neighbouring directions, and the variance that the light itself has there.
-
-use std::collections::BTreeMap;
-
-use super::nodes::Nodes;
-use crate::grid::{Grid, is_pole};
-
-/// Half-planes to either side, and γ, over which the variance of the light is taken.
-const AROUND: (usize, usize) = (3, 4);
-
-/// Least variance of the light's differences, relative to that of rounding and scatter.
-const LEAST_VARIANCE: f64 = 1e-3;
-
-/// Standard deviations of the mean of so few squares that are added to the variance of the light in the mean of all
-/// half-planes: where that came out too small by chance, a curve that all half-planes have would be bent straight.
-const DOUBT: f64 = 2.0;
+//! Third differences between neighbouring directions, along meridians and around circles of equal γ.
 
 /// Half-planes further apart than this do not tell of each other.
 const LARGEST_STEP_C_DEG: f64 = 45.0;
 
-/// One difference of neighbours.
-pub struct Row {
-    /// Nodes and their weights.
-    pub terms: Vec<(usize, f64)>,
-    /// Half-plane and γ that it stands at.
-    at: (usize, usize),
-    /// Variance that the light has there.
-    pub variance: f64,
+/// Half-planes that a circle has at least, so that its differences are of different directions.
+const LEAST_PLANES: usize = 6;
+
+/// One direction of a difference along a meridian.
+#[derive(Debug, Clone, Copy)]
+pub struct Term {
+    /// Whether it is across a pole, in the opposite half-plane.
+    pub across: bool,
+    /// Its γ, by number.
+    pub ig: usize,
+    pub weight: f64,
 }
 
-impl Row {
-    const fn new(terms: Vec<(usize, f64)>, at: (usize, usize)) -> Self {
+/// A difference of four neighbours along a meridian.
+#[derive(Debug, Clone, Copy)]
+pub struct Window {
+    /// The γ that it stands at, by number.
+    pub ig: usize,
+    pub terms: [Term; 4],
+}
+
+impl Window {
+    /// Whether one of its directions is across a pole.
+    pub fn across(&self) -> bool {
+        self.terms.iter().any(|term| term.across)
+    }
+}
+
+/// The differences that every meridian has, across the poles too, and the half-plane in which each goes on there.
+pub struct Meridians {
+    pub windows: Vec<Window>,
+    /// The opposite of each half-plane, where it was measured; that of a rotational lamp is itself.
+    pub opposite: Vec<Option<usize>>,
+}
+
+impl Meridians {
+    pub fn of(c_deg: &[f64], gammas: &[f64]) -> Self {
+        let opposite = |ic: usize| {
+            if c_deg.len() == 1 {
+                return Some(0);
+            }
+            let behind = (c_deg[ic] + 180.0).rem_euclid(360.0);
+            let near = c_deg.partition_point(|c| *c < behind - 1e-9);
+            (near < c_deg.len() && (c_deg[near] - behind).abs() < 1e-9).then_some(near)
+        };
+        let last = gammas.len() - 1;
+        let own = |ig: usize| (false, ig, gammas[ig]);
+        let mut meridian: Vec<(bool, usize, f64)> = (0..=last).map(own).collect();
+        let before = usize::from(gammas[0] == 0.0);
+        if before == 1 {
+            meridian.insert(0, (true, 1, -gammas[1]));
+        }
+        if gammas[last] == 180.0 {
+            meridian.push((true, last - 1, 360.0 - gammas[last - 1]));
+        }
+        let windows = meridian.windows(4).enumerate().map(|(first, four)| {
+            let weights = third_difference([four[0].2, four[1].2, four[2].2, four[3].2]);
+            let term = |k: usize| Term {
+                across: four[k].0,
+                ig: four[k].1,
+                weight: weights[k],
+            };
+            Window {
+                ig: first + 1 - before,
+                terms: [term(0), term(1), term(2), term(3)],
+            }
+        });
         Self {
-            terms,
-            at,
-            variance: 0.0,
+            windows: windows.collect(),
+            opposite: (0..c_deg.len()).map(opposite).collect(),
         }
     }
 
-    /// The mean of the rows of all half-planes.
-    fn mean(rows: &[Self]) -> Self {
-        let mut terms: BTreeMap<usize, f64> = BTreeMap::new();
-        for &(node, weight) in rows.iter().flat_map(|row| &row.terms) {
-            *terms.entry(node).or_default() += weight / rows.len() as f64;
-        }
-        Self::new(terms.into_iter().collect(), (0, rows[0].at.1))
-    }
-
-    /// What the row of one half-plane differs from their mean.
-    fn less(&self, mean: &Self) -> Self {
-        let mut terms: BTreeMap<usize, f64> = mean.terms.iter().map(|(node, weight)| (*node, -weight)).collect();
-        for &(node, weight) in &self.terms {
-            *terms.entry(node).or_default() += weight;
-        }
-        Self::new(terms.into_iter().collect(), self.at)
-    }
-
-    pub fn width(&self) -> usize {
-        let nodes = || self.terms.iter().map(|(node, _)| *node);
-        nodes().max().unwrap_or(0) - nodes().min().unwrap_or(0)
-    }
-
-    pub fn value(&self, of_nodes: &[f64]) -> f64 {
-        self.terms.iter().map(|&(node, weight)| weight * of_nodes[node]).sum()
+    /// The differences that all half-planes have.
+    pub fn of_all(&self) -> impl Iterator<Item = &Window> {
+        let round = self.opposite.iter().all(Option::is_some);
+        self.windows.iter().filter(move |window| round || !window.across())
     }
 }
 
-/// All third differences: along every meridian, across the poles too, and around every circle of equal γ.
-pub fn differences(grid: &Grid, nodes: &Nodes) -> Vec<Row> {
-    let raw = &grid.distribution;
-    let (c_deg, gammas) = (raw.c_deg(), raw.gamma_deg());
-    let (planes, last) = (c_deg.len(), gammas.len() - 1);
-    let node = |ic: usize, ig: usize| nodes.of_place[ic * gammas.len() + ig];
-    // Of each window of four γ the differences of all half-planes that have it.
-    let mut windows: BTreeMap<usize, Vec<Row>> = BTreeMap::new();
-    for ic in 0..planes {
-        let opposite = c_deg.iter().position(|c| ((c - c_deg[ic]).abs() - 180.0).abs() < 1e-9);
-        let opposite = if planes == 1 { Some(0) } else { opposite };
-        let mut meridian: Vec<(usize, f64)> = (0..=last).map(|ig| (node(ic, ig), gammas[ig])).collect();
-        let mut before = 0;
-        if let Some(opposite) = opposite {
-            if gammas[0] == 0.0 && last > 0 {
-                meridian.insert(0, (node(opposite, 1), -gammas[1]));
-                before = 1;
-            }
-            if gammas[last] == 180.0 && last > 0 {
-                meridian.push((node(opposite, last - 1), 360.0 - gammas[last - 1]));
-            }
-        }
-        for (first, four) in meridian.windows(4).enumerate() {
-            windows.entry(first + 1 - before).or_default().push(Row::new(
-                third_difference([four[0], four[1], four[2], four[3]]),
-                (ic, (first + 1).saturating_sub(before)),
-            ));
-        }
-    }
-    let (mut means, mut rows) = (Vec::new(), Vec::new());
-    for of_planes in windows.into_values() {
-        if of_planes.len() < planes {
-            rows.extend(of_planes);
-            continue;
-        }
-        let mean = Row::mean(&of_planes);
-        if planes > 1 {
-            rows.extend(of_planes.iter().map(|row| row.less(&mean)));
-        }
-        means.push(mean);
-    }
-    let alone = |row: &Row| -> f64 { row.terms.iter().map(|(node, a)| (a * nodes.u_cd[*node]).powi(2)).sum() };
-    signal_variance(&mut rows, nodes, (planes, gammas.len()), 0.0, alone);
-    signal_variance(&mut means, nodes, (1, gammas.len()), DOUBT, |row| {
-        variance_of_rings(nodes, row)
-    });
-    rows.extend(means);
+/// The weights of the differences around a circle, of each half-plane and its three next; none where the half-planes
+/// are too few or too far apart.
+pub fn around_circle(c_deg: &[f64]) -> Option<Vec<[f64; 4]>> {
+    let planes = c_deg.len();
     let step = |ic: usize| (c_deg[(ic + 1) % planes] - c_deg[ic]).rem_euclid(360.0);
-    if planes >= 6 && (0..planes).all(|ic| step(ic) <= LARGEST_STEP_C_DEG) {
-        let mut around = Vec::new();
-        for ic in 0..planes {
-            for (ig, gamma) in gammas.iter().enumerate() {
-                if !is_pole(*gamma) {
-                    let at = |k: usize| {
-                        let (turn, plane) = ((ic + k) / planes, (ic + k) % planes);
-                        (node(plane, ig), c_deg[plane] + 360.0 * turn as f64)
-                    };
-                    let four = [at(0), at(1), at(2), at(3)];
-                    around.push(Row::new(third_difference(four), ((ic + 1) % planes, ig)));
-                }
-            }
-        }
-        signal_variance(&mut around, nodes, (planes, gammas.len()), 0.0, alone);
-        rows.extend(around);
+    if planes < LEAST_PLANES || (0..planes).any(|ic| step(ic) > LARGEST_STEP_C_DEG) {
+        return None;
     }
-    rows.retain(|row| row.variance > 0.0);
-    rows
+    let weights = |ic: usize| {
+        let at = |k: usize| c_deg[(ic + k) % planes] + 360.0 * ((ic + k) / planes) as f64;
+        third_difference([at(0), at(1), at(2), at(3)])
+    };
+    Some((0..planes).map(weights).collect())
 }
 
 /// Divided difference over four places, scaled as if they were one apart: −1, 3, −3, 1 where they are evenly spaced.
-fn third_difference(along: [(usize, f64); 4]) -> Vec<(usize, f64)> {
-    let step = (along[3].1 - along[0].1) / 3.0;
-    let mut terms: Vec<(usize, f64)> = Vec::with_capacity(4);
-    for (k, (node, at)) in along.into_iter().enumerate() {
-        let others = along.iter().enumerate().filter(|(other, _)| *other != k);
-        let weight = others.fold(6.0, |weight, (_, (_, other))| weight * step / (at - other));
-        // Across a pole of a rotational lamp one node stands on both sides.
-        match terms.iter_mut().find(|term| term.0 == node) {
-            Some(term) => term.1 += weight,
-            None => terms.push((node, weight)),
-        }
-    }
-    terms
+fn third_difference(along: [f64; 4]) -> [f64; 4] {
+    let step = (along[3] - along[0]) / 3.0;
+    [0, 1, 2, 3].map(|k| {
+        let others = (0..4).filter(|other| *other != k);
+        others.fold(6.0, |weight, other| weight * step / (along[k] - along[other]))
+    })
 }
 
-/// The variance of the light's own differences at every row: how much larger the squares around it are than `noise2`,
-/// what rounding and scatter make them, with so many standard deviations of that estimate.
-fn signal_variance(
-    rows: &mut [Row],
-    nodes: &Nodes,
-    (planes, gammas): (usize, usize),
-    doubt: f64,
-    noise2: impl Fn(&Row) -> f64,
-) {
-    let mut excess: Vec<Option<(f64, f64)>> = vec![None; planes * gammas];
-    for row in rows.iter() {
-        let noise2 = noise2(row);
-        if noise2 > 0.0 {
-            let here = excess[row.at.0 * gammas + row.at.1].get_or_insert((0.0, 0.0));
-            here.0 += row.value(&nodes.raw_cd).powi(2) / noise2;
-            here.1 += 1.0;
-        }
-    }
-    let wide = AROUND.0.min((planes - 1) / 2);
-    for row in rows.iter_mut() {
-        let (ic, ig) = row.at;
-        let (mut sum, mut count) = (0.0, 0.0);
-        for d in 0..=2 * wide {
-            let plane = (ic + planes + d - wide) % planes;
-            for at in ig.saturating_sub(AROUND.1)..=(ig + AROUND.1).min(gammas - 1) {
-                if let Some((squares, rows)) = excess[plane * gammas + at] {
-                    sum += squares;
-                    count += rows;
-                }
-            }
-        }
-        let noise2 = noise2(row);
-        row.variance = if count > 0.0 {
-            noise2 * (sum / count - 1.0 + doubt * f64::sqrt(2.0 / count)).max(LEAST_VARIANCE)
-        } else {
-            0.0
-        };
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Variance that rounding and scatter give a row that has equal weights all around every γ.
-fn variance_of_rings(nodes: &Nodes, row: &Row) -> f64 {
-    let mut of_rings: BTreeMap<usize, f64> = BTreeMap::new();
-    for &(node, weight) in &row.terms {
-        let ring = nodes.rings.partition_point(|ring| ring.nodes.end <= node);
-        *of_rings.entry(ring).or_default() += weight;
+    #[test]
+    fn a_difference_goes_on_across_the_poles() {
+        let gammas: Vec<f64> = (0..=6).map(|i| 30.0 * f64::from(i)).collect();
+        let meridians = Meridians::of(&[0.0, 90.0, 180.0, 270.0], &gammas);
+        assert_eq!(meridians.opposite, [Some(2), Some(3), Some(0), Some(1)]);
+        assert_eq!(meridians.windows.len(), 6);
+        let first = meridians.windows[0];
+        assert_eq!(
+            first.terms.map(|term| (term.across, term.ig)),
+            [(true, 1), (false, 0), (false, 1), (false, 2)]
+        );
+        for (term, weight) in first.terms.iter().zip([-1.0, 3.0, -3.0, 1.0]) {
+            assert!((term.weight - weight).abs() < 1e-12, "{first:?}");
+        }
+        assert_eq!(meridians.of_all().count(), 6);
+        // Three half-planes have no opposite: no difference that all have goes across.
+        let three = Meridians::of(&[0.0, 120.0, 240.0], &gammas);
+        assert_eq!((three.opposite, three.windows.len()), (vec![None; 3], 6));
+        let three = Meridians::of(&[0.0, 120.0, 240.0], &gammas);
+        assert_eq!(three.of_all().count(), 4);
     }
-    let of_ring = |(ring, weight): (usize, f64)| (weight * nodes.rings[ring].u_mean_cd).powi(2);
-    of_rings.into_iter().map(of_ring).sum()
+
+    #[test]
+    fn a_parabola_has_no_third_difference_however_its_places_are_spaced() {
+        let places = [0.0, 7.0, 11.0, 30.0];
+        let weights = third_difference(places);
+        let sum = |f: &dyn Fn(f64) -> f64| weights.iter().zip(places).map(|(w, x)| w * f(x)).sum::<f64>();
+        assert!(sum(&|x| 3.0 - x + 2.0 * x * x).abs() < 1e-9);
+        // Its scale: 6 steps³ for x³, the step being a third of all.
+        assert!((sum(&|x| x.powi(3)) / 6e3 - 1.0).abs() < 1e-12);
+        assert_eq!(around_circle(&[0.0, 10.0, 20.0]), None);
+        assert_eq!(around_circle(&[0.0, 40.0, 80.0, 120.0, 160.0, 200.0]), None);
+        let round: Vec<f64> = (0..8).map(|i| 45.0 * f64::from(i)).collect();
+        for weights in around_circle(&round).unwrap() {
+            assert!((weights[3] - 1.0).abs() < 1e-12, "{weights:?}");
+        }
+    }
 }

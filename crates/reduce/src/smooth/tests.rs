@@ -115,7 +115,7 @@ fn the_smoothed_distribution_is_nearer_to_the_light_than_the_raw_one() {
     let seeds = 6;
     for seed in 0..seeds {
         let lamp = ring(seed);
-        for (metres, most) in [(10.0, 0.85), (3.6, 0.95), (1.1, 0.95)] {
+        for (metres, most) in [(10.0, 0.6), (3.6, 0.5), (1.1, 0.5)] {
             let grid = read(&lamp, metres, METER, seed);
             let (smooth, _) = smooth(&grid).unwrap();
             let gain = |below| rms_cd(&lamp, &smooth, below) / rms_cd(&lamp, &grid.distribution, below);
@@ -128,7 +128,7 @@ fn the_smoothed_distribution_is_nearer_to_the_light_than_the_raw_one() {
             }
         }
     }
-    assert!(lit < 0.7 && near_axis < 0.6, "{lit} {near_axis}");
+    assert!(lit < 0.45 && near_axis < 0.4, "{lit} {near_axis}");
 }
 
 #[test]
@@ -153,9 +153,9 @@ fn structure_that_the_display_resolves_stays() {
             let (smoothed, facts) = smooth(&quiet).unwrap();
             assert!(facts.max_of_half_width <= 1.0, "{name} {metres}: {facts:?}");
             let nodes = Nodes::of(&quiet);
-            for (place, &node) in nodes.of_place.iter().enumerate() {
+            for (place, half_cd) in nodes.half_cd.iter().enumerate() {
                 let off = (smoothed.intensity_cd()[place] - quiet.distribution.intensity_cd()[place]).abs();
-                assert!(off <= nodes.half_cd[node] * (1.0 + 1e-9), "{name} {metres} m: {off} cd");
+                assert!(off <= half_cd * (1.0 + 1e-9), "{name} {metres} m: {off} cd");
             }
             let noisy = read(lamp, metres, METER, 5);
             let (smoothed, _) = smooth(&noisy).unwrap();
