@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use isolux_record::run::{Run, RunDir, StopHow};
-use isolux_record::steadiness::{Seen, Steadiness};
+use isolux_record::steadiness::{Seen, Steadiness, level};
 use isolux_record::{Reading, Role};
 use tokio::time::sleep;
 
@@ -11,7 +11,7 @@ use super::ScanSummary;
 use super::tests::{DAY, at_rest, scan};
 use crate::cancel::Cancel;
 use crate::error::{ScanError, ScanErrorKind};
-use crate::testing::{Room, bench, header, plan, run_dir};
+use crate::testing::{AMBIENT_LX, OFFSET_LX, PEAK_CD, Room, STRAY_LX, bench, header, plan, run_dir};
 
 /// Almost an hour of points, with a visit to the reference point every four minutes.
 const LONG: &str = r#"
@@ -100,10 +100,13 @@ async fn a_drift_beyond_what_is_corrected_is_waited_for_and_then_ends_the_scan()
     let before = Run::read(&path).unwrap();
     assert_eq!(before.header.stopped.as_ref().unwrap().how, StopHow::Failed);
     assert_reducible(&before);
-    // The lamp is switched off and on, and drifts no more: the same run is brought to its end and can be reduced.
+    // The lamp is switched off and on, comes back at the level that it had, and drifts no more: the same run is brought
+    // to its end.
+    let level_lx = level(&visits(&before)).unwrap().illuminance_lx;
     {
         let mut room = room.lock().unwrap();
         (room.lamp_on, room.drift_per_h) = (None, 0.0);
+        room.dimmed = 1.0 - (level_lx - OFFSET_LX - AMBIENT_LX) / (PEAK_CD / 100.0 + STRAY_LX);
     }
     let (mut dir, old) = RunDir::resume(&path, &header(&devices, &narrow)).unwrap();
     scan(&mut devices, &narrow, &mut dir, &Cancel::new(), Some(&old))
