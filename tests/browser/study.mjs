@@ -200,7 +200,7 @@ await inBrowser(async (browser) => {
     const [{ add, empty }, { Polar }, { Grid }, { Curve, Reference }] = await Promise.all(modules);
     const points = Array.from({ length: 100_080 }, (_, at) => ({ block: "lit", kind: "lit", spectrum: false, c_deg: Math.floor(at / 278), gamma_deg: (at % 278) * 0.65 }));
     const model = empty();
-    add(model, { event: "began", points, reference_rel: 0.01, spread_rel: 0.005, window_s: 900, distance_mm: 3600 });
+    add(model, { event: "began", points, drift_rel: 0.02, spread_rel: 0.005, window_s: 900, distance_mm: 3600 });
     const panel = document.getElementById("scan");
     panel.hidden = false;
     const places = Array.from({ length: 8 }, () => panel.appendChild(document.createElement("div")));

@@ -4,6 +4,7 @@
 //! writes to a terminal; nothing in a front end holds physics.
 
 pub mod array_files;
+mod asleep;
 pub mod bench;
 pub mod capture;
 pub mod catalogue;

@@ -79,8 +79,8 @@ pub struct Outline {
     pub bench: String,
     /// Every point of the plan, in order.
     pub points: Vec<PlanPoint>,
-    /// `limits.reference_rel` of the plan.
-    pub reference_rel: f64,
+    /// `limits.drift_rel` of the plan.
+    pub drift_rel: f64,
     /// Least time on, in s.
     pub least_s: f64,
     /// The window in which the lamp is watched, in s.
@@ -259,7 +259,7 @@ impl Outline {
                 .clone()
                 .unwrap_or_else(|| "bench without a name".to_owned()),
             points: points.collect(),
-            reference_rel: plan.limits().reference_rel(),
+            drift_rel: plan.limits().drift_rel(),
             least_s: criterion.least_s(),
             window_s: criterion.window_s,
             spread_rel: criterion.spread_rel,

@@ -5,7 +5,8 @@ mod narrator;
 
 use camino::Utf8Path;
 use isolux_record::{Plan, Reading, RunDir, RunLock, RunLockError, Subject};
-use isolux_scan::{Cancel, Devices, DryRun, Engine, Nobody, ScanErrorKind, dry_run};
+use isolux_scan::clock::RunClock;
+use isolux_scan::{Awake, Cancel, Devices, DryRun, Engine, Nobody, ScanErrorKind, dry_run};
 pub use isolux_scan::{Operator, ScanSummary};
 use jiff::Timestamp;
 
@@ -18,7 +19,7 @@ pub use crate::progress::duration;
 use crate::progress::{Event, Progress};
 use crate::session::{self, Session};
 use crate::signals::OnSignals;
-use crate::{Failure, log, plan, record, roles};
+use crate::{Failure, asleep, log, plan, record, roles};
 pub(crate) use estimate::Estimate;
 use narrator::Narrator;
 pub(crate) use narrator::spread_words;
@@ -248,13 +249,22 @@ pub async fn under(
     }
     let already: &[Reading] = resumed.as_ref().map_or(&[], |run| &run.readings.rows);
     let lasting = (!roles::is_virtual(&source.station)).then_some(source.file.as_path());
-    let observer = Narrator::new(progress, run.header(), run.path().as_str(), already, now_utc).of_station(lasting);
+    // Virtual time stands still while the program does not run.
+    let awake = match lasting {
+        Some(_) => Awake::watching(asleep::clock()),
+        None => Awake::unwatched(),
+    };
+    let clock = RunClock::starting(now_utc, &awake);
+    let observer = Narrator::new(progress, run.header(), run.path().as_str(), already, clock).of_station(lasting);
+    let wall_clock: &dyn Fn() -> Timestamp = &Timestamp::now;
     let engine = Engine {
         station: &source.station,
         operator: operator.unwrap_or(&Nobody),
         pause: &control.pause,
         observer: &observer,
+        awake: &awake,
         now_utc,
+        wall_clock: lasting.is_some().then_some(wall_clock),
     };
     let outcome = engine
         .run(devices, plan, &mut run, &control.cancel, resumed.as_ref())

@@ -7,6 +7,7 @@
 //!
 //! A handle that is dropped in the middle of a call leaves its bus usable: the owner finishes or drains the exchange.
 
+pub mod awake;
 mod axis;
 mod axis_scale;
 mod error;

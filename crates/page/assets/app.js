@@ -177,10 +177,20 @@ function readings() {
   text("lamp-on", duration(warming ? look.elapsed_s : at.time_s));
 }
 
+/** Of the visits to the reference point, the one farthest from their median, relative to it; null without visits. */
+function largestDrift(references) {
+  const levels = references.filter((row) => row.drift_rel !== null).map((row) => 1 + row.drift_rel).sort((a, b) => a - b);
+  if (!levels.length) return null;
+  const half = levels.length / 2;
+  const middle = (levels[Math.ceil(half) - 1] + levels[Math.floor(half)]) / 2;
+  const [low, high] = [levels[0] / middle - 1, levels.at(-1) / middle - 1];
+  return -low > high ? low : high;
+}
+
 function gates() {
   const look = model.warmUps.at(-1);
-  const { spread_rel: allowed, reference_rel: band } = model.outline;
-  const drift = model.references.at(-1)?.drift_rel ?? null;
+  const { spread_rel: allowed, drift_rel: band } = model.outline;
+  const drift = largestDrift(model.references);
   const unstable = look && look.spread_rel !== null ? `${(look.spread_rel * 100).toFixed(2)} % of ${(allowed * 100).toFixed(2)} %` : "window not full";
   const list = [
     model.stable ? ["open", `Lamp stable (${unstable})`] : ["wait", `Lamp not stable yet (${unstable})`],

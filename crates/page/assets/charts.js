@@ -93,7 +93,7 @@ export class WarmUp extends Chart {
 export class Reference extends Chart {
   draw(model) {
     const visits = model.references.filter((row) => row.time_s !== null && row.drift_rel !== null);
-    const band = model.outline?.reference_rel ?? 0.01;
+    const band = model.outline?.drift_rel ?? 0.02;
     const reach = Math.max(band, ...visits.map((row) => Math.abs(row.drift_rel))) * 125;
     const options = {
       scales: { x: { time: false }, y: { range: () => [-this.reach, this.reach] } },

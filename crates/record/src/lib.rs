@@ -15,6 +15,7 @@ pub mod run;
 mod run_lock;
 pub mod spectra;
 pub mod station;
+pub mod steadiness;
 pub mod subject;
 
 pub use document::DocumentError;

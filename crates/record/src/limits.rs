@@ -37,13 +37,14 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// How far a visit to the reference point may lie from the first visit of the same switching-on of the lamp,
-    /// relative to that first visit.
+    /// How far a visit to the reference point may lie from the one before in the same burning of the lamp, relative to
+    /// that: a lamp that changes more from visit to visit has jumped, and no drift leads from one to the other.
     pub const fn reference_rel(&self) -> f64 {
         self.reference_rel
     }
 
-    /// The largest drift correction that a reduction accepts, relative.
+    /// How far a visit to the reference point may lie from the median of its burning, relative to that: the largest
+    /// drift that is corrected, and that a scan goes on with.
     pub const fn drift_rel(&self) -> f64 {
         self.drift_rel
     }
@@ -67,8 +68,9 @@ impl Limits {
 }
 
 impl Default for Limits {
-    /// A lamp that has met the stabilisation of EN 13032-4 (0.5 % over 15 min, and falling) stays within 1 %; a
-    /// correction of 2 % is twice that; six standard uncertainties are exceeded by chance once in 10⁹ readings.
+    /// A lamp that has met the stabilisation of EN 13032-4 (0.5 % over 15 min, and falling) changes by less than 1 %
+    /// between two visits; a correction of 2 % is twice that; six standard uncertainties are exceeded by chance once in
+    /// 10⁹ readings.
     fn default() -> Self {
         Self {
             reference_rel: 0.01,

@@ -1,90 +1,125 @@
 //! The gate: a record whose lamp or bench did not stay as it was gives no result, unless a person accepts it.
 
-use isolux_record::limits::Limits;
-use isolux_record::{Reading, ReadingKind};
+use std::collections::HashMap;
 
-use crate::drift::{Seen, Visit};
+use isolux_record::limits::Limits;
+use isolux_record::steadiness::{self, Seen, Steadiness};
+use isolux_record::{Reading, ReadingKind, Role};
+
+use crate::drift::Visit;
 use crate::finding::{Evidence, Finding};
 use crate::reference::Reference;
 use crate::samples::Sample;
 
-/// What the visits to the reference point show: a drift that is larger than the limit, visits that scatter about it, a
-/// burning at another level. One digit of the display is allowed on top of every limit.
+/// What the visits to the reference point show: a drift that is larger than the limit, a visit that jumped from the one
+/// before, a burning at another level. One digit of the display is allowed on top of every limit. All are judged by the illuminance
+/// as it was read, as the scan judged it: what that went on with is no finding here.
 pub fn of_reference(reference: &Reference, limits: &Limits, all: &[Reading]) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let every: Vec<&Visit> = reference.burnings.iter().flat_map(|seen| &seen.visits).collect();
-    let Some(level) = median(every.iter().map(|visit| visit.value).collect()) else {
-        return findings;
+    let rows = all
+        .iter()
+        .filter(|row| row.role == Role::Reference && row.kind == ReadingKind::Lit);
+    let rows: HashMap<u64, &Reading> = rows.map(|row| (row.index, row)).collect();
+    let burnings: Vec<(u64, Vec<Visited<'_>>)> = reference
+        .burnings
+        .iter()
+        .map(|burning| {
+            let visits = burning.visits.iter().filter_map(|visit| as_read(visit, &rows));
+            (burning.first_row, visits.collect())
+        })
+        .collect();
+    let every: Vec<Seen> = burnings.iter().flat_map(|(_, visits)| seen(visits)).collect();
+    let Some(level) = steadiness::level(&every) else {
+        return Vec::new();
     };
-    for seen in &reference.burnings {
-        findings.extend(of_burning(seen, level, limits, all));
-    }
-    findings
+    let of_one = |(first_row, visits): &(u64, Vec<Visited<'_>>)| of_burning(*first_row, visits, level, limits);
+    burnings.iter().flat_map(of_one).collect()
 }
 
-fn of_burning(seen: &Seen, level: f64, limits: &Limits, all: &[Reading]) -> Vec<Finding> {
+/// A visit as it was read, and its row.
+type Visited<'a> = (&'a Reading, Seen);
+
+fn seen(visits: &[Visited<'_>]) -> Vec<Seen> {
+    visits.iter().map(|(_, seen)| *seen).collect()
+}
+
+fn of_burning(first_row: u64, visits: &[Visited<'_>], level: Seen, limits: &Limits) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let visits = &seen.visits;
-    let Some(middle) = median(visits.iter().map(|visit| visit.value).collect()) else {
+    let Some(middle) = steadiness::level(&seen(visits)) else {
         return findings;
     };
     let percent = |rel: f64| 100.0 * rel;
-    let evidence = |visits: &mut dyn Iterator<Item = &Visit>| -> Vec<Evidence> {
-        visits.filter_map(|visit| row(all, visit.row)).collect()
-    };
-    let digit = visits.iter().map(|visit| visit.digit).fold(0.0, f64::max);
-    if (middle - level).abs() > limits.drift_rel() * level.abs() + digit {
+    if Steadiness::drifts(middle, level.illuminance_lx, limits) {
         findings.push(Finding {
             what: format!(
-                "the lamp burns at {:+.2} % of the level of its other burnings from row {} on (limits.drift_rel {:.2} %)",
-                percent(middle / level - 1.0),
-                seen.first_row,
+                "the lamp burns at {:+.2} % of the level of its other burnings from row {first_row} on (limits.drift_rel {:.2} %)",
+                percent(middle.illuminance_lx / level.illuminance_lx - 1.0),
                 percent(limits.drift_rel())
             ),
-            rows: evidence(&mut visits.iter().take(1)),
+            rows: visits.iter().take(1).map(|(row, _)| evidence_of(row)).collect(),
         });
     }
-    let beyond = |visit: &&Visit| (visit.value - middle).abs() > limits.drift_rel() * middle.abs() + visit.digit;
-    let largest = visits
-        .iter()
-        .map(|visit| visit.value / middle - 1.0)
-        .fold(
-            0.0,
-            |worst: f64, change| {
-                if change.abs() > worst.abs() { change } else { worst }
-            },
-        );
-    let drifted = evidence(&mut visits.iter().filter(beyond));
+    let (worst, drifted) = beyond_drift(visits, middle.illuminance_lx, limits);
     if !drifted.is_empty() {
         findings.push(Finding {
             what: format!(
                 "the reference point changed by up to {:+.2} % (limits.drift_rel {:.2} % and one digit)",
-                percent(largest),
+                percent(worst),
                 percent(limits.drift_rel())
             ),
             rows: drifted,
         });
     }
-    // Two visits are always on a line.
-    if visits.len() > 2 {
-        let line = robust_line(visits);
-        let off = |visit: &Visit| visit.value - line(visit.time_s);
-        let outside = |visit: &&Visit| off(visit).abs() > limits.reference_rel() * middle.abs() + visit.digit;
-        let scattered = evidence(&mut visits.iter().filter(outside));
-        if !scattered.is_empty() {
-            let worst = visits.iter().map(|visit| off(visit).abs()).fold(0.0, f64::max);
-            findings.push(Finding {
-                what: format!(
-                    "the visits to the reference point scatter by up to {:.2} % about their line (limits.reference_rel {:.2} % and one \
-                     digit)",
-                    percent(worst / middle.abs()),
-                    percent(limits.reference_rel())
-                ),
-                rows: scattered,
-            });
-        }
+    let (worst, jumped) = jumps(visits, limits);
+    if !jumped.is_empty() {
+        findings.push(Finding {
+            what: format!(
+                "the reference point jumped by up to {:+.2} % from one visit to the next (limits.reference_rel {:.2} % and one \
+                 digit)",
+                percent(worst),
+                percent(limits.reference_rel())
+            ),
+            rows: jumped,
+        });
     }
     findings
+}
+
+fn as_read<'a>(visit: &Visit, rows: &HashMap<u64, &'a Reading>) -> Option<Visited<'a>> {
+    let row = rows.get(&visit.row)?;
+    let seen = Seen {
+        illuminance_lx: row.illuminance_lx?,
+        digit_lx: row.digit_lx.unwrap_or_default(),
+    };
+    Some((row, seen))
+}
+
+/// The largest change against the median of the visits, relative, and the visits beyond the limit.
+fn beyond_drift(visits: &[Visited<'_>], middle_lx: f64, limits: &Limits) -> (f64, Vec<Evidence>) {
+    let beyond = |seen: &Seen| Steadiness::drifts(*seen, middle_lx, limits);
+    let rows = visits.iter().filter(|(_, seen)| beyond(seen));
+    let changes = visits.iter().map(|(_, seen)| seen.illuminance_lx / middle_lx - 1.0);
+    (largest(changes), rows.map(|(row, _)| evidence_of(row)).collect())
+}
+
+/// The largest jump from one visit to the next, relative, and the visits that jumped.
+fn jumps(visits: &[Visited<'_>], limits: &Limits) -> (f64, Vec<Evidence>) {
+    let mut followed = Steadiness::default();
+    let (mut changes, mut rows) = (Vec::new(), Vec::new());
+    for (row, seen) in visits {
+        let before = followed.last();
+        if !followed.follow(*seen, limits) {
+            changes.extend(before.map(|before| seen.illuminance_lx / before.illuminance_lx - 1.0));
+            rows.push(evidence_of(row));
+        }
+    }
+    (largest(changes.into_iter()), rows)
+}
+
+fn largest(changes: impl Iterator<Item = f64>) -> f64 {
+    changes.fold(
+        0.0,
+        |worst: f64, change| if change.abs() > worst.abs() { change } else { worst },
+    )
 }
 
 /// Where the closing half-plane C 360° does not agree with C 0°, relative to the largest intensity of C 0°; one digit
@@ -126,13 +161,6 @@ pub fn of_closing(samples: &[Sample], limits: &Limits, rows: &[&Reading]) -> Opt
     })
 }
 
-fn row(all: &[Reading], index: u64) -> Option<Evidence> {
-    let found = all
-        .iter()
-        .find(|row| row.index == index && row.kind == ReadingKind::Lit)?;
-    Some(evidence_of(found))
-}
-
 fn evidence_of(row: &Reading) -> Evidence {
     Evidence {
         row: row.index,
@@ -141,30 +169,6 @@ fn evidence_of(row: &Reading) -> Evidence {
         gamma_deg: row.gamma_target_deg,
         illuminance_lx: row.illuminance_lx,
     }
-}
-
-/// The line of Theil and Sen: the median of the slopes of all pairs, through the median of what is left. A fifth of the
-/// visits may be anything.
-fn robust_line(visits: &[Visit]) -> impl Fn(f64) -> f64 {
-    let mut slopes = Vec::new();
-    for (place, one) in visits.iter().enumerate() {
-        let later = visits[place + 1..].iter().filter(|other| other.time_s > one.time_s);
-        slopes.extend(later.map(|other| (other.value - one.value) / (other.time_s - one.time_s)));
-    }
-    let slope = median(slopes).unwrap_or(0.0);
-    let level = median(visits.iter().map(|visit| visit.value - slope * visit.time_s).collect()).unwrap_or(0.0);
-    move |time_s| level + slope * time_s
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    let high = *values.get(middle)?;
-    Some(if values.len().is_multiple_of(2) {
-        0.5 * (values[middle - 1] + high)
-    } else {
-        high
-    })
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
-use isolux_device::Axis;
-use tokio::time::timeout;
+use isolux_device::{Axis, awake};
+use tokio::time::Instant;
 
 use crate::devices::{Devices, TwoState};
 
@@ -73,13 +73,15 @@ impl fmt::Display for BenchState {
 }
 
 async fn position(axis: &dyn Axis) -> Option<f64> {
-    let found = timeout(ANSWER_WITHIN, axis.position()).await.ok()?.ok()?;
+    let found = awake::until(Instant::now() + ANSWER_WITHIN, axis.position())
+        .await?
+        .ok()?;
     Some(found.place.value())
 }
 
 async fn state(switch: Option<&TwoState>) -> Option<bool> {
     match switch? {
-        TwoState::Device(device) => timeout(ANSWER_WITHIN, device.state()).await.ok()?.ok(),
+        TwoState::Device(device) => awake::until(Instant::now() + ANSWER_WITHIN, device.state()).await?.ok(),
         TwoState::Person(_) => None,
     }
 }

@@ -1,28 +1,33 @@
-//! Seconds of the run and UTC, both from the one clock that a test can pause.
+//! Seconds of the run and UTC, both from the one clock that a test can pause. The clock on the wall is asked once, at
+//! the start: whoever sets it during the run changes no time of the record.
 
 use jiff::Timestamp;
 use tokio::time::Instant;
 
+use crate::awake::Awake;
+
 /// Ties [`Instant`]s to UTC. Made once at the start of a run.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone)]
 pub struct RunClock {
     start: Instant,
     start_utc: Timestamp,
+    awake: Awake,
 }
 
 impl RunClock {
-    /// A clock that reads `start_utc` now.
-    pub fn starting(start_utc: Timestamp) -> Self {
+    /// A clock that reads `start_utc` now, and counts what passed while the computer slept.
+    pub fn starting(start_utc: Timestamp, awake: &Awake) -> Self {
         Self {
             start: Instant::now(),
             start_utc,
+            awake: awake.clone(),
         }
     }
 
     /// Seconds from the start to `at`; negative before it.
     pub fn seconds(&self, at: Instant) -> f64 {
         match at.checked_duration_since(self.start) {
-            Some(after) => after.as_secs_f64(),
+            Some(after) => (after + self.awake.suspended_before(at)).as_secs_f64(),
             None => -self.start.duration_since(at).as_secs_f64(),
         }
     }

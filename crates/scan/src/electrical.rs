@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use isolux_device::{DeviceError, PowerMeter, PowerReading};
+use isolux_device::{DeviceError, PowerMeter, PowerReading, awake};
 use isolux_record::Electrical;
-use tokio::time::{Instant, timeout_at};
+use tokio::time::Instant;
 
 use crate::error::ScanError;
 
@@ -15,10 +15,10 @@ use crate::error::ScanError;
 pub async fn read(meter: &dyn PowerMeter, not_before: Instant) -> Result<PowerReading, ScanError> {
     let patience = 20 * meter.update_interval() + Duration::from_secs(5);
     let deadline = Instant::now().max(not_before) + patience;
-    let source = match timeout_at(deadline + Duration::from_secs(2), meter.read(not_before, deadline)).await {
-        Ok(Ok(reading)) => return Ok(reading),
-        Ok(Err(error)) => error,
-        Err(_) => DeviceError::Timeout {
+    let source = match awake::until(deadline + Duration::from_secs(2), meter.read(not_before, deadline)).await {
+        Some(Ok(reading)) => return Ok(reading),
+        Some(Err(error)) => error,
+        None => DeviceError::Timeout {
             device: meter.identity().target.clone(),
             action: "read".to_owned(),
             waited: patience,

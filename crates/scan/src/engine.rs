@@ -21,6 +21,8 @@ use session::Session;
 pub use around::{Engine, ScanSummary};
 
 mod around;
+mod asleep;
+mod limit;
 mod outputs;
 mod paused;
 mod progress;
@@ -30,6 +32,7 @@ mod session;
 mod spectra;
 mod verify;
 mod visit;
+mod wall_clock;
 
 impl Engine<'_> {
     /// Runs `plan` on `devices` into `run`. With `resumed`, the points that it holds are not read again.
@@ -48,14 +51,15 @@ impl Engine<'_> {
         resumed: Option<&Run>,
     ) -> Result<ScanSummary, ScanError> {
         dry_run(self.station, plan)?;
-        let clock = RunClock::starting(self.now_utc);
+        let clock = RunClock::starting(self.now_utc, self.awake);
         let before = run.len();
         let devices: &Devices = devices;
-        let mut session = Session::new(self, devices, run, clock, *plan.limits());
+        let mut session = Session::new(self, devices, run, clock.clone(), *plan.limits());
         let outcome = tokio::select! {
             biased;
             reason = cancel.cancelled() => Err(ScanError::Interrupted { reason, readings: 0 }),
             outcome = panic_as_error(session.day(plan, resumed)) => outcome,
+            () = self.awake.keep_looking() => unreachable!("it looks for ever"),
         };
         let summary = session.summary(before);
         let outcome = self.stop(devices, run, &clock, outcome).await;
@@ -125,10 +129,14 @@ async fn panic_as_error(work: impl Future<Output = Result<(), ScanError>>) -> Re
 }
 
 #[cfg(test)]
+mod drifts;
+#[cfg(test)]
 mod hands;
 #[cfg(test)]
 mod pauses;
 #[cfg(test)]
 mod power;
+#[cfg(test)]
+mod sleeps;
 #[cfg(test)]
 mod tests;

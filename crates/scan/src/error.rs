@@ -123,17 +123,43 @@ pub enum ScanError {
         /// Allowed distance from it.
         allowed: f64,
     },
-    /// The reference point does not give what it gave.
-    #[error("{}", reference(*found_lx, *first_lx, *allowed_lx, *allowed_rel))]
+    /// The reference point does not give what it gave at the visit before.
+    #[error("{}", reference(*found_lx, *expected_lx, *allowed_lx, *allowed_rel))]
     Reference {
         /// What it gave now; none without a number.
         found_lx: Option<f64>,
-        /// What it gave first since the lamp was switched on; none where this is the first visit.
-        first_lx: Option<f64>,
+        /// What it gave before, at the last visit or when the lamp was stable; none where this is the first visit.
+        expected_lx: Option<f64>,
         /// Allowed distance from that, the digit included.
         allowed_lx: f64,
         /// `limits.reference_rel` of the plan.
         allowed_rel: f64,
+    },
+    /// The light at the reference point drifted slowly, and farther than is corrected.
+    #[error(
+        "the reference point (C 0°, γ 0°) gives {found_lx:.3} lx, and its visits reach {:+.2} % from their median of \
+         {middle_lx:.3} lx: allowed ± {:.2} % (limits.drift_rel) and one digit, for a larger drift is not corrected; let lamp \
+         and room come back, and go on",
+        change_rel * 100.0, allowed_rel * 100.0
+    )]
+    Drifted {
+        /// What it gave now.
+        found_lx: f64,
+        /// Median of its visits since the lamp was switched on, this one among them; where that is the level of another
+        /// burning, of its visits.
+        middle_lx: f64,
+        /// Of the visit that is farthest from the median, or of the burning, relative to it.
+        change_rel: f64,
+        /// `limits.drift_rel` of the plan.
+        allowed_rel: f64,
+    },
+    /// The program did not run all the time, and what it did meanwhile counts for nothing.
+    #[error(
+        "the program was stopped, or the computer slept, {most} times during one step: keep the computer awake, and go on"
+    )]
+    Slept {
+        /// Sleeps during one step after which the scan ends.
+        most: u32,
     },
     /// A block needs a spectroradiometer, and none was opened.
     #[error("the bench has no spectroradiometer")]
@@ -220,6 +246,8 @@ impl ScanError {
             | Self::Repeats { .. }
             | Self::Spectra { .. }
             | Self::Reference { .. }
+            | Self::Drifted { .. }
+            | Self::Slept { .. }
             | Self::Declined { .. } => ScanErrorKind::Gate,
             Self::Interrupted { .. } => ScanErrorKind::Interrupted,
             Self::Device { .. }
@@ -244,7 +272,27 @@ impl ScanError {
                 | Self::Repeats { .. }
                 | Self::Spectra { .. }
                 | Self::Reference { .. }
+                | Self::Drifted { .. }
         )
+    }
+
+    /// Whether the failure may be that of a program which did not run: its deadlines passed, or a person came meanwhile.
+    pub(crate) const fn may_come_of_a_sleep(&self) -> bool {
+        !matches!(
+            self,
+            Self::Plan(_)
+                | Self::Record(_)
+                | Self::Spectrum(_)
+                | Self::NoSpectroradiometer
+                | Self::Declined { .. }
+                | Self::Panicked { .. }
+                | Self::Interrupted { .. }
+        )
+    }
+
+    /// Whether a limit of the lamp's light was reached: waiting until it is stable may help.
+    pub(crate) const fn is_limit_of_lamp(&self) -> bool {
+        matches!(self, Self::Reference { .. } | Self::Drifted { .. })
     }
 
     pub(crate) fn device(role: &'static str) -> impl Fn(DeviceError) -> Self {
@@ -252,11 +300,11 @@ impl ScanError {
     }
 }
 
-fn reference(found_lx: Option<f64>, first_lx: Option<f64>, allowed_lx: f64, allowed_rel: f64) -> String {
+fn reference(found_lx: Option<f64>, expected_lx: Option<f64>, allowed_lx: f64, allowed_rel: f64) -> String {
     let look = "axes and outputs are as they should be, so look at the lamp, its supply, the detector and the path";
-    match (found_lx, first_lx) {
-        (Some(found), Some(first)) => format!(
-            "the reference point (C 0°, γ 0°) gives {found:.3} lx, and gave {first:.3} lx when the lamp was stable: allowed \
+    match (found_lx, expected_lx) {
+        (Some(found), Some(expected)) => format!(
+            "the reference point (C 0°, γ 0°) gives {found:.3} lx, and gave {expected:.3} lx before: allowed \
              ± {allowed_lx:.3} lx (limits.reference_rel = {allowed_rel} and one digit); {look}"
         ),
         _ => format!("the reference point (C 0°, γ 0°) gives no number; {look}"),

@@ -4,6 +4,7 @@
 //! reads, records, visits the reference point, and stops the axes on every exit. All waiting is on `tokio::time`, so
 //! that hours pass in seconds where the clock is paused; nothing ever sleeps for "long enough".
 
+pub mod awake;
 pub mod bench_state;
 pub mod cancel;
 pub mod clock;
@@ -24,6 +25,7 @@ pub mod warmup;
 #[cfg(test)]
 mod testing;
 
+pub use awake::Awake;
 pub use bench_state::BenchState;
 pub use cancel::Cancel;
 pub use devices::{CalibratedSpectro, Devices, Nobody, Operator, Request, TwoState};

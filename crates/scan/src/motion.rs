@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use isolux_device::{Axis, AxisPosition, Coordinate, DeviceError, ErrorKind};
+use isolux_device::{Axis, AxisPosition, Coordinate, DeviceError, ErrorKind, awake};
 use isolux_record::Station;
 use isolux_units::{AxisAngle, Millimetre};
-use tokio::time::{Instant, sleep, timeout_at};
+use tokio::time::{Instant, sleep};
 
 use crate::devices::Devices;
 use crate::error::ScanError;
@@ -37,6 +37,7 @@ pub struct Axes<'a> {
     tolerance_gamma_deg: f64,
     travel: i8,
     target: Option<(f64, f64)>,
+    homed: bool,
 }
 
 impl<'a> Axes<'a> {
@@ -49,6 +50,7 @@ impl<'a> Axes<'a> {
             tolerance_gamma_deg: station.axis_gamma().tolerance_deg(),
             travel: 0,
             target: None,
+            homed: false,
         }
     }
 
@@ -86,9 +88,9 @@ impl<'a> Axes<'a> {
             let way = settings.limit().1.value() - settings.limit().0.value();
             // Out to the switch and back slowly: several times the whole travel, and a minute for the search itself.
             let deadline = Instant::now() + 5 * settings.duration(way) + Duration::from_mins(1);
-            let homed = timeout_at(deadline + DRIVER_GRACE, axis.home(deadline)).await;
+            let homed = awake::until(deadline + DRIVER_GRACE, axis.home(deadline)).await;
             let position = homed
-                .map_err(|_| dead(role, axis, "home"))?
+                .ok_or_else(|| dead(role, axis, "home"))?
                 .map_err(ScanError::device(role))?;
             if !position.homed {
                 let source = DeviceError::Fault {
@@ -100,7 +102,22 @@ impl<'a> Axes<'a> {
                 return Err(ScanError::Device { role, source });
             }
         }
+        self.homed = true;
         self.pose().await
+    }
+
+    /// Homes both axes where one of them had its reference and has lost it; whether that was so.
+    ///
+    /// # Errors
+    /// What the drives report.
+    pub async fn home_if_lost(&mut self) -> Result<bool, ScanError> {
+        let c = self.c.position().await.map_err(ScanError::device("axis.c"))?;
+        let gamma = self.gamma.position().await.map_err(ScanError::device("axis.gamma"))?;
+        let lost = self.homed && !(c.homed && gamma.homed);
+        if lost {
+            self.home().await?;
+        }
+        Ok(lost)
     }
 
     /// Where the axes are now.
@@ -143,17 +160,17 @@ impl<'a> Axes<'a> {
         if motion_gamma.target_steps != motion_gamma.from_steps {
             self.travel = if way > 0.0 { 1 } else { -1 };
         }
-        let finish_c = timeout_at(motion_c.deadline + DRIVER_GRACE, self.c.finish_move(motion_c));
-        let finish_gamma = timeout_at(
+        let finish_c = awake::until(motion_c.deadline + DRIVER_GRACE, self.c.finish_move(motion_c));
+        let finish_gamma = awake::until(
             motion_gamma.deadline + DRIVER_GRACE,
             self.gamma.finish_move(motion_gamma),
         );
         let (done_c, done_gamma) = tokio::join!(finish_c, finish_gamma);
         done_c
-            .map_err(|_| dead("axis.c", self.c, "finish a move"))?
+            .ok_or_else(|| dead("axis.c", self.c, "finish a move"))?
             .map_err(ScanError::device("axis.c"))?;
         done_gamma
-            .map_err(|_| dead("axis.gamma", self.gamma, "finish a move"))?
+            .ok_or_else(|| dead("axis.gamma", self.gamma, "finish a move"))?
             .map_err(ScanError::device("axis.gamma"))?;
         let deadline = motion_c.deadline.max(motion_gamma.deadline) + DRIVER_GRACE;
         let target = (motion_c.target.value(), motion_gamma.target.value());
@@ -240,9 +257,9 @@ pub async fn drive_rail(rail: &dyn Axis<Millimetre>, distance_mm: f64) -> Result
     };
     let to = Millimetre::new(distance_mm).map_err(|_| elsewhere(f64::NAN))?;
     let motion = rail.start_move(to).await.map_err(ScanError::device("rail"))?;
-    let finished = timeout_at(motion.deadline + DRIVER_GRACE, rail.finish_move(motion)).await;
+    let finished = awake::until(motion.deadline + DRIVER_GRACE, rail.finish_move(motion)).await;
     finished
-        .map_err(|_| dead("rail", rail, "finish a move"))?
+        .ok_or_else(|| dead("rail", rail, "finish a move"))?
         .map_err(ScanError::device("rail"))?;
     let position = rail.position().await.map_err(ScanError::device("rail"))?;
     let found = position.place.value();
@@ -304,18 +321,22 @@ pub async fn stop<P: Coordinate>(
     role: &'static str,
     axis: &dyn Axis<P>,
 ) -> Result<AxisPosition<P>, (&'static str, DeviceError)> {
-    let deadline = Instant::now() + STOP_WITHIN;
+    let mut deadline = Instant::now() + STOP_WITHIN;
     loop {
-        let error = match timeout_at(deadline, axis.stop()).await {
-            Ok(Ok(position)) if !position.moving => return Ok(position),
-            Ok(Ok(_)) => DeviceError::Fault {
+        if awake::missed(deadline) {
+            // Nobody waited for the axis meanwhile.
+            deadline = Instant::now() + STOP_WITHIN;
+        }
+        let error = match awake::until(deadline, axis.stop()).await {
+            Some(Ok(position)) if !position.moving => return Ok(position),
+            Some(Ok(_)) => DeviceError::Fault {
                 device: axis.identity().target.clone(),
                 action: "stop".to_owned(),
                 reason: "the axis says that it still moves".to_owned(),
                 evidence: Vec::new(),
             },
-            Ok(Err(error)) => error,
-            Err(_) => {
+            Some(Err(error)) => error,
+            None => {
                 let device = axis.identity().target.clone();
                 return Err((
                     role,
@@ -333,7 +354,8 @@ pub async fn stop<P: Coordinate>(
             error.kind(),
             ErrorKind::Timeout | ErrorKind::Malformed | ErrorKind::Fault | ErrorKind::Disconnected
         );
-        if !again || Instant::now() + Duration::from_secs(1) > deadline {
+        let over = Instant::now() + Duration::from_secs(1) > deadline && !awake::missed(deadline);
+        if !again || over {
             return Err((role, error));
         }
         sleep(Duration::from_secs(1)).await;

@@ -77,6 +77,16 @@ pub enum ScanEvent<'a> {
         /// How long it was paused.
         paused_s: f64,
     },
+    /// The program did not run for a time: the process was stopped, or the computer slept. The axes were stopped and
+    /// asked where they are; the lamp is proved at the reference point before the next lit visit.
+    Slept {
+        /// For how long.
+        slept_s: f64,
+        /// Where C rests.
+        c_deg: f64,
+        /// Where γ rests.
+        gamma_deg: f64,
+    },
     /// The scan has ended, and so it leaves the bench.
     Ended(&'a BenchState),
     /// A call was repeated, a reading did not settle, somebody was asked: a sentence.

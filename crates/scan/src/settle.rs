@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use isolux_device::{DeviceError, LuxMeter, LuxOutcome, LuxReading};
-use tokio::time::{Instant, timeout_at};
+use isolux_device::{DeviceError, LuxMeter, LuxOutcome, LuxReading, awake};
+use tokio::time::Instant;
 
 use crate::error::ScanError;
 
@@ -76,14 +76,14 @@ impl<'a> Photometer<'a> {
         let properties = self.meter.properties();
         let patience = 10 * (properties.update_interval + properties.integration) + Duration::from_secs(5);
         let deadline = Instant::now().max(not_before) + patience;
-        let answer = timeout_at(deadline + Duration::from_secs(2), self.meter.read(not_before, deadline)).await;
+        let answer = awake::until(deadline + Duration::from_secs(2), self.meter.read(not_before, deadline)).await;
         let source = match answer {
-            Ok(Ok(reading)) => {
+            Some(Ok(reading)) => {
                 self.retries += u64::from(reading.retries);
                 return Ok(reading);
             }
-            Ok(Err(error)) => error,
-            Err(_) => DeviceError::Timeout {
+            Some(Err(error)) => error,
+            None => DeviceError::Timeout {
                 device: self.meter.identity().target.clone(),
                 action: "read".to_owned(),
                 waited: patience,

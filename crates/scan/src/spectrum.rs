@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use isolux_device::{DeviceError, RawSpectrum};
+use isolux_device::{DeviceError, RawSpectrum, awake};
 use isolux_record::limits::Limits;
 use isolux_record::spectra::Pixel;
-use tokio::time::{Instant, timeout_at};
+use tokio::time::Instant;
 
 use crate::devices::CalibratedSpectro;
 use crate::error::ScanError;
@@ -238,10 +238,10 @@ pub async fn acquire(spectro: &CalibratedSpectro, time: Duration) -> Result<RawS
     loop {
         tries += 1;
         let deadline = Instant::now() + patience;
-        let source = match timeout_at(deadline + Duration::from_secs(2), spectro.device.acquire(deadline)).await {
-            Ok(Ok(raw)) => return Ok(raw),
-            Ok(Err(error)) => error,
-            Err(_) => DeviceError::Timeout {
+        let source = match awake::until(deadline + Duration::from_secs(2), spectro.device.acquire(deadline)).await {
+            Some(Ok(raw)) => return Ok(raw),
+            Some(Err(error)) => error,
+            None => DeviceError::Timeout {
                 device: spectro.device.identity().target.clone(),
                 action: "acquire".to_owned(),
                 waited: patience,

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use async_trait::async_trait;
-use isolux_device::{DeviceError, PowerReading, Quantity};
+use isolux_device::{DeviceError, PowerReading, Quantity, awake};
 use isolux_protocol_scpi::Reading;
 use isolux_transport::{BusError, TRIES, worth_another_try};
 use tokio::sync::Mutex;
@@ -139,15 +139,21 @@ pub(crate) async fn confirmed(
     source: &dyn Source,
     asked: &Mutex<Option<Instant>>,
     not_before: Instant,
-    deadline: Instant,
+    mut deadline: Instant,
 ) -> Result<PowerReading, DeviceError> {
     let began = Instant::now();
+    let patience = deadline.saturating_duration_since(began);
     let mut asked = asked.lock().await;
     let (mut retries, mut exchanges) = (0, 0);
     let mut before: Option<Exchange> = None;
     loop {
         let fresh = asked.map_or(began, |asked| asked + source.update() + MARGIN);
         let at = fresh.max(not_before + source.update());
+        if at + GUARD + MARGIN > deadline && awake::missed(deadline) && !patience.is_zero() {
+            // Nobody waited for the meter meanwhile.
+            deadline = Instant::now() + patience;
+            before = None;
+        }
         let late = at + GUARD + MARGIN > deadline || exchanges >= MOST_EXCHANGES;
         if late && let Some(before) = before.take() {
             return Ok(before.reading);

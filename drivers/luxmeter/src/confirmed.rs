@@ -9,10 +9,10 @@ use std::time::Duration;
 
 use async_trait::async_trait;
 use isolux_conversation::Conversation;
-use isolux_device::{DeviceError, LuxOutcome, LuxRange, LuxReading};
+use isolux_device::{DeviceError, LuxOutcome, LuxRange, LuxReading, awake};
 use isolux_transport::{Alone, Bus, BusError, Exchanged, TRIES, worth_another_try};
 use tokio::sync::{Mutex, MutexGuard};
-use tokio::time::{Instant, sleep, sleep_until, timeout_at};
+use tokio::time::{Instant, sleep, sleep_until};
 
 /// Exchanges of one reading within which two in a row must agree.
 const MOST_EXCHANGES: usize = 12;
@@ -203,9 +203,10 @@ impl Confirmed {
         &self,
         meter: &M,
         not_before: Instant,
-        deadline: Instant,
+        mut deadline: Instant,
     ) -> Result<LuxReading, DeviceError> {
         let began = Instant::now();
+        let patience = deadline.saturating_duration_since(began);
         let mut state = self.state.lock().await;
         let (mut damaged, mut exchanges) = (0, 0);
         let mut disagreed: Option<LuxReading> = None;
@@ -218,6 +219,12 @@ impl Confirmed {
             };
             let at = fresh.max(not_before + pace.reach);
             let late = at + pace.guard + MARGIN > deadline;
+            if late && awake::missed(deadline) && !patience.is_zero() {
+                // Nobody waited for the meter meanwhile; what it said before may be of another light.
+                deadline = Instant::now() + patience;
+                state.forget();
+                continue;
+            }
             if let Some(reading) = disagreed.take_if(|_| late || exchanges >= MOST_EXCHANGES) {
                 return Ok(reading);
             }
@@ -228,7 +235,7 @@ impl Confirmed {
             }
             let tried = if state.in_doubt {
                 // The meter answers in order: an answer of another kind proves that no reading is still on its way.
-                let Ok(proved) = timeout_at(deadline, meter.put_in_step(deadline)).await else {
+                let Some(proved) = awake::until(deadline, meter.put_in_step(deadline)).await else {
                     continue;
                 };
                 if proved.is_ok() {

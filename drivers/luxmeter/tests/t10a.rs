@@ -267,6 +267,20 @@ async fn a_late_reading_never_becomes_the_next_one() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_process_that_was_stopped_in_a_reading_blames_no_meter() {
+    let (meter, truth) = bench().await;
+    for after_ms in [0, 30, 400, 1100, 1900, 2600] {
+        let rest = Instant::now();
+        let stopped = async {
+            tokio::time::sleep(Duration::from_millis(after_ms)).await;
+            tokio::time::advance(Duration::from_secs(45)).await;
+        };
+        let ((_, from, _), ()) = tokio::join!(read(&*meter, &truth, rest), stopped);
+        assert!(from >= rest, "stopped after {after_ms} ms");
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn damage_and_silence_are_asked_again_and_then_told() {
     let (meter, truth) = bench().await;
     for fault in [Fault::FlipBit, Fault::Silent] {

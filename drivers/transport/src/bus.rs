@@ -5,8 +5,9 @@ use std::marker::PhantomData;
 use std::time::Duration;
 
 use isolux_conversation::Conversation;
+use isolux_device::awake;
 use tokio::sync::{OwnedMutexGuard, oneshot};
-use tokio::time::{Instant, timeout_at};
+use tokio::time::Instant;
 
 use crate::exchange::{BusError, Exchanged};
 use crate::port::{Job, Port};
@@ -124,9 +125,9 @@ impl<C: Conversation> Bus<C> {
     /// [`BusError::Timeout`] when others keep the port until `deadline`.
     pub async fn alone(&self, deadline: Instant) -> Result<Alone<'_, C>, BusError> {
         let began = Instant::now();
-        match timeout_at(deadline, self.port.turn()).await {
-            Ok(turn) => Ok(Alone { bus: self, _turn: turn }),
-            Err(_) => Err(BusError::Timeout {
+        match awake::until(deadline, self.port.turn()).await {
+            Some(turn) => Ok(Alone { bus: self, _turn: turn }),
+            None => Err(BusError::Timeout {
                 waited: began.elapsed(),
                 received: Vec::new(),
             }),

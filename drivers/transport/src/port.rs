@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use isolux_conversation::{Conversation, Event};
+use isolux_device::awake;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::sync::{OwnedMutexGuard, mpsc, oneshot};
 use tokio::time::Instant;
@@ -197,7 +198,12 @@ impl Owner {
         deadline: Instant,
     ) -> Result<Exchanged<Anything>, BusError> {
         self.until_ready(deadline).await?;
-        let (sent, deadline) = (Instant::now(), deadline.min(Instant::now() + patience));
+        let sent = Instant::now();
+        let deadline = if awake::missed(deadline) {
+            sent + patience
+        } else {
+            deadline.min(sent + patience)
+        };
         let result = self.ask(place, request, deadline).await;
         if self.conversations.len() > 1 && matches!(result, Err(BusError::Timeout { .. } | BusError::Malformed { .. }))
         {
@@ -234,8 +240,12 @@ impl Owner {
                 self.quiet = None;
                 return Ok(());
             }
-            if ready >= deadline {
+            // A deadline that passed while this program did not run is none.
+            if ready >= deadline && !awake::missed(deadline) {
                 tokio::time::sleep_until(deadline).await;
+                if awake::missed(deadline) {
+                    continue;
+                }
                 return Err(BusError::Timeout {
                     waited: began.elapsed(),
                     received: Vec::new(),
@@ -249,9 +259,11 @@ impl Owner {
         }
     }
 
-    /// One request and its answer.
-    async fn ask(&mut self, place: usize, request: Anything, deadline: Instant) -> Result<Anything, BusError> {
+    /// One request and its answer. Where the program did not run when `deadline` passed, the answer has the whole time
+    /// once more.
+    async fn ask(&mut self, place: usize, request: Anything, mut deadline: Instant) -> Result<Anything, BusError> {
         let began = Instant::now();
+        let patience = deadline.saturating_duration_since(began);
         let started = self.conversations.get_mut(place);
         let Some((frame, at_once)) = started.and_then(|conversation| conversation.start(began, request)) else {
             let reason = "this port has no conversation in that language".to_owned();
@@ -262,14 +274,14 @@ impl Owner {
             self.link.write_all(&frame).await?;
             self.link.flush().await
         };
-        match tokio::time::timeout_at(deadline, sent).await {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => {
+        match awake::until(deadline, sent).await {
+            Some(Ok(())) => {}
+            Some(Err(error)) => {
                 let reason = error.to_string();
                 self.lost = Some(reason.clone());
                 return Err(BusError::Disconnected { reason });
             }
-            Err(_) => return Err(self.give_up(place, began)),
+            None => return Err(self.give_up(place, began)),
         }
         if let Some(answer) = at_once {
             return Ok(answer);
@@ -284,7 +296,12 @@ impl Owner {
                         return outcome;
                     }
                 }
-                () = tokio::time::sleep_until(deadline) => return Err(self.give_up(place, began)),
+                () = tokio::time::sleep_until(deadline) => {
+                    if patience.is_zero() || !awake::missed(deadline) {
+                        return Err(self.give_up(place, began));
+                    }
+                    deadline = Instant::now() + patience;
+                }
             }
         }
     }

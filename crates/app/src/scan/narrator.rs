@@ -35,12 +35,18 @@ pub struct Narrator<'a> {
 }
 
 impl<'a> Narrator<'a> {
-    /// For a run with this header that begins at `now_utc`; `already` are the rows that it holds.
-    pub fn new(progress: &'a dyn Progress, header: &RunHeader, run: &str, already: &[Reading], now: Timestamp) -> Self {
+    /// For a run with this header whose clock is `clock`; `already` are the rows that it holds.
+    pub fn new(
+        progress: &'a dyn Progress,
+        header: &RunHeader,
+        run: &str,
+        already: &[Reading],
+        clock: RunClock,
+    ) -> Self {
         let narrator = Self {
             progress,
             step: RefCell::new(None),
-            clock: RunClock::starting(now),
+            clock,
             criterion: Cell::new(None),
             calibration: header.spectral.clone(),
             estimate: RefCell::new(Estimate::of(header, already)),
@@ -289,6 +295,18 @@ impl Observer for Narrator<'_> {
                 self.journal(&sentence);
                 self.resuming.set(true);
                 self.state(State::Resuming, &sentence);
+            }
+            ScanEvent::Slept {
+                slept_s,
+                c_deg,
+                gamma_deg,
+            } => {
+                self.estimate.borrow_mut().paused(*slept_s);
+                self.journal(&format!(
+                    "this program did not run for {} (it was stopped, or the computer slept): axes at rest at C {c_deg:.2}°, γ \
+                     {gamma_deg:.2}°; the reference point and the interrupted visit are read again",
+                    duration(*slept_s)
+                ));
             }
             ScanEvent::Ended(left) => self.journal(&rest::sentence(left, self.station.as_deref())),
             ScanEvent::Note(sentence) => self.journal(sentence),

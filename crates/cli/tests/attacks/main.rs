@@ -17,4 +17,5 @@ mod damaged_records;
 mod hands;
 mod kills;
 mod second_process;
+mod sleeps;
 mod undisturbed;

@@ -3,6 +3,7 @@
 use isolux_record::Station;
 use jiff::Timestamp;
 
+use crate::awake::Awake;
 use crate::devices::Operator;
 use crate::observe::Observer;
 use crate::pause::Pause;
@@ -17,8 +18,13 @@ pub struct Engine<'a> {
     pub pause: &'a Pause,
     /// Is told what happens.
     pub observer: &'a dyn Observer,
-    /// UTC now: the only time that is asked from outside.
+    /// Notices where the program did not run.
+    pub awake: &'a Awake,
+    /// UTC now, by which the run counts from here on.
     pub now_utc: Timestamp,
+    /// The computer's clock, where the run goes on as fast as it does: setting it changes no time of the run, and is
+    /// recorded.
+    pub wall_clock: Option<&'a dyn Fn() -> Timestamp>,
 }
 
 /// What a finished scan did.

@@ -284,14 +284,14 @@ async fn a_reference_point_that_does_not_come_back_ends_the_scan_with_its_values
         .unwrap_err();
     let ScanError::Reference {
         found_lx,
-        first_lx,
+        expected_lx,
         allowed_lx,
         ..
     } = &error
     else {
         panic!("{error}");
     };
-    let (found, first) = (found_lx.unwrap(), first_lx.unwrap());
+    let (found, first) = (found_lx.unwrap(), expected_lx.unwrap());
     assert!(
         (found / first - 0.97).abs() < 0.002 && (allowed_lx - (0.01 * first + 0.01)).abs() < 1e-9,
         "{error}"
@@ -306,7 +306,19 @@ async fn a_reference_point_that_does_not_come_back_ends_the_scan_with_its_values
         (Role::Reference, Some(found)),
         "the reduction must know of it"
     );
-    // The same lamp, still dimmed: a resumed scan compares with the first visit of the record and does not go on.
+    let events = std::fs::read_to_string(path.join("events.jsonl")).unwrap();
+    let count = |name: &str| {
+        events
+            .lines()
+            .filter(|line| line.contains(&format!("\"{name}\"")))
+            .count()
+    };
+    assert_eq!(
+        (count("lamp_outside_band"), count("stable")),
+        (1, 2),
+        "it was waited for"
+    );
+    // The same lamp, still dimmed: a resumed scan compares with the last visit before and does not go on.
     let (mut dir, old) = RunDir::resume(&path, &header(&devices, &plan)).unwrap();
     let error = scan(&mut devices, &plan, &mut dir, &Cancel::new(), Some(&old))
         .await
@@ -316,7 +328,7 @@ async fn a_reference_point_that_does_not_come_back_ends_the_scan_with_its_values
 
 #[tokio::test(start_paused = true)]
 async fn a_drift_within_the_plans_limit_is_no_reason_to_stop() {
-    let wide = plan(&format!("[limits]\nreference_rel = 0.05\n{DAY}"));
+    let wide = plan(&format!("[limits]\nreference_rel = 0.05\ndrift_rel = 0.05\n{DAY}"));
     let (mut devices, room) = bench();
     let (_keep, _path, mut run) = run_dir(&devices, &wide);
     let hands = room.clone();

@@ -81,6 +81,17 @@ impl Session<'_> {
         self.engine
             .observer
             .event(&ScanEvent::Note(&format!("measured again: {error}")));
+        self.restore().await?;
+        if let Some((c_deg, gamma_deg)) = before
+            && self.axes.hold().await.is_err()
+        {
+            self.axes.go_to(c_deg, gamma_deg).await?;
+        }
+        Ok(())
+    }
+
+    /// Brings rail and outputs back that are not as they were left.
+    pub async fn restore(&mut self) -> Result<(), ScanError> {
         if let Some((rail, distance)) = self.rail_left()
             && rail_holds(rail, distance).await.is_err()
         {
@@ -95,11 +106,6 @@ impl Session<'_> {
                 self.lamp_now_on()?;
             }
             self.event(role, &json!({ "on": left }))?;
-        }
-        if let Some((c_deg, gamma_deg)) = before
-            && self.axes.hold().await.is_err()
-        {
-            self.axes.go_to(c_deg, gamma_deg).await?;
         }
         Ok(())
     }
@@ -163,6 +169,9 @@ impl Session<'_> {
             // First of all: light that somebody has cut off says nothing of the lamp.
             self.verify().await?;
             let look = look?;
+            // Nobody looked at the lamp meanwhile: its window begins anew.
+            self.awake_until_now()?;
+            self.look_at_wall_clock()?;
             let Look {
                 elapsed_s,
                 illuminance_lx,

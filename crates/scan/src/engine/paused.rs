@@ -6,7 +6,6 @@ use isolux_record::{Reading, ReadingKind};
 use serde_json::json;
 use tokio::time::Instant;
 
-use super::reference::References;
 use super::session::Session;
 use super::visit::{TRIES, Taken};
 use crate::clock::microseconds;
@@ -40,9 +39,9 @@ impl Session<'_> {
             gamma_deg: pose.gamma_deg,
             lamp_is_on,
         });
-        let began = Instant::now();
+        let began_s = self.clock.seconds(Instant::now());
         let by = self.engine.pause.wait_ended().await;
-        let paused_s = microseconds(began.elapsed().as_secs_f64());
+        let paused_s = microseconds(self.clock.seconds(Instant::now()) - began_s);
         self.event("resumed", &json!({ "by": by, "paused_s": paused_s }))?;
         self.engine.observer.event(&ScanEvent::Resumed { by: &by, paused_s });
         self.lamp_unproven = self.lamp_is_on && self.warm;
@@ -58,6 +57,7 @@ impl Session<'_> {
         }
         let reference = next.reference_before();
         let readings = self.at_reference(block, &reference).await?;
+        self.awake_until_now()?;
         // The lamp may have been found off, and be on and warm again since.
         if !self.lamp_unproven {
             return self.visit(block, &reference, (0, &[])).await;
@@ -65,22 +65,16 @@ impl Session<'_> {
         self.lamp_unproven = false;
         let Some(reading) = readings.first() else { return Ok(()) };
         let expected_lx = self.references.expected(self.distance_mm);
-        let judged = References::judge(reading, expected_lx, &self.limits);
-        let (found_lx, time_s) = (reading.illuminance_lx, reading.time_s);
-        match (judged, expected_lx) {
+        let judged = self.references.judge(reading, expected_lx, &self.limits);
+        let why = match (judged, expected_lx) {
             (Ok(()), Some(_)) => return self.keep(Taken::Readings(readings)),
-            (Err(error), _) if !error.can_be_measured_again() => return Err(error),
-            _ => {}
-        }
-        self.event(
-            "lamp_outside_band",
-            &json!({ "time_s": time_s, "found_lx": found_lx, "expected_lx": expected_lx,
-                "allowed_rel": self.limits.reference_rel() }),
-        )?;
-        self.note(&outside(found_lx, expected_lx, self.limits.reference_rel()))?;
-        self.warm = false;
+            (Ok(()), None) => "there is nothing at this distance to compare the reference point with".to_owned(),
+            (Err(error), _) if error.is_limit_of_lamp() => error.to_string(),
+            (Err(error), _) => return Err(error),
+        };
+        let waiting = self.wait_for_lamp(&why)?;
         self.outputs(block).await?;
-        self.visit(block, &reference, (0, &[])).await
+        self.visit_after(block, &reference, (0, &[]), Some(waiting)).await
     }
 
     /// The reference point as it is now, not recorded: a reading outside the limits belongs to no drift of a warm lamp.
@@ -96,20 +90,5 @@ impl Session<'_> {
                 outcome => return outcome,
             }
         }
-    }
-}
-
-fn outside(found_lx: Option<f64>, expected_lx: Option<f64>, allowed_rel: f64) -> String {
-    let found = found_lx.map_or_else(|| "no number".to_owned(), |lux| format!("{lux:.3} lx"));
-    match expected_lx {
-        Some(expected) => format!(
-            "after the pause the reference point gives {found}, and gave {expected:.3} lx before: allowed ± {:.2} % \
-             (limits.reference_rel); the lamp is warmed up again",
-            allowed_rel * 100.0
-        ),
-        None => format!(
-            "after the pause the reference point gives {found}, and nothing at this distance to compare with: the lamp is \
-             warmed up again"
-        ),
     }
 }

@@ -49,6 +49,8 @@ pub(super) struct Session<'a> {
     pub unsettled: u64,
     pub visits_again: u64,
     pub warm_up_s: Option<f64>,
+    /// How far the computer's clock is ahead of the run's, by the last look.
+    pub wall_ahead_s: f64,
 }
 
 impl<'a> Session<'a> {
@@ -83,6 +85,7 @@ impl<'a> Session<'a> {
             unsettled: 0,
             visits_again: 0,
             warm_up_s: None,
+            wall_ahead_s: 0.0,
         }
     }
 
@@ -106,6 +109,46 @@ impl<'a> Session<'a> {
         let progress = Progress::of(resumed);
         self.total = visits.iter().filter(|visit| visit.role == Role::Point).count() as u64;
         self.event("began", &json!({ "points": self.total, "resumed": resumed.is_some() }))?;
+        self.awake(async |session| session.begin(resumed).await).await?;
+        let mut current = None;
+        for visit in &visits {
+            let block = &plan.blocks()[visit.block];
+            if progress.has(visit, block) {
+                self.done += u64::from(visit.role == Role::Point);
+                continue;
+            }
+            self.look_at_wall_clock()?;
+            self.awake(async |session| session.pause_if_asked().await).await?;
+            if current != Some(visit.block) {
+                self.awake(async |session| session.place(block).await).await?;
+                self.awake(async |session| session.outputs(block).await).await?;
+                let (done, total) = (self.done, self.total);
+                self.engine.observer.event(&ScanEvent::Block {
+                    name: &block.name,
+                    done,
+                    total,
+                });
+                self.event("block", &json!({ "name": block.name }))?;
+                if resumed.is_some() && current.is_none() && block.kind == ReadingKind::Lit {
+                    // What was read before is trusted again only against the reference point.
+                    let reference = visit.reference_before();
+                    self.awake(async |session| session.visit(block, &reference, (0, &[])).await)
+                        .await?;
+                }
+                current = Some(visit.block);
+            }
+            let already = progress.readings(visit);
+            self.awake(async |session| {
+                session.prove_lamp(block, visit).await?;
+                session.visit(block, visit, already).await
+            })
+            .await?;
+        }
+        Ok(())
+    }
+
+    /// Everything up to the first block: axes and rail at rest where they belong, the lamp found.
+    async fn begin(&mut self, resumed: Option<&Run>) -> Result<(), ScanError> {
         // A program that was killed may have left an axis running.
         stop_all(self.devices).await.map_err(|axes| ScanError::NotAtRest {
             axes,
@@ -124,35 +167,7 @@ impl<'a> Session<'a> {
             drive_rail(rail.as_ref(), home_mm).await?;
             self.rail_mm = Some(home_mm);
         }
-        self.find_lamp(resumed).await?;
-        let mut current = None;
-        for visit in &visits {
-            let block = &plan.blocks()[visit.block];
-            if progress.has(visit, block) {
-                self.done += u64::from(visit.role == Role::Point);
-                continue;
-            }
-            self.pause_if_asked().await?;
-            if current != Some(visit.block) {
-                self.place(block).await?;
-                self.outputs(block).await?;
-                let (done, total) = (self.done, self.total);
-                self.engine.observer.event(&ScanEvent::Block {
-                    name: &block.name,
-                    done,
-                    total,
-                });
-                self.event("block", &json!({ "name": block.name }))?;
-                if resumed.is_some() && current.is_none() && block.kind == ReadingKind::Lit {
-                    // What was read before is trusted again only against the reference point.
-                    self.visit(block, &visit.reference_before(), (0, &[])).await?;
-                }
-                current = Some(visit.block);
-            }
-            self.prove_lamp(block, visit).await?;
-            self.visit(block, visit, progress.readings(visit)).await?;
-        }
-        Ok(())
+        self.find_lamp(resumed).await
     }
 
     /// Whether the lamp is on already, and since when. Only a lamp of this very run has a known time.
@@ -160,17 +175,17 @@ impl<'a> Session<'a> {
         let since = resumed
             .and_then(|run| run.header.lamp_on_utc.as_deref())
             .and_then(|utc| self.clock.seconds_of_utc(utc));
+        self.references = resumed.map_or_else(References::default, |run| {
+            References::of(&run.readings.rows, &self.limits)
+        });
         match &self.devices.lamp {
             Some(TwoState::Device(lamp)) => {
                 let on = lamp.state().await.map_err(ScanError::device("lamp"))?;
                 if on && let Some(since) = since {
                     self.lamp_is_on = true;
                     self.lamp_on_s = Some(since);
-                    // Known to be on since then; whether it is stable, its light decides again, and the reference
-                    // visits of the run still hold.
-                    self.references = resumed.map_or_else(References::default, |run| {
-                        References::since_last_switched_on(&run.readings.rows)
-                    });
+                    // Known to be on since then; whether it is stable, its light decides again, and the last reference
+                    // visits of the run still are of this burning.
                 } else if on {
                     // Since when is not known: a defined warm-up begins with a cold start of the clock.
                     self.note("the lamp was on already; its time counts from now")?;
@@ -193,7 +208,7 @@ impl<'a> Session<'a> {
         self.warm = false;
         self.lamp_unproven = false;
         self.lamp_on_s = Some(self.clock.seconds(now));
-        self.references = References::default();
+        self.references.next_burning();
         self.run.lamp_on(self.clock.utc(now))?;
         Ok(())
     }

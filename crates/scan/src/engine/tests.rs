@@ -8,6 +8,7 @@ use jiff::Timestamp;
 use tokio::time::{Instant, sleep};
 
 use super::{Engine, ScanSummary};
+use crate::awake::Awake;
 use crate::cancel::Cancel;
 use crate::devices::{Devices, Nobody};
 use crate::error::{ScanError, ScanErrorKind};
@@ -64,8 +65,19 @@ pub(super) async fn scan_with(
     devices: &mut Devices,
     plan: &Plan,
     run: &mut RunDir,
+    asked: (&Cancel, &Pause),
+    resumed: Option<&Run>,
+) -> Result<ScanSummary, ScanError> {
+    scan_awake(devices, plan, run, asked, resumed, &Awake::unwatched()).await
+}
+
+pub(super) async fn scan_awake(
+    devices: &mut Devices,
+    plan: &Plan,
+    run: &mut RunDir,
     (cancel, pause): (&Cancel, &Pause),
     resumed: Option<&Run>,
+    awake: &Awake,
 ) -> Result<ScanSummary, ScanError> {
     let station: Station = station();
     let engine = Engine {
@@ -73,7 +85,9 @@ pub(super) async fn scan_with(
         operator: &Nobody,
         pause,
         observer: &Silent,
+        awake,
         now_utc: "2026-01-01T00:00:00Z".parse::<Timestamp>().unwrap(),
+        wall_clock: None,
     };
     engine.run(devices, plan, run, cancel, resumed).await
 }

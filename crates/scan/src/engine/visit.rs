@@ -7,7 +7,7 @@ use isolux_record::{Electrical, Quality, Reading, ReadingKind, Role};
 use serde_json::json;
 use tokio::time::Instant;
 
-use super::reference::References;
+use super::limit::Waiting;
 use super::repeats;
 use super::session::Session;
 use super::verify::Left;
@@ -29,8 +29,20 @@ pub(super) enum Taken {
 }
 
 impl Session<'_> {
-    /// Makes a visit and records it. `already` are the readings of it that an earlier session has recorded.
+    /// Makes a visit and records it. `already` are the readings of it that an earlier session has recorded. Where the
+    /// reference point is at a limit, the scan waits for a stable lamp and reads it again before it ends.
     pub async fn visit(&mut self, block: &Block, visit: &Visit, already: (u32, &[f64])) -> Result<(), ScanError> {
+        self.visit_after(block, visit, already, None).await
+    }
+
+    /// The same, where the lamp was waited for already: since then.
+    pub(super) async fn visit_after(
+        &mut self,
+        block: &Block,
+        visit: &Visit,
+        already: (u32, &[f64]),
+        mut waiting: Option<Waiting>,
+    ) -> Result<(), ScanError> {
         let mut tries = 1;
         let before = self.axes.target();
         loop {
@@ -42,8 +54,14 @@ impl Session<'_> {
             } else {
                 *visit
             };
-            match self.sound(block, &now, already, tries == TRIES).await {
+            let last = tries == TRIES && waiting.is_some();
+            let outcome = self.sound(block, &now, already, last).await;
+            self.awake_until_now()?;
+            match outcome {
                 Ok(taken) => {
+                    if let Some(waiting) = waiting.take() {
+                        self.lamp_is_back(&waiting, &taken)?;
+                    }
                     self.keep(taken)?;
                     if now == *visit {
                         self.done += u64::from(visit.role == Role::Point);
@@ -53,6 +71,10 @@ impl Session<'_> {
                 Err(error) if error.can_be_measured_again() && tries < TRIES => {
                     tries += 1;
                     self.again(&error, before).await?;
+                }
+                Err(error) if error.is_limit_of_lamp() && waiting.is_none() => {
+                    waiting = Some(self.wait_for_lamp(&error.to_string())?);
+                    tries = 1;
                 }
                 Err(error) => return Err(error),
             }
@@ -73,10 +95,14 @@ impl Session<'_> {
         let readings = self.readings(block, visit, already).await?;
         if visit.role == Role::Reference
             && let Some(reading) = readings.first()
-            && let Err(error) = References::judge(reading, self.references.first(reading.distance_mm), &self.limits)
+            && let Err(error) = self
+                .references
+                .judge(reading, self.references.last(reading.distance_mm), &self.limits)
         {
-            // The reading itself is true: axes and outputs are as they should be. A reduction must know of it.
-            if last {
+            // The reading itself is true: axes and outputs are as they should be. A reduction must know of a jump: the
+            // points before it may have been read on either side. A slow drift leaves them as they are.
+            if last && matches!(error, ScanError::Reference { .. }) {
+                self.awake_until_now()?;
                 self.keep(Taken::Readings(readings))?;
             }
             return Err(error);
@@ -224,7 +250,7 @@ impl Session<'_> {
         for reading in readings {
             self.without_number += u64::from(reading.quality != Quality::Ok);
             if reading.role == Role::Reference {
-                self.references.keep(&reading);
+                self.references.keep(&reading, &self.limits);
             }
             let index = self.run.append(reading.clone())?;
             let reading = Reading { index, ..reading };
@@ -255,6 +281,6 @@ impl Session<'_> {
     fn lacks_reference(&self, block: &Block) -> bool {
         block.kind == ReadingKind::Lit
             && block.reference_every.is_some()
-            && self.references.first(self.distance_mm).is_none()
+            && self.references.last(self.distance_mm).is_none()
     }
 }

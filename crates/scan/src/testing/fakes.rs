@@ -151,10 +151,18 @@ impl LuxMeter for FakeMeter {
     fn properties(&self) -> &LuxMeterProperties {
         &self.properties
     }
-    async fn read(&self, not_before: Instant, _: Instant) -> Result<LuxReading, DeviceError> {
+    async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError> {
         let began = Instant::now().max(not_before);
-        let ended = began + Duration::from_millis(500);
-        sleep_until(ended).await;
+        sleep_until(began + Duration::from_millis(500)).await;
+        let ended = Instant::now();
+        if ended > deadline {
+            return Err(DeviceError::Timeout {
+                device: self.identity.target.clone(),
+                action: "read".to_owned(),
+                waited: ended.duration_since(began),
+                received: Vec::new(),
+            });
+        }
         let mut room = self.room.lock().unwrap();
         room.reads += 1;
         let panics = room.panic_after.is_some_and(|after| room.reads > after);

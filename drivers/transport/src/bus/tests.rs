@@ -319,3 +319,30 @@ async fn a_lost_answer_is_asked_for_again_once_the_line_is_in_step() {
     let asked = bus.ask_again(1, Some(7), Duration::from_millis(50), deadline);
     assert_eq!(tokio::join!(asked, script).0, Ok(2));
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_deadline_that_passed_while_the_program_was_stopped_is_no_timeout() {
+    let (bus, mut twin) = bus().await;
+    // The answer comes after the program runs again, and the deadline is long over.
+    let answer = async {
+        assert_eq!(twin.read_u8().await.unwrap(), 1);
+        tokio::time::advance(Duration::from_secs(45)).await;
+        tokio::time::sleep(Duration::from_millis(20)).await;
+        twin.write_u8(2).await.unwrap();
+    };
+    assert_eq!(tokio::join!(bus.ask(1, soon()), answer).0, Ok(2));
+    // Without an answer it is asked again, although the deadline of all tries is over.
+    let answer = async {
+        assert_eq!(twin.read_u8().await.unwrap(), 3);
+        tokio::time::advance(Duration::from_secs(45)).await;
+        assert_eq!(twin.read_u8().await.unwrap(), 3);
+        twin.write_u8(4).await.unwrap();
+    };
+    let patience = Duration::from_millis(50);
+    let asked = bus.ask_again(3, None, patience, Instant::now() + Duration::from_secs(1));
+    assert_eq!(tokio::join!(asked, answer).0, Ok(4));
+    // And a twin that is silent is silent.
+    let began = Instant::now();
+    assert!(matches!(bus.ask(5, soon()).await, Err(BusError::Timeout { .. })));
+    assert!(began.elapsed() < Duration::from_millis(500));
+}
