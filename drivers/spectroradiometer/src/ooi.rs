@@ -271,6 +271,8 @@ impl Spectroradiometer for OceanOoi {
                 reason,
             });
         };
+        // The instrument counts whole microseconds; a part of one is neither set nor read back.
+        let time = microseconds(us);
         let mut state = self.state.lock().await;
         self.line.send(Request::IntegrationTime(us)).await?;
         let status = self.line.status_twice().await?;

@@ -5,7 +5,7 @@
 //! of all ([`AssumedModel`]).
 
 use isolux_diagnose::assumed::{AssumedModel, Part};
-use isolux_diagnose::forward::Forward as _;
+use isolux_diagnose::forward::Forward;
 use isolux_diagnose::reference::Errors;
 use isolux_diagnose::rounding::Rounding;
 use isolux_diagnose::whitener::Whitener;
@@ -39,7 +39,7 @@ impl Known {
         let assumed = AssumedModel::new(model.clone(), vec![part]);
         let level = assumed.predict(&vec![0.0; assumed.nuisances()], &[])?;
         let mut errors = assumed.common_errors();
-        let known = assumed.known();
+        let known = Forward::known(&assumed);
         errors.extend(known.iter().map(|one| one.column.iter().copied().enumerate().collect()));
         if relative {
             // The signal that one lux gives is in no file.
