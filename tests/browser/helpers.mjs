@@ -84,6 +84,32 @@ export async function themes(page, name) {
   await page.selectOption("#theme", "light");
 }
 
+/** Screenshots as an operator's and a small screen show it, light and dark, with nothing to scroll sideways. */
+export async function looks(page, name) {
+  for (const width of [1280, 800]) {
+    await page.setViewportSize({ width, height: 900 });
+    for (const theme of ["light", "dark"]) {
+      await page.selectOption("#theme", theme);
+      await page.evaluate(() => new Promise((done) => { scrollTo(0, 0); setTimeout(() => requestAnimationFrame(done), 250); }));
+      await page.screenshot({ path: join(pictures, `${name}-${width}-${theme}.png`), fullPage: true });
+    }
+    await accessible(page, `${name}, ${width} px`);
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), `${name}, ${width} px: no scrolling sideways`);
+  }
+  await page.setViewportSize({ width: 1440, height: 1000 });
+  await page.selectOption("#theme", "light");
+}
+
+/** The headings of the cards that are shown. */
+export const headings = (page) => page.evaluate(() => [...document.querySelectorAll("main:not([hidden]) h2")].filter((one) => one.checkVisibility()).map((one) => one.textContent));
+
+/** Starts a job of the folder. */
+export async function begin(page, job) {
+  await page.click("#views a[href='#/start']");
+  await page.selectOption("#job", job);
+  await page.click("#start");
+}
+
 export const state = (page, word) => page.waitForFunction((wanted) => document.getElementById("state-word").textContent === wanted, word, { timeout: PATIENCE });
 export const points = (page) => page.locator("#points").textContent().then((text) => Number.parseInt(text, 10) || 0);
 export const atLeast = (page, count) => page.waitForFunction((wanted) => Number.parseInt(document.getElementById("points").textContent, 10) >= wanted, count, { timeout: PATIENCE });

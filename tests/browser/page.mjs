@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 
-import { PATIENCE, accessible, atLeast, ended, folder, inBrowser, next, pictures, points, raw, serve, state, step, themes, watch } from "./helpers.mjs";
+import { PATIENCE, accessible, atLeast, begin, ended, folder, headings, inBrowser, looks, next, pictures, points, raw, serve, state, step, themes, watch } from "./helpers.mjs";
 
 async function refusals(port, url) {
   const own = `localhost:${port}`;
@@ -55,6 +55,54 @@ async function refusals(port, url) {
   assert.equal(nonsense.status, 400);
 }
 
+/** A folder without anything: a day on the virtual bench by one click, and its warm-up while it goes on. */
+async function warmsUp(browser) {
+  const { child, url } = await serve(["serve", "fresh", "--no-browser", "--speed", "30"]);
+  child.removeAllListeners("exit");
+  const page = await browser.newPage({ viewport: { width: 1440, height: 1000 } });
+  const complaints = [];
+  watch(page, complaints);
+  await page.goto(url);
+  await page.click("#start-virtual");
+  await state(page, "Warming up");
+  await page.waitForFunction(() => /left$/.test(document.getElementById("warm-left").textContent), null, { timeout: PATIENCE });
+  assert.deepEqual(await headings(page), ["The lamp warms up", "Gates and readings", "Directions (C, γ)", "Journal"]);
+  assert.match(await page.locator("#warm-on-text").textContent(), /of at least 30 min 00 s/);
+  assert.match(await page.locator("#warm-steady-text").textContent(), /0\.50 % of change in 15 min 00 s/);
+  await page.waitForSelector("#warming canvas");
+  const left = () => page.locator("#warm-left").textContent().then((text) => 60 * Number(/(\d+) min/.exec(text)?.[1] ?? 0) + Number(/(\d+) s left/.exec(text)?.[1] ?? 0));
+  const before = await left();
+  assert.ok(before > 0 && before <= 1800, `${before} s`);
+  await looks(page, "warming-up");
+  assert.ok((await left()) < before, "the time left falls");
+  await page.click("#stop");
+  await state(page, "Interrupted");
+  assert.deepEqual(complaints, [], "the console");
+  await page.close();
+  child.kill("SIGTERM");
+  await ended(child);
+}
+
+/** The time left of a warm-up by its looks, against the exponential that made them (its mean is 1). */
+async function estimates(page) {
+  const [early, late, rising] = await page.evaluate(async () => {
+    const { warmUpLeft } = await import("/warmup.js");
+    const outline = { least_s: 1800, window_s: 900, spread_rel: 0.005 };
+    const light = (t, tau) => 1 + 0.3 * Math.exp(-t / tau);
+    const left = (until, of) => {
+      const warmUps = [];
+      for (let at = 0; at <= until; at += 60) warmUps.push({ elapsed_s: at, illuminance_lx: of(at), spread_rel: at < 900 ? null : Math.abs(of(at - 900) - of(at)) });
+      return warmUpLeft({ warmUps, outline }).left_s;
+    };
+    return [left(600, (t) => light(t, 300)), left(2400, (t) => light(t, 1200)), left(2400, (t) => 1 + Math.exp((t - 4000) / 900))];
+  });
+  assert.equal(early, 1200, "before the window is full: the least time on");
+  // 0.3·e^(−t/1200)·(e^(900/1200) − 1) = 0.005 at t = 1200·ln(0.3·1.117/0.005) s.
+  const crossing = 1200 * Math.log((0.3 * (Math.exp(900 / 1200) - 1)) / 0.005);
+  assert.ok(Math.abs(late - (crossing - 2400)) < 1, `${late} s`);
+  assert.equal(rising, null, "light that does not become steadier");
+}
+
 function events(run) {
   return readFileSync(join(folder, run, "events.jsonl"), "utf8").trim().split("\n").map((line) => JSON.parse(line));
 }
@@ -76,8 +124,20 @@ await inBrowser(async (browser) => {
   const bytes = await page.evaluate(() => performance.getEntriesByType("resource").reduce((sum, one) => sum + one.decodedBodySize, 0));
   console.log(`  first paint after ${Math.round(paint)} ms, ${bytes} bytes`);
   assert.ok(bytes < 2_000_000, `${bytes} bytes`);
-  step("idle in three themes");
-  await themes(page, "idle");
+  step("nothing yet: what a day is, one large button, the jobs");
+  assert.deepEqual(await headings(page), ["Measure a luminaire", "Runs of this folder"]);
+  assert.match(await page.locator("#steps").textContent(), /Warm up.*Scan.*Evaluate.*Report/s);
+  assert.ok(await page.isEnabled("#start-virtual"));
+  const large = await page.locator("#start-virtual").boundingBox();
+  const small = await page.locator("#start").boundingBox();
+  assert.ok(large.width * large.height > 3 * small.width * small.height, "the first button is the large one");
+  assert.ok(await page.isHidden("#runs li") && await page.isVisible("#no-runs") && await page.isHidden("#commands"));
+  await themes(page, "nothing");
+  await looks(page, "nothing");
+  await estimates(page);
+
+  step("one click starts a day on the virtual bench, and its warm-up is shown with the time left");
+  await warmsUp(browser);
 
   step("a spectrum is inspected and drawn, and nonsense is told");
   const table = ["wavelength_nm,value", ...Array.from({ length: 81 }, (_, at) => `${380 + 5 * at},${1 + at % 7}`)].join("\n");
@@ -90,10 +150,11 @@ await inBrowser(async (browser) => {
   await page.waitForFunction(() => /lamp\.ldt.*error/.test(document.getElementById("inspected").textContent), null, { timeout: PATIENCE });
 
   step("a scan is started by a click");
-  await page.selectOption("#job", "job.toml");
-  await page.click("#start");
+  await begin(page, "job.toml");
   await state(page, "Warming up");
   await state(page, "Scanning");
+  assert.ok(await page.isHidden("#warm-panel") && await page.isVisible("#lamp-panel"), "the warm-up is over");
+  assert.ok(!(await headings(page)).includes("Last spectrum"), "a card without content is not shown");
   await atLeast(page, 40);
   await page.waitForFunction(() => document.querySelector("#gates [data-gate=open]") !== null);
   assert.match(await page.locator("#lux").textContent(), /lx/);
@@ -151,8 +212,7 @@ await inBrowser(async (browser) => {
   await page.waitForFunction(() => /axes at rest.*lamp on.*isolux switch STATION\.toml --lamp off/.test(document.getElementById("left-behind").textContent), null, { timeout: PATIENCE });
 
   step("a question to a person is answered by a button, and dark readings are shown");
-  await page.selectOption("#job", "asked.toml");
-  await page.click("#start");
+  await begin(page, "asked.toml");
   await page.waitForSelector("#question:visible", { timeout: PATIENCE });
   assert.match(await page.locator("#question-words").textContent(), /take the cap off the lamp/);
   await page.waitForFunction(() => /capped.*1 of 1 points.* ± .* lx/.test(document.getElementById("dark").textContent), null, { timeout: PATIENCE });
@@ -167,16 +227,30 @@ await inBrowser(async (browser) => {
   await state(page, "Interrupted");
   assert.ok(events("day-2").some((event) => event.event === "asked" && /Ada/.test(JSON.stringify(event))));
 
+  step("the runs of the folder are on cards with their light");
+  await page.click("#views a[href='#/start']");
+  const light = await page.waitForSelector("#runs li[data-run=day] .light svg", { timeout: PATIENCE });
+  assert.ok(await light.evaluate((svg) => svg.querySelectorAll("path").length >= 2 && svg.getBoundingClientRect().width > 80), "its light is drawn");
+  assert.match(await page.locator("#runs li[data-run=day]").textContent(), /interrupted/);
+  assert.ok(await page.isHidden("#steps"));
+  await page.click("#runs li[data-run=day] button");
+  await page.waitForFunction(() => /day$/.test(document.getElementById("run").textContent), null, { timeout: PATIENCE });
+  assert.equal(new URL(page.url()).hash, "#/live", "a run without results is shown as it was recorded");
+  await page.click("#views a[href='#/start']");
+  await page.waitForSelector("#runs li[data-run=day] [aria-current]");
+  await looks(page, "runs");
+
   step("a fault is shown");
-  await page.selectOption("#job", "broken.toml");
-  await page.click("#start");
+  await begin(page, "broken.toml");
   await page.waitForFunction(() => /127\.0\.0\.1:9/.test(document.getElementById("notice").textContent), null, { timeout: PATIENCE });
   await page.screenshot({ path: join(pictures, "fault-light.png"), fullPage: true });
 
   step("a scan that another process makes is shown, and can only be stopped");
+  await page.click("#views a[href='#/start']");
   const other = await serve(["scan", "station.toml", "plan.toml", "--out", "other", "--open", "--speed", "600"]);
   other.child.removeAllListeners("exit");
   await page.waitForFunction(() => /made by .*only be stopped/.test(document.getElementById("notice").textContent), null, { timeout: PATIENCE });
+  await page.waitForFunction(() => location.hash === "#/live", null, { timeout: PATIENCE });
   assert.ok(await page.isDisabled("#pause") && await page.isDisabled("#abort"));
   await page.click("#stop");
   await state(page, "Interrupted");

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { existsSync, readFileSync, readdirSync } from "node:fs";
 import { join } from "node:path";
 
-import { PATIENCE, accessible, ended, folder, inBrowser, pictures, serve, state, step, themes, watch } from "./helpers.mjs";
+import { PATIENCE, accessible, ended, folder, inBrowser, looks, pictures, serve, state, step, themes, watch } from "./helpers.mjs";
 
 const narrow = async (page, name) => {
   await page.setViewportSize({ width: 390, height: 844 });
@@ -69,16 +69,24 @@ await inBrowser(async (browser) => {
   const page = await context.newPage();
   watch(page, complaints);
   await page.goto(url);
-  await page.waitForSelector("#show:visible");
-  await page.selectOption("#shown", "day");
-  await page.click("#show");
-  await page.waitForFunction(() => /day$/.test(document.getElementById("run").textContent), null, { timeout: PATIENCE });
+  step("a day is on a card with its numbers, which opens its results");
+  const card = page.locator("#runs li[data-run=day] button");
+  await page.waitForFunction(() => /luminous flux\S.* lm/.test(document.querySelector("#runs li[data-run=day]")?.textContent), null, { timeout: PATIENCE });
+  const onCard = await card.textContent();
+  await card.click();
+  await page.waitForFunction(() => /day$/.test(document.getElementById("run").textContent) && location.hash === "#/results", null, { timeout: PATIENCE });
+
+  step("a day that is done says its numbers and where more is");
+  await page.click("#views a[href='#/live']");
+  await page.waitForFunction(() => /luminous flux.* lm/.test(document.getElementById("finished").textContent), null, { timeout: PATIENCE });
+  await looks(page, "done");
+  await page.click("#finished a[href='#/results']");
 
   step("a correction that is switched off moves the flux, and back");
-  await page.click("#views a[href='#/results']");
   await page.waitForSelector("#figures svg");
   const flux = await number(page, "luminous flux");
   assert.match(flux, / lm/);
+  assert.ok(onCard.includes(`luminous flux${flux.replace(" (k = 2)", "")}`), `${onCard}: ${flux}`);
   await page.uncheck("#correction-dark");
   await changed(page, "luminous flux", flux);
   assert.match(await page.locator("#numbers").textContent(), new RegExp(`in the results: ${flux.slice(0, 6)}`));

@@ -1,6 +1,7 @@
 //! A run that is shown, worked on: reduced with other corrections, lit in other poses, its diagnosis taken over into
 //! the model, the next measurement prepared. Nothing here moves an axis.
 
+pub mod card;
 mod curves;
 pub mod diagnosed;
 pub mod next;

@@ -79,6 +79,7 @@ fn in_a_browser(script: &str, prepare: impl FnOnce(&Folder)) {
 fn a_scan_is_started_paused_resumed_and_aborted_in_a_browser() {
     in_a_browser("page.mjs", |folder| {
         folder.isolux(&["init", "."], 0);
+        std::fs::create_dir(folder.path("fresh")).unwrap();
         folder.write("plan.toml", PLAN);
         let station = folder.read("station.toml");
         let absent = station.replace("konica-t10a:memory:luxmeter", "konica-t10a:tcp://127.0.0.1:9");

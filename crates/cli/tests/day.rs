@@ -275,11 +275,13 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
     let result = folder.json("day/results/result.json");
     let uniformity = result["uniformity_min_over_mean"].as_f64().unwrap();
     assert!(page.contains(&format!("{uniformity:.5}")), "{uniformity}");
-    // The same on paper: the same bytes from the same record, the number of the report on it.
-    for out in ["a.pdf", "b.pdf"] {
-        folder.isolux(&["report", "day", "--pdf", "--out", out], 0);
-    }
-    let [paper, again] = ["a.pdf", "b.pdf"].map(|name| std::fs::read(folder.path(name)).unwrap());
+    // The same on paper: the same bytes from the same record; without a name beside the page, where it is not replaced.
+    folder.isolux(&["report", "day", "--pdf", "--out", "a.pdf"], 0);
+    let said = folder.isolux(&["report", "day", "--pdf"], 0);
+    assert!(said.contains("day/results/report.pdf"), "{said}");
+    let refused = folder.isolux(&["report", "day", "--pdf"], 2);
+    assert!(refused.contains("--force"), "{refused}");
+    let [paper, again] = ["a.pdf", "day/results/report.pdf"].map(|name| std::fs::read(folder.path(name)).unwrap());
     assert!(
         paper.starts_with(b"%PDF-") && paper == again && paper.len() > 50_000,
         "{} bytes",

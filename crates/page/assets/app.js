@@ -1,7 +1,7 @@
 // The page: takes the events, draws at most ten times a second, sends commands.
 
 import { Curve, Reference, Spectrum, WarmUp } from "./charts.js";
-import { command } from "./commands.js";
+import { command, latest, study } from "./commands.js";
 import { Diagnosis } from "./diagnosis.js";
 import { $, make } from "./dom.js";
 import { acceptDrops } from "./dropped.js";
@@ -10,8 +10,10 @@ import { Polar } from "./polar.js";
 import { Results } from "./results.js";
 import { Sensor } from "./sensor.js";
 import { Simulation } from "./simulation.js";
+import { Start, tiles } from "./start.js";
 import { STATES, add, empty } from "./state.js";
 import { subscribe } from "./stream.js";
+import { Warming } from "./warmup.js";
 import { clock, clockSeconds, degrees, duration, percent, significant, withU } from "./words.js";
 
 const model = empty();
@@ -26,13 +28,14 @@ function theme(name) {
   document.documentElement.dataset.theme = chosen;
   $("theme").value = chosen;
   localStorage.setItem("isolux-theme", chosen);
-  for (const figure of [grid, curve, warmUp, reference, spectrum, sensor, ...Object.values(views)]) figure.refresh();
+  for (const figure of [grid, curve, warming, warmUp, reference, spectrum, sensor, ...Object.values(views)]) figure.refresh();
   changed();
 }
 
 const polar = new Polar($("polar"), $("polar-text"));
 const grid = new Grid($("grid"), $("grid-text"));
 const curve = new Curve($("curve"), $("curve-text"), 272);
+const warming = new Warming();
 const warmUp = new WarmUp($("warm-up"), $("warm-up-text"), 136);
 const reference = new Reference($("reference"), $("reference-text"), 136);
 const spectrum = new Spectrum($("spectrum"), $("spectrum-text"), 272);
@@ -41,14 +44,25 @@ const sensor = new Sensor($("sensor"), $("sensor-text"));
 
 // Views: what the run says is worked out when its view is opened.
 const views = { results: new Results(), simulation: new Simulation(), diagnosis: new Diagnosis() };
-const VIEWS = ["live", "results", "simulation", "diagnosis", "inspect"];
-const view = () => VIEWS.find((name) => location.hash === `#/${name}`) ?? "live";
+const VIEWS = ["start", "live", "results", "simulation", "diagnosis", "inspect"];
+const view = () => VIEWS.find((name) => location.hash === `#/${name}`);
+const busy = () => Boolean(status?.running || status?.elsewhere);
+const start = new Start((body) => ask(body));
 let worked = null;
+
+/** The page begins where something happens, and follows a scan that begins while it shows the start. */
+function follow(wasBusy) {
+  if (!status) return;
+  if (!view()) history.replaceState(null, "", busy() || (status.jobs.length === 0 && status.runs.length === 0) ? "#/live" : "#/start");
+  else if (busy() && !wasBusy && view() === "start") location.hash = "#/live";
+}
 
 function open() {
   const now = view();
   for (const section of document.querySelectorAll("[data-view]")) section.hidden = section.dataset.view !== now;
   for (const link of $("views").querySelectorAll("a")) {
+    // Nothing can be worked out where no run is shown.
+    link.hidden = !status?.run && ["#/results", "#/simulation", "#/diagnosis"].includes(link.hash);
     if (link.hash === `#/${now}`) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
   }
@@ -59,6 +73,7 @@ function open() {
     for (const one of Object.values(views)) one.stale();
   }
   if (views[now] && status?.run && !status.running) views[now].open();
+  if (now === "start" && status) start.draw(status);
 }
 
 // Drawing, ten times a second at most.
@@ -81,17 +96,49 @@ function draw() {
   $("scan").hidden = !live || !model.outline;
   $("none").hidden = !live || Boolean(model.outline);
   if (!model.outline || !live) return;
+  cards();
   readings();
   gates();
   polar.draw(model);
   curve.draw(model);
   grid.draw(model);
+  if (!$("warm-panel").hidden) warming.draw(model, status?.times);
   warmUp.draw(model);
   reference.draw(model);
   spectrum.draw(model);
   dark();
   journal();
+  finished();
   if ($("table-details").open) table();
+}
+
+/** A card is shown from when it has something to show. */
+function cards() {
+  const warms = ["homing", "warming_up"].includes(model.state) && model.planes.size === 0;
+  for (const [id, shown] of [
+    ["warm-panel", warms], ["lamp-panel", !warms && (model.warmUps.length > 0 || model.references.length > 0)],
+    ["polar-panel", model.planes.size > 0], ["curve-panel", model.planes.size > 0],
+    ["grid-panel", [...model.points.values()].some((point) => point.kind === "lit" && !point.spectrum)],
+    ["sensor-panel", Boolean(status?.sensor)], ["spectrum-panel", Boolean(model.spectrum)], ["rows-panel", model.rows.length > 0],
+  ]) $(id).hidden = !shown;
+  for (const id of ["reference", "reference-text"]) $(id).hidden = model.references.length === 0;
+  $("scan").classList.toggle("warms", warms);
+}
+
+/** The main numbers of a run that is done, and where more of it is. */
+const headline = latest(async (run) => {
+  const card = await study({ study: "card", run }).catch(() => null);
+  $("finished-numbers").replaceChildren(...tiles(card?.numbers ?? []));
+});
+
+function finished() {
+  const done = model.state === "completed" && Boolean(status?.report) && !status.running;
+  $("finished").hidden = !done;
+  const run = done ? status.runs.find((name) => status.run.endsWith(`/${name}`) || status.run === name) : null;
+  const key = JSON.stringify([run, status?.results]);
+  if (!run || finished.key === key) return;
+  finished.key = key;
+  headline(run);
 }
 
 function header() {
@@ -110,6 +157,9 @@ function header() {
   text("points", left ? `${left.done} of ${left.total}` : "–");
   text("time-left", left && !over ? duration(left.left_s) : "–");
   text("ends-at", left && !over && left.ends_utc && model.state !== "paused" ? ends(left) : "–");
+  $("left").hidden = !left;
+  for (const id of ["time-left", "ends-at"]) $(id).parentElement.hidden = $(id).textContent === "–";
+  $("progress").hidden = !left;
   $("progress").value = left && left.total ? left.done / left.total : 0;
   commands();
 }
@@ -127,15 +177,11 @@ function commands() {
   $("pause").disabled = !running;
   $("abort").disabled = !running;
   $("stop").disabled = !(running || (connected && status?.elsewhere));
-  $("desk").hidden = !status || status.running || (!status.jobs.length && !status.runs.length && !status.report);
-  $("start-group").hidden = !status?.jobs.length;
-  $("show-group").hidden = !status?.runs.length || !status.jobs.length;
+  $("commands").hidden = !busy();
   $("report").hidden = !status?.report;
   $("left-behind").hidden = !status?.left_behind;
   if (status?.left_behind) text("left-behind", status.left_behind);
   results(status?.results ?? []);
-  options($("job"), status?.jobs ?? []);
-  options($("shown"), status?.runs ?? []);
   const notice = status?.elsewhere ? `This scan is made by ${status.elsewhere}. From here it can only be stopped.` : (answered ?? status?.notice);
   $("notice").hidden = !notice;
   if (notice) text("notice", notice);
@@ -153,14 +199,6 @@ function results(names) {
   )));
 }
 
-function options(select, names) {
-  const shown = [...select.options].map((option) => option.value).join("\n");
-  if (shown === names.join("\n")) return;
-  const before = select.value;
-  select.replaceChildren(...names.map((name) => new Option(name === "." ? "this folder" : name, name)));
-  if (names.includes(before)) select.value = before;
-}
-
 function readings() {
   const row = model.last;
   const at = row ?? {};
@@ -175,6 +213,7 @@ function readings() {
   const watts = warming ? look.power_w : at.power_w;
   text("power", watts === null || watts === undefined ? "not measured" : `${significant(watts)} W`);
   text("lamp-on", duration(warming ? look.elapsed_s : at.time_s));
+  for (const value of document.querySelectorAll("#scan .values dd")) value.parentElement.hidden = value.textContent === "–";
 }
 
 /** Of the visits to the reference point, the one farthest from their median, relative to it; null without visits. */
@@ -216,7 +255,7 @@ const KINDS = { baffled: "direct light blocked: stray light", lamp_off: "lamp of
 function dark() {
   const planned = new Map();
   for (const point of model.outline.points) if (!point.spectrum && KINDS[point.kind]) planned.set(point.kind, (planned.get(point.kind) ?? 0) + 1);
-  $("dark-panel").hidden = planned.size === 0;
+  $("dark-panel").hidden = model.dark.size === 0;
   $("dark").replaceChildren(...[...planned].map(([kind, count]) => {
     const { last, points } = model.dark.get(kind) ?? {};
     const value = last ? withU(last.illuminance_lx, last.u_lx, "lx") : "–";
@@ -256,6 +295,7 @@ async function ask(body) {
   answered = answer.ok ? null : answer.words;
   text("announce", answer.words);
   changed();
+  return answer.ok;
 }
 
 const pause = () => ask({ command: status?.pause_asked ? "resume" : "pause" });
@@ -265,11 +305,6 @@ $("stop").addEventListener("click", stop);
 $("abort").addEventListener("click", () => $("sure").showModal());
 $("sure-yes").addEventListener("click", () => { $("sure").close(); ask({ command: "abort" }); });
 $("sure-no").addEventListener("click", () => $("sure").close());
-$("start").addEventListener("click", () => {
-  location.hash = "#/live";
-  ask({ command: "start", job: $("job").value });
-});
-$("show").addEventListener("click", () => ask({ command: "show", run: $("shown").value }));
 $("done").addEventListener("click", () => ask({ command: "answer", number: status.question.number, who: $("who").value }));
 $("not-done").addEventListener("click", () => ask({ command: "answer", number: status.question.number, who: "" }));
 $("theme").addEventListener("change", () => theme($("theme").value));
@@ -286,14 +321,16 @@ addEventListener("keydown", (event) => {
   event.preventDefault();
 });
 
-addEventListener("hashchange", () => draw());
+addEventListener("hashchange", () => { scrollTo(0, 0); draw(); });
 acceptDrops($("inspect"), $("file"), $("inspected"));
 
 // The stream.
 subscribe(({ fresh, events, status: now }) => {
   if (fresh) Object.assign(model, empty());
   for (const event of events) add(model, event);
+  const wasBusy = busy();
   if (now) status = now;
+  follow(wasBusy);
   sensor.follow(status?.sensor ?? 0).catch(() => {});
   changed();
 }, (open) => {

@@ -67,17 +67,20 @@ export class Curve extends Chart {
   }
 }
 
+/** The light over the time since the lamp was switched on, and the band in which the last window must stay. */
 export class WarmUp extends Chart {
-  draw(model) {
+  /** Up to `end_s`, where the warm-up is expected to end, with `said` below; without them as far as the looks go. */
+  draw(model, end_s = 0, said = null) {
     const looks = model.warmUps;
     const last = looks.at(-1);
+    const { spread_rel: allowed, window_s: window } = model.outline;
+    this.end = Math.max(end_s, last?.elapsed_s ?? 0) / 60;
     const options = {
-      scales: { x: { time: false } },
+      scales: { x: { time: false, range: () => [0, this.end || 1] } },
       axes: [axis("lamp on / min"), axis("E / lx", { size: 62, space: 24 })],
-      series: [{}, line("E", "--one")],
+      series: [{}, line("E", "--one"), line("upper", "--good", { dash: [6, 4] }), line("lower", "--good", { dash: [6, 4] })],
+      bands: [{ series: [2, 3], fill: () => `${colour("--good")}22` }],
     };
-    const allowed = model.outline?.spread_rel ?? 0;
-    const window = model.outline?.window_s ?? 0;
     const spread = last?.spread_rel ?? null;
     const power = last?.power_spread_rel ?? null;
     let words = "The lamp was not watched yet.";
@@ -86,8 +89,24 @@ export class WarmUp extends Chart {
         ? `Warm-up: ${significant(last.illuminance_lx)} lx after ${duration(last.elapsed_s)}; the window of ${duration(window)} is not full.`
         : `Warm-up: ${(spread * 100).toFixed(2)} % of ${(allowed * 100).toFixed(2)} % over ${duration(window)}${power === null ? "" : `; power ${(power * 100).toFixed(2)} %`}.`;
     }
-    this.show(options, looks.length ? [looks.map((look) => look.elapsed_s / 60), looks.map((look) => look.illuminance_lx)] : null, words);
+    this.show(options, looks.length ? band(looks, allowed, window, this.end) : null, said ?? words);
   }
+}
+
+/** The light, and the band as wide as is allowed about the middle of the last window, drawn on to the end. */
+function band(looks, allowed, window_s, end) {
+  const last = looks.at(-1).elapsed_s;
+  const within = looks.filter((look) => look.elapsed_s >= last - window_s).map((look) => look.illuminance_lx);
+  const middle = (Math.max(...within) + Math.min(...within)) / 2;
+  const inWindow = (x) => x * 60 >= last - window_s - 1e-6;
+  const x = looks.map((look) => look.elapsed_s / 60);
+  const lux = looks.map((look) => look.illuminance_lx);
+  if (end > x.at(-1)) {
+    x.push(end);
+    lux.push(null);
+  }
+  const edge = (sign) => x.map((at) => (inWindow(at) ? middle * (1 + (sign * allowed) / 2) : null));
+  return [x, lux, edge(1), edge(-1)];
 }
 
 export class Reference extends Chart {

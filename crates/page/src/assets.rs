@@ -57,6 +57,8 @@ assets! {
     "dom.js" SCRIPT;
     "results.js" SCRIPT;
     "solid.js" SCRIPT;
+    "start.js" SCRIPT;
+    "warmup.js" SCRIPT;
     "simulation.js" SCRIPT;
     "diagnosis.js" SCRIPT;
     "map.js" SCRIPT drawing::MAP;

@@ -198,6 +198,14 @@ impl Desk {
         run.ok_or_else(|| Failure::instrument("no run is shown"))
     }
 
+    /// The run of the folder with this name.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) for a name that leads out of it.
+    pub fn named(&self, run: &str) -> Result<Utf8PathBuf, Failure> {
+        self.runs.named(run)
+    }
+
     /// The model of the run that is shown became another one: every tab is told.
     fn changed(&self, sentence: String) -> String {
         self.hub.status(|status| status.changes += 1);

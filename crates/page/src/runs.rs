@@ -73,15 +73,23 @@ impl Runs {
         *self.shown() = None;
     }
 
+    /// The run of the folder with this name.
+    ///
+    /// # Errors
+    /// Bad input (exit 2) for a name that leads out of it.
+    pub fn named(&self, run: &str) -> Result<Utf8PathBuf, Failure> {
+        if !(run == "." || folder::is_name(run)) {
+            return Err(Failure::bad_input(format!("`{run}` is no run of {}", self.folder)));
+        }
+        Ok(self.path(run))
+    }
+
     /// Shows another run of the folder.
     ///
     /// # Errors
     /// Bad input (exit 2) for what is no run of it.
     pub fn show(&self, run: &str) -> Result<(), Failure> {
-        if !(run == "." || folder::is_name(run)) {
-            return Err(Failure::bad_input(format!("`{run}` is no run of {}", self.folder)));
-        }
-        self.show_quietly(&self.path(run))
+        self.show_quietly(&self.named(run)?)
     }
 
     /// Shows the run directory `path`.

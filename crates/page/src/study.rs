@@ -1,4 +1,4 @@
-//! What is worked out of the run that is shown: numbers, maps and pictures, without a command to the bench.
+//! What is worked out of the runs: numbers, maps and pictures, without a command to the bench.
 
 use std::sync::Arc;
 
@@ -7,19 +7,21 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse as _, Response};
-use camino::Utf8Path;
 use isolux_app::Failure;
 use isolux_app::drawing::{PolarSoFar, polar_so_far};
 use isolux_app::study::what_if::{self, Asked, WhatIf};
-use isolux_app::study::{diagnosed, next, results};
+use isolux_app::study::{card, diagnosed, next, results};
 use serde::{Deserialize, Serialize};
 
+use crate::desk::Desk;
 use crate::shared::Shared;
 
 /// What can be worked out.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "study", rename_all = "snake_case", deny_unknown_fields)]
 enum Study {
+    /// The card of a run of the folder; the others are of the run that is shown.
+    Card { run: String },
     /// The results, without these corrections; none: as they lie in the folder.
     Results { without: Option<Vec<String>> },
     /// The sensor in a pose.
@@ -35,13 +37,14 @@ enum Study {
 }
 
 impl Study {
-    fn of(&self, run: &Utf8Path, what_if: &WhatIf) -> Result<String, Failure> {
+    fn of(&self, desk: &Desk, what_if: &WhatIf) -> Result<String, Failure> {
         match self {
-            Self::Results { without } => json(&results::results(run, without.as_deref())?),
-            Self::Lit { asked } => json(&what_if.lit(run, asked)?),
-            Self::Convergence { asked } => json(&what_if::convergence(run, asked)?),
-            Self::Diagnosis {} => json(&diagnosed::diagnosed(run)?),
-            Self::Next { number } => json(&next::shown(run, *number)?),
+            Self::Card { run } => json(&card::card(&desk.named(run)?)?),
+            Self::Results { without } => json(&results::results(&desk.run()?, without.as_deref())?),
+            Self::Lit { asked } => json(&what_if.lit(&desk.run()?, asked)?),
+            Self::Convergence { asked } => json(&what_if::convergence(&desk.run()?, asked)?),
+            Self::Diagnosis {} => json(&diagnosed::diagnosed(&desk.run()?)?),
+            Self::Next { number } => json(&next::shown(&desk.run()?, *number)?),
             Self::Polar { so_far } => json(&serde_json::json!({ "svg": polar_so_far(so_far) })),
         }
     }
@@ -57,7 +60,7 @@ pub async fn study(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
         Ok(asked) => asked,
         Err(error) => return (StatusCode::BAD_REQUEST, format!("no such study: {error}\n")).into_response(),
     };
-    let done = tokio::task::spawn_blocking(move || asked.of(&shared.desk.run()?, &shared.what_if)).await;
+    let done = tokio::task::spawn_blocking(move || asked.of(&shared.desk, &shared.what_if)).await;
     let (status, text) = match done {
         Ok(Ok(text)) => (StatusCode::OK, text),
         Ok(Err(failure)) => {

@@ -2,6 +2,7 @@
 
 mod document;
 mod ratio;
+mod traceability;
 pub(crate) mod valid;
 
 use camino::{Utf8Path, Utf8PathBuf};
@@ -12,6 +13,7 @@ pub use self::document::{
     StationDocument, Supply,
 };
 pub use self::ratio::{NotARatio, Ratio};
+pub use self::traceability::Traceability;
 use crate::document::{DocumentError, Fault, Source, read_text};
 
 /// Value of `format` in a station file.

@@ -20,7 +20,7 @@
 //! What the half-planes differ is smoothed along every meridian and then around every circle of equal γ: the product of
 //! the two smoothings in place of the one that has both sums at once (L. Xiao, Y. Li, D. Ruppert, J. R. Stat. Soc. B
 //! 75, 577, 2013). Each line is then a system of its own with a narrow band, and the time grows with the number of
-//! directions; `docs/decisions/0025-smoothing-by-lines.md` has what the product costs in accuracy. The bounds w are
+//! directions; `docs/decisions/0026-smoothing-by-lines.md` has what the product costs in accuracy. The bounds w are
 //! applied to the sum of all, at the end.
 
 mod differences;

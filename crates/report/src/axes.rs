@@ -1,6 +1,6 @@
 //! A rectangular frame with ticks: maps data to pixels and draws grid, numbers and labels.
 
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{self, Anchor, Stroke, Svg, colour};
 
 /// A data axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,6 +149,19 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// The frame of a figure: a title fits above it, the labels of its axes and one line of text below.
+    pub const fn of_figure(x: Scale, y: Scale) -> Self {
+        let (left, top) = (72.0, 32.0);
+        Self {
+            left,
+            top,
+            width: svg::WIDTH - left - 16.0,
+            height: svg::HEIGHT - top - 70.0,
+            x,
+            y,
+        }
+    }
+
     /// Pixel position of a point.
     pub fn at(&self, x: f64, y: f64) -> (f64, f64) {
         (
@@ -163,18 +176,12 @@ impl Frame {
         for tick in self.x.ticks() {
             let x = self.at(tick, self.y.low).0;
             svg.line((x, self.top), (x, bottom), Stroke::solid(colour::GRID, 1.0));
-            svg.text((x, bottom + 16.0), 11.0, Anchor::Middle, colour::INK, &number(tick));
+            svg.text((x, bottom + 18.0), Anchor::Middle, colour::INK, &number(tick));
         }
         for tick in self.y.ticks() {
             let y = self.at(self.x.low, tick).1;
             svg.line((self.left, y), (right, y), Stroke::solid(colour::GRID, 1.0));
-            svg.text(
-                (self.left - 6.0, y + 4.0),
-                11.0,
-                Anchor::End,
-                colour::INK,
-                &number(tick),
-            );
+            svg.text((self.left - 6.0, y + 4.5), Anchor::End, colour::INK, &number(tick));
         }
         svg.rectangle(
             self.left,
@@ -185,15 +192,13 @@ impl Frame {
             Some(Stroke::solid(colour::INK, 1.0)),
         );
         svg.text(
-            (self.left + 0.5 * self.width, bottom + 34.0),
-            12.0,
+            (self.left + 0.5 * self.width, bottom + 38.0),
             Anchor::Middle,
             colour::INK,
             x_label,
         );
         svg.turned_text(
-            (self.left - 48.0, self.top + 0.5 * self.height),
-            12.0,
+            (self.left - 56.0, self.top + 0.5 * self.height),
             Anchor::Middle,
             colour::INK,
             -90.0,

@@ -6,7 +6,7 @@ use isolux_formats::spectral::SpectrumFile;
 use crate::plots::{self, Diagram, IsoluxOptions, PolarOptions, SpectrumOptions};
 
 const DISTRIBUTION: [&str; 5] = ["polar", "cartesian", "isocandela", "isolux", "solid"];
-const SPECTRUM: [&str; 4] = ["spectrum", "cie1931", "cie1976", "tm30"];
+const SPECTRUM: [&str; 5] = ["spectrum", "cie1931", "cie1976", "tm30", "tm30_bins"];
 
 /// The pictures that there may be of this content, by name.
 pub fn kinds(content: &Content) -> &'static [&'static str] {
@@ -28,6 +28,7 @@ pub fn title(kind: &str) -> &str {
         "cie1931" => "Chromaticity, CIE 1931",
         "cie1976" => "Chromaticity, CIE 1976",
         "tm30" => "Colour rendition, TM-30",
+        "tm30_bins" => "Hue bins, TM-30",
         other => other,
     }
 }
@@ -78,5 +79,6 @@ fn spectrum(file: &SpectrumFile, name: &str) -> Vec<(&'static str, String)> {
         plots::chromaticity(&spectrum, Diagram::Cie1976, name),
     ];
     pictures.extend(plots::tm30(&spectrum, name));
+    pictures.extend(plots::tm30_bins(&spectrum, name));
     SPECTRUM.into_iter().zip(pictures).collect()
 }

@@ -1,7 +1,7 @@
 //! Pictures of a diagnosis: residuals before and after on one fixed scale, along one coordinate, and the gap.
 
 use crate::axes::{Frame, Scale};
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, Stroke, Svg, WIDTH, colour};
 
 /// Residuals of one half-plane set or one sensor map, in σ; NaN where nothing was read.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,11 +25,19 @@ pub struct Panel {
 /// The scale of every residual map, in σ.
 const LIMIT_SIGMA: f64 = 5.0;
 
-/// Before | after, panel under panel, all on one fixed ±5 σ scale. `x` and `y` say what runs along the axes.
-pub fn residual_maps(panels: &[Panel], x: &str, y: &str) -> String {
+/// Two figures of one row, before and after: panel under panel, all on one fixed ±5 σ scale. `x` and `y` say what runs
+/// along the axes.
+pub fn residual_maps(panels: &[Panel], x: &str, y: &str) -> [String; 2] {
+    ["before", "after"].map(|side| residual_map(panels, side, x, y))
+}
+
+fn residual_map(panels: &[Panel], side: &str, x: &str, y: &str) -> String {
+    const LEFT: f64 = 52.0;
+    const GAP: f64 = 24.0;
     let wide = panels.iter().all(|panel| panel.columns > 2 * panel.rows);
-    // Maps are square and many: several side by side; half-planes are wide and few: one under the other.
-    let (per_line, width) = if wide { (1, 340.0) } else { (3, 110.0) };
+    // Maps are square and many: two side by side; half-planes are wide and few: one under the other.
+    let per_line = if wide { 1 } else { 2 };
+    let width = (WIDTH - LEFT - 78.0) / per_line as f64 - GAP;
     let height_of = |panel: &Panel| {
         if wide {
             (14.0 * panel.rows as f64).clamp(24.0, 240.0)
@@ -38,38 +46,35 @@ pub fn residual_maps(panels: &[Panel], x: &str, y: &str) -> String {
         }
     };
     let lines: Vec<&[Panel]> = panels.chunks(per_line).collect();
-    let line_height = |line: &[Panel]| line.iter().map(height_of).fold(0.0, f64::max) + 38.0;
+    let line_height = |line: &[Panel]| line.iter().map(height_of).fold(0.0, f64::max) + 46.0;
     let total: f64 = lines.iter().map(|line| line_height(line)).sum();
-    let half = per_line as f64 * (width + 14.0) + 46.0;
-    let mut svg = Svg::new(2.0 * half + 90.0, total + 70.0, "Residuals before and after");
-    for (side, title) in ["before", "after"].iter().enumerate() {
-        let left = 44.0 + side as f64 * half;
-        svg.text((left, 18.0), 14.0, Anchor::Start, colour::INK, title);
-        let mut top = 32.0;
-        for line in &lines {
-            for (place, panel) in line.iter().enumerate() {
-                let values = if side == 0 { &panel.before } else { &panel.after };
-                let corner = (left + place as f64 * (width + 14.0), top + 12.0);
-                let size = (width, height_of(panel));
-                draw(&mut svg, panel, values, corner, size);
-                ticks(&mut svg, panel, corner, size, place == 0);
-            }
-            top += line_height(line);
+    // High enough for the scale beside it.
+    let height = (total + 66.0).max(230.0);
+    let mut svg = Svg::new(WIDTH, height, &format!("Residuals {side}"));
+    svg.text((LEFT, 18.0), Anchor::Start, colour::INK, side);
+    let mut top = 28.0;
+    for line in &lines {
+        for (place, panel) in line.iter().enumerate() {
+            let values = if side == "before" { &panel.before } else { &panel.after };
+            let corner = (LEFT + place as f64 * (width + GAP), top + 18.0);
+            let size = (width, height_of(panel));
+            draw(&mut svg, panel, values, corner, size);
+            ticks(&mut svg, panel, corner, size, place == 0);
         }
+        top += line_height(line);
     }
     svg.text(
-        (30.0, total + 52.0),
-        11.0,
+        (10.0, height - 12.0),
         Anchor::Start,
         colour::MUTED,
         &format!("→ {x},  ↑ {y}"),
     );
-    scale_bar(&mut svg, 2.0 * half + 34.0, 44.0, 160.0);
+    scale_bar(&mut svg, WIDTH - 64.0, 46.0, 160.0);
     svg.finish()
 }
 
 fn draw(svg: &mut Svg, panel: &Panel, values: &[f64], (left, top): (f64, f64), (width, height): (f64, f64)) {
-    svg.text((left, top - 3.0), 10.0, Anchor::Start, colour::MUTED, &panel.name);
+    svg.text((left, top - 5.0), Anchor::Start, colour::MUTED, &panel.name);
     let (cell_w, cell_h) = (width / panel.columns.max(1) as f64, height / panel.rows.max(1) as f64);
     svg.rectangle(left, top, width, height, "#eef0f2", None);
     for row in 0..panel.rows {
@@ -101,7 +106,7 @@ fn draw(svg: &mut Svg, panel: &Panel, values: &[f64], (left, top): (f64, f64), (
 /// The coordinates of the first, middle and last column below, of the rows at the left of a line's first panel.
 fn ticks(svg: &mut Svg, panel: &Panel, (left, top): (f64, f64), (width, height): (f64, f64), first: bool) {
     let few = |n: usize, room: f64| -> Vec<usize> {
-        let count = ((room / 34.0) as usize + 1).clamp(2, 7).min(n);
+        let count = ((room / 48.0) as usize + 1).clamp(2, 7).min(n);
         let mut places: Vec<usize> = (0..count)
             .map(|k| k * n.saturating_sub(1) / count.saturating_sub(1).max(1))
             .collect();
@@ -117,23 +122,16 @@ fn ticks(svg: &mut Svg, panel: &Panel, (left, top): (f64, f64), (width, height):
     for place in few(panel.x.len(), width) {
         let x = left + (place as f64 + 0.5) * width / panel.columns.max(1) as f64;
         svg.text(
-            (x, top + height + 10.0),
-            8.0,
+            (x, top + height + 15.0),
             Anchor::Middle,
             colour::MUTED,
             &word(panel.x[place]),
         );
     }
     if first {
-        for place in few(panel.y.len(), 1.6 * height) {
+        for place in few(panel.y.len(), 2.0 * height) {
             let y = top + height - (place as f64 + 0.5) * height / panel.rows.max(1) as f64;
-            svg.text(
-                (left - 4.0, y + 3.0),
-                8.0,
-                Anchor::End,
-                colour::MUTED,
-                &word(panel.y[place]),
-            );
+            svg.text((left - 5.0, y + 4.5), Anchor::End, colour::MUTED, &word(panel.y[place]));
         }
     }
 }
@@ -147,8 +145,7 @@ fn scale_bar(svg: &mut Svg, left: f64, top: f64, height: f64) {
     }
     for (place, label) in [(0.0, "+5 σ"), (0.5, "0"), (1.0, "−5 σ")] {
         svg.text(
-            (left + 18.0, top + place * height + 4.0),
-            10.0,
+            (left + 18.0, top + place * height + 4.5),
             Anchor::Start,
             colour::INK,
             label,
@@ -172,21 +169,14 @@ fn diverging(t: f64) -> String {
 /// Residuals (σ) against a coordinate, with their mean in equal-count bins and the fit through them (x, σ), rising in
 /// x.
 pub fn residuals_along(label: &str, points: &[(f64, f64)], fit: &[(f64, f64)]) -> String {
-    let mut svg = Svg::new(640.0, 340.0, "Residuals along the strongest coordinate");
+    let mut svg = Svg::figure("Residuals along the strongest coordinate");
     let xs = points.iter().map(|(x, _)| *x);
     let reach = points
         .iter()
         .map(|(_, y)| y.abs())
         .fold(LIMIT_SIGMA, f64::max)
         .min(4.0 * LIMIT_SIGMA);
-    let frame = Frame {
-        left: 70.0,
-        top: 20.0,
-        width: 540.0,
-        height: 260.0,
-        x: Scale::around(xs, false),
-        y: Scale::linear(-reach, reach),
-    };
+    let frame = Frame::of_figure(Scale::around(xs, false), Scale::linear(-reach, reach));
     frame.draw(&mut svg, label, "(measured − baseline) / (s·u), σ");
     let inside = |y: f64| y.clamp(-reach, reach);
     for &(x, y) in points.iter().take(6000) {
@@ -203,13 +193,12 @@ pub fn residuals_along(label: &str, points: &[(f64, f64)], fit: &[(f64, f64)]) -
         .collect();
     svg.polyline(mean_fit, Stroke::solid(colour::MODEL, 2.2));
     svg.text(
-        (590.0, 36.0),
-        11.0,
-        Anchor::End,
+        (frame.left, 20.0),
+        Anchor::Start,
         colour::DATA,
         "● mean ± standard error",
     );
-    svg.text((590.0, 52.0), 11.0, Anchor::End, colour::MODEL, "— what was found");
+    svg.text((WIDTH - 16.0, 20.0), Anchor::End, colour::MODEL, "— what was found");
     svg.finish()
 }
 
@@ -240,7 +229,7 @@ fn binned(points: &[(f64, f64)], bins: usize) -> Vec<(f64, f64, f64)> {
 
 /// The gap as bars: each entry a name with before, after and the noise floor, in σ rms.
 pub fn gap_bars(entries: &[(&str, f64, f64, f64)]) -> String {
-    let mut svg = Svg::new(460.0, 60.0 + 74.0 * entries.len() as f64, "Gap before and after");
+    let mut svg = Svg::new(WIDTH, 60.0 + 74.0 * entries.len() as f64, "Gap before and after");
     let top = entries
         .iter()
         .map(|(_, before, after, floor)| before.max(*after).max(*floor))
@@ -248,20 +237,19 @@ pub fn gap_bars(entries: &[(&str, f64, f64, f64)]) -> String {
     let scale = |value: f64| 300.0 * value / (1.1 * top);
     for (k, (name, before, after, floor)) in entries.iter().enumerate() {
         let y = 20.0 + 74.0 * k as f64;
-        svg.text((10.0, y), 12.0, Anchor::Start, colour::INK, name);
+        svg.text((10.0, y), Anchor::Start, colour::INK, name);
         for (place, value, fill, word) in [
             (0.0, before, colour::BAD, "before"),
             (1.0, after, colour::GOOD, "after"),
         ] {
             let y = y + 8.0 + 24.0 * place;
             svg.rectangle(60.0, y, scale(*value), 18.0, fill, None);
-            svg.text((54.0, y + 13.0), 11.0, Anchor::End, colour::MUTED, word);
+            svg.text((54.0, y + 13.0), Anchor::End, colour::MUTED, word);
             // Beyond the dashed line where that would cross the number.
             let (end, floor) = (60.0 + scale(*value), 60.0 + scale(*floor));
-            let crossed = (end - 4.0..end + 54.0).contains(&floor);
+            let crossed = (end - 4.0..end + 62.0).contains(&floor);
             svg.text(
                 (if crossed { floor } else { end } + 6.0, y + 13.0),
-                11.0,
                 Anchor::Start,
                 colour::INK,
                 &format!("{value:.3} σ"),
@@ -273,7 +261,6 @@ pub fn gap_bars(entries: &[(&str, f64, f64, f64)]) -> String {
     let bottom = 36.0 + 74.0 * entries.len() as f64;
     svg.text(
         (10.0, bottom),
-        11.0,
         Anchor::Start,
         colour::MUTED,
         "dashed: what noise alone would leave",

@@ -137,12 +137,13 @@ fn residuals(page: &mut Page, found: &Diagnosis, pictures: &mut Vec<(&'static st
     }
     let (panels, x, y) = panels::panels(found);
     if !panels.is_empty() {
-        let svg = residual_maps(&panels, x, y);
-        page.figure(
-            &svg,
-            "Residuals before and after, (measured − predicted)/(s·u), on one fixed scale.",
+        let [before, after] = residual_maps(&panels, x, y);
+        page.pair(
+            (&before, "Residuals before, (measured − predicted)/(s·u)."),
+            (&after, "Residuals after, on the same scale."),
         );
-        pictures.push(("residuals.svg", svg));
+        pictures.push(("residuals_before.svg", before));
+        pictures.push(("residuals_after.svg", after));
     }
 }
 

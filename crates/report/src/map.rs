@@ -9,7 +9,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::axes::{Frame, Scale, number};
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, HEIGHT, Stroke, Svg, colour};
 use canvas::{Align, Canvas};
 pub use viridis::viridis;
 use viridis::{SIDE_BY_SIDE, viridis_of};
@@ -239,32 +239,30 @@ impl Map<'_> {
         canvas.text(left, top + height + 12, Align::Left, self.unit);
     }
 
-    /// A figure: the map with scale bar, and its sections along x and y through the middle.
-    pub fn figure(&self, title: &str) -> String {
+    /// Two figures of one row: the map with its scale, and its sections along x and y through the middle.
+    pub fn figures(&self, title: &str) -> [String; 2] {
+        [self.figure(title), self.sections(title)]
+    }
+
+    fn figure(&self, title: &str) -> String {
         let (low, high) = self.range();
         let digits = digits(low, high);
         let [w, h] = self.size_mm;
-        let side = 380.0;
-        let (wide, tall) = (side * w / w.max(h), side * h / w.max(h));
-        let mut svg = Svg::new(980.0, 470.0, title);
-        let frame = Frame {
-            left: 70.0,
-            top: 30.0,
-            width: wide,
-            height: tall,
-            x: Scale::linear(-0.5 * w, 0.5 * w),
-            y: Scale::linear(-0.5 * h, 0.5 * h),
-        };
-        svg.image(70.0, 30.0, wide, tall, &self.bare_png(512));
+        let mut svg = Svg::figure(title);
+        let mut frame = Frame::of_figure(Scale::linear(-0.5 * w, 0.5 * w), Scale::linear(-0.5 * h, 0.5 * h));
+        let side = frame.height;
+        (frame.width, frame.height) = (side * w / w.max(h), side * h / w.max(h));
+        let (top, wide, tall) = (frame.top, frame.width, frame.height);
+        svg.image(frame.left, top, wide, tall, &self.bare_png(512));
         frame.draw(&mut svg, "x / mm", "y / mm");
-        let bar = 70.0 + wide + 16.0;
+        let bar = frame.left + wide + 16.0;
         for step in 0..64 {
             let [r, g, b] = viridis(1.0 - (f64::from(step) + 0.5) / 64.0);
             let mut fill = String::new();
             let _ = write!(fill, "#{r:02x}{g:02x}{b:02x}");
             svg.rectangle(
                 bar,
-                30.0 + f64::from(step) * tall / 64.0,
+                top + f64::from(step) * tall / 64.0,
                 14.0,
                 tall / 64.0 + 0.6,
                 &fill,
@@ -273,10 +271,9 @@ impl Map<'_> {
         }
         for tick in Scale::linear(low, high).ticks() {
             if (low..=high).contains(&tick) {
-                let y = 30.0 + tall * (high - tick) / (high - low);
+                let y = top + tall * (high - tick) / (high - low);
                 svg.text(
-                    (bar + 19.0, y + 4.0),
-                    11.0,
+                    (bar + 19.0, y + 4.5),
                     Anchor::Start,
                     colour::INK,
                     &format!("{tick:.digits$}"),
@@ -284,20 +281,21 @@ impl Map<'_> {
             }
         }
         if let Some((from, to)) = self.below_uncertainty((low, high)) {
-            let y = |value: f64| 30.0 + tall * (high - value) / (high - low);
+            let y = |value: f64| top + tall * (high - value) / (high - low);
             let mut at = y(to);
             while at < y(from) {
                 svg.line((bar, at + 3.0), (bar + 14.0, at), Stroke::solid(colour::INK, 1.2));
                 at += 5.0;
             }
-            svg.text((bar, 30.0 + tall + 18.0), 11.0, Anchor::Start, colour::INK, HATCHED);
+            svg.text((bar - 30.0, HEIGHT - 10.0), Anchor::Start, colour::INK, HATCHED);
         }
-        svg.text((bar, 20.0), 12.0, Anchor::Start, colour::INK, self.unit);
-        self.sections(&mut svg, title);
+        svg.text((bar, 20.0), Anchor::Start, colour::INK, self.unit);
+        svg.text((frame.left, 20.0), Anchor::Start, colour::INK, title);
         svg.finish()
     }
 
-    fn sections(&self, svg: &mut Svg, title: &str) {
+    fn sections(&self, title: &str) -> String {
+        let mut svg = Svg::figure(&format!("sections of {title}"));
         let [w, h] = self.size_mm;
         let along_x: Vec<f64> = (0..self.nx)
             .map(|ix| f64::from(self.values[self.ny / 2 * self.nx + ix]))
@@ -305,18 +303,14 @@ impl Map<'_> {
         let along_y: Vec<f64> = (0..self.ny)
             .map(|iy| f64::from(self.values[iy * self.nx + self.nx / 2]))
             .collect();
-        let frame = Frame {
-            left: 640.0,
-            top: 30.0,
-            width: 310.0,
-            height: 380.0,
-            x: Scale::linear(-0.5 * w.max(h), 0.5 * w.max(h)),
-            y: Scale::around(along_x.iter().chain(&along_y).copied(), false),
-        };
-        frame.draw(svg, "position / mm", &format!("{} / {}", self.quantity, self.unit));
+        let frame = Frame::of_figure(
+            Scale::linear(-0.5 * w.max(h), 0.5 * w.max(h)),
+            Scale::around(along_x.iter().chain(&along_y).copied(), false),
+        );
+        frame.draw(&mut svg, "position / mm", &format!("{} / {}", self.quantity, self.unit));
         for (values, extent, colour, name, line) in [
             (&along_x, w, colour::C0, "along x, y = 0", 0.0),
-            (&along_y, h, colour::C90, "along y, x = 0", 16.0),
+            (&along_y, h, colour::C90, "along y, x = 0", 120.0),
         ] {
             let stride = (values.len() / 400).max(1);
             let points = (0..values.len() / stride).map(|k| {
@@ -325,9 +319,9 @@ impl Map<'_> {
                 frame.at(at * extent, part.iter().sum::<f64>() / stride as f64)
             });
             svg.polyline(points, Stroke::solid(colour, 1.6));
-            svg.text((650.0, 46.0 + line), 11.0, Anchor::Start, colour, name);
+            svg.text((frame.left + line, 22.0), Anchor::Start, colour, name);
         }
-        svg.text((70.0, 20.0), 12.0, Anchor::Start, colour::INK, title);
+        svg.finish()
     }
 }
 
@@ -379,7 +373,7 @@ mod tests {
             unit: "lx",
             u: None,
         };
-        assert!(map.figure("even").contains("along x"));
+        assert!(map.figures("even")[1].contains("along x"));
         assert!(map.png().len() > 1000);
     }
 }

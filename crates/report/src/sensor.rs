@@ -80,9 +80,10 @@ pub fn page(scene: &Scene, simulation: &Simulation) -> Result<String, ViewError>
             facts.ler_lm_per_w.map_or(String::new(), |ler| format!("{ler:.1} lm/W")),
         ),
     ]);
-    page.figure(
-        &picture(simulation).figure("sensor"),
-        "Map with scale bar, and sections through the middle",
+    let [map, sections] = picture(simulation).figures("sensor");
+    page.pair(
+        (&map, "Map with its scale."),
+        (&sections, "Sections through the middle."),
     );
     page.heading("Scene");
     add(&mut page, scene, simulation, "scene")?;

@@ -70,6 +70,13 @@ impl<'a> Stroke<'a> {
     }
 }
 
+/// Width of a figure in pixels: two stand beside each other on a report's page.
+pub const WIDTH: f64 = 500.0;
+/// Height in pixels of a figure that shares its row with another.
+pub const HEIGHT: f64 = 400.0;
+/// Size of every text in a figure, in pixels. Figures are as wide as each other, so that it is one size on the screen.
+pub const TEXT: f64 = 13.0;
+
 /// An SVG document under construction.
 #[derive(Debug, Clone)]
 pub struct Svg {
@@ -88,6 +95,11 @@ impl Svg {
             title: escape(title),
             body: String::new(),
         }
+    }
+
+    /// An empty figure as wide and as high as every other that shares its row.
+    pub fn figure(title: &str) -> Self {
+        Self::new(WIDTH, HEIGHT, title)
     }
 
     /// Adds a straight line.
@@ -156,12 +168,12 @@ impl Svg {
     }
 
     /// Adds text at its baseline.
-    pub fn text(&mut self, at: (f64, f64), size: f64, anchor: Anchor, fill: &str, text: &str) {
-        self.turned_text(at, size, anchor, fill, 0.0, text);
+    pub fn text(&mut self, at: (f64, f64), anchor: Anchor, fill: &str, text: &str) {
+        self.turned_text(at, anchor, fill, 0.0, text);
     }
 
     /// Adds text turned by `degrees` about its point.
-    pub fn turned_text(&mut self, at: (f64, f64), size: f64, anchor: Anchor, fill: &str, degrees: f64, text: &str) {
+    pub fn turned_text(&mut self, at: (f64, f64), anchor: Anchor, fill: &str, degrees: f64, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -174,10 +186,9 @@ impl Svg {
         };
         let _ = writeln!(
             self.body,
-            r#"<text x="{}" y="{}" font-size="{}" text-anchor="{anchor}" fill="{}"{turn}>{}</text>"#,
+            r#"<text x="{}" y="{}" text-anchor="{anchor}" fill="{}"{turn}>{}</text>"#,
             n(at.0),
             n(at.1),
-            n(size),
             escape(fill),
             escape(text)
         );
@@ -207,7 +218,7 @@ impl Svg {
         let (w, h) = (n(self.width), n(self.height));
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" role=\"img\" \
-             font-family=\"'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif\">\n<title>{}</title>\n\
+             font-size=\"{TEXT}\" font-family=\"'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif\">\n<title>{}</title>\n\
              <rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>\n{}</svg>\n",
             self.title, self.body
         )
@@ -296,7 +307,7 @@ mod tests {
     #[test]
     fn text_cannot_leave_its_element() {
         let mut svg = Svg::new(10.0, 10.0, "a < b");
-        svg.text((1.0, 2.0), 9.0, Anchor::Start, "#000", "</text><script>\u{1}");
+        svg.text((1.0, 2.0), Anchor::Start, "#000", "</text><script>\u{1}");
         let out = svg.finish();
         assert!(out.contains("&lt;/text&gt;&lt;script&gt;\u{fffd}</text>") && !out.contains("<script>"));
         assert!(out.contains("<title>a &lt; b</title>"));

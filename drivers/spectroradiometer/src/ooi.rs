@@ -272,7 +272,7 @@ impl Spectroradiometer for OceanOoi {
             });
         };
         // The instrument counts whole microseconds; a part of one is neither set nor read back.
-        let time = microseconds(us);
+        let time = Duration::from_micros(u64::from(us));
         let mut state = self.state.lock().await;
         self.line.send(Request::IntegrationTime(us)).await?;
         let status = self.line.status_twice().await?;

@@ -11,7 +11,7 @@ use crate::progress::{Event, Progress};
 use crate::{Failure, record, reduce};
 
 /// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML
-/// page or as PDF. `job` is that of a day that does not hold its own. The report of a scan that is not finished has
+/// page or as PDF; without `out` beside those results. `job` is that of a day that does not hold its own. The report of a scan that is not finished has
 /// `partial` in its name, which is returned.
 ///
 /// # Errors
@@ -20,7 +20,7 @@ use crate::{Failure, record, reduce};
 pub fn report(
     folder: &Utf8Path,
     job: Option<&Utf8Path>,
-    out: &Utf8Path,
+    out: Option<&Utf8Path>,
     pdf: bool,
     overwrite: Overwrite,
     progress: &dyn Progress,
@@ -33,9 +33,10 @@ pub fn report(
     } = asked::of_report(folder, job)?;
     run.header.state(&subject);
     let reduction = stored::reduction(folder, &run)?;
-    let out = named(out, &reduction);
-    files::refuse_existing(&out, overwrite)?;
     let results = reduce::results_folder(folder, &reduction);
+    let beside = results.join(if pdf { "report.pdf" } else { "report.html" });
+    let out = named(out.unwrap_or(&beside), &reduction);
+    files::refuse_existing(&out, overwrite)?;
     let mut day_results = light(&results, run, reduction, scene.as_deref(), progress)?;
     stored::beside(folder, own_model, &mut day_results)?;
     let document = document(&day_results)?;
@@ -46,7 +47,9 @@ pub fn report(
     let paper = document.pdf().map_err(Failure::instrument)?;
     if !paper.unknown.is_empty() {
         let letters: String = paper.unknown.iter().collect();
-        let note = format!("the PDF shows ? for characters that its font lacks: {letters}; the HTML report has them");
+        let note = format!(
+            "the PDF shows ? for {letters}: no font of this system has them; install one, or use the HTML report"
+        );
         progress.event(Event::Note(&note));
     }
     files::write(&out, &paper.bytes, overwrite)?;

@@ -230,7 +230,8 @@ fn proposal(next: &Value) -> Proposal {
 fn figures(folder: &Utf8Path) -> Vec<Figure> {
     [
         ("gap.svg", "Gap before and after"),
-        ("residuals.svg", "Residuals before and after"),
+        ("residuals_before.svg", "Residuals before"),
+        ("residuals_after.svg", "Residuals after"),
         ("coordinate.svg", "Residuals along the strongest pattern"),
     ]
     .into_iter()

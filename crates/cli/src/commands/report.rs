@@ -9,13 +9,16 @@ use crate::screen;
 
 /// Writes the report of a reduced run as one HTML file, or as PDF.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  isolux report run --out run.html\n  isolux report run --pdf --out run.pdf")]
+#[command(
+    after_help = "Examples:\n  isolux report run --out run.html\n  isolux report run --pdf\n  isolux report run --pdf --out run.pdf"
+)]
 pub struct Report {
     /// The run directory.
     run: Utf8PathBuf,
-    /// The file to write; the report of a scan that is not finished has `partial` in its name.
+    /// The file to write; without it report.html or report.pdf among the results. The report of a scan that is not
+    /// finished has `partial` in its name.
     #[arg(long)]
-    out: Utf8PathBuf,
+    out: Option<Utf8PathBuf>,
     /// PDF on A4, with its fonts, in place of HTML.
     #[arg(long)]
     pdf: bool,
@@ -32,7 +35,8 @@ pub fn run(arguments: &Report) -> Result<(), Failure> {
     let overwrite = Overwrite::asked(arguments.force);
     let job = arguments.job.as_deref();
     let progress = screen::Bars::default();
-    let out = day::report(&arguments.run, job, &arguments.out, arguments.pdf, overwrite, &progress)?;
+    let out = arguments.out.as_deref();
+    let out = day::report(&arguments.run, job, out, arguments.pdf, overwrite, &progress)?;
     screen::say(out)?;
     Ok(())
 }

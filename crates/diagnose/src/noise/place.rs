@@ -32,21 +32,22 @@ impl What {
                 let from = (0..series.len())
                     .find(|&i| (series.index[i].round() as i64).rem_euclid(n as i64) == phase as i64)
                     .map_or(0.0, |i| series.index[i]);
-                let note = format!("every {n}th reading from number {from} on is {sign} the model");
+                let note = format!("every {} reading from number {from} on is {sign} the model", ordinal(n));
                 (Kind::Every, Coordinate::Index, [first, last], note)
             }
             What::Visits(n, phase) => {
                 let (first, last) = (series.index[0], series.index[series.len() - 1]);
                 let note = format!(
-                    "every {n}th visit of a half-plane from the {}th on is {sign} the model",
-                    phase + 1
+                    "every {} visit of a half-plane from the {} on is {sign} the model",
+                    ordinal(n),
+                    ordinal(phase + 1)
                 );
                 (Kind::Every, Coordinate::Index, [first, last], note)
             }
             What::Lines(coordinate, n) => {
                 let reach = series.rows.iter().fold(0.0_f64, |most, row| most.max(row.x_mm.abs()));
                 let of = if coordinate == Coordinate::XMm { "column" } else { "row" };
-                let note = format!("every {n}th {of} of bins is {sign} the model");
+                let note = format!("every {} {of} of bins is {sign} the model", ordinal(n));
                 (Kind::Every, coordinate, [-reach, reach], note)
             }
             What::Run(from, to) => {
@@ -89,6 +90,41 @@ impl What {
                 );
                 (Kind::Patch, Coordinate::XMm, [x - 1.2 * width, x + 1.2 * width], note)
             }
+        }
+    }
+}
+
+/// The number of a place in English: 1st, 2nd, 3rd, 4th, 11th, 21st.
+fn ordinal(n: usize) -> String {
+    let suffix = match (n % 100, n % 10) {
+        (11..=13, _) => "th",
+        (_, 1) => "st",
+        (_, 2) => "nd",
+        (_, 3) => "rd",
+        _ => "th",
+    };
+    format!("{n}{suffix}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ordinals_are_english() {
+        for (n, word) in [
+            (1, "1st"),
+            (2, "2nd"),
+            (3, "3rd"),
+            (4, "4th"),
+            (11, "11th"),
+            (12, "12th"),
+            (13, "13th"),
+            (21, "21st"),
+            (102, "102nd"),
+            (112, "112th"),
+        ] {
+            assert_eq!(ordinal(n), word);
         }
     }
 }

@@ -123,6 +123,15 @@ pub struct Axis {
     /// How far from the target an axis at rest may stand; without it one and a half counts, at least 0.01°.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance_deg: Option<f64>,
+    /// Number of the certificate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certificate: Option<String>,
+    /// Day of the calibration, YYYY-MM-DD.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibrated: Option<String>,
+    /// Day the calibration is due again, YYYY-MM-DD.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub due: Option<String>,
 }
 
 impl Axis {
@@ -156,6 +165,9 @@ pub struct LuxMeter {
     /// Number of the certificate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certificate: Option<String>,
+    /// Day of the calibration, YYYY-MM-DD.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibrated: Option<String>,
     /// Day the calibration is due again, YYYY-MM-DD.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub due: Option<String>,
@@ -190,6 +202,15 @@ pub struct Spectroradiometer {
     /// Bound of the light that reaches it otherwise than straight from the lamp, ÷ the direct light on the axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stray_max_rel: Option<f64>,
+    /// Number of the certificate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certificate: Option<String>,
+    /// Day of the calibration, YYYY-MM-DD.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibrated: Option<String>,
+    /// Day the calibration is due again, YYYY-MM-DD.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub due: Option<String>,
 }
 
 /// The power meter in the lamp's supply line. Its uncertainties are of a reading at the level of the lamp: gain and
@@ -214,6 +235,12 @@ pub struct PowerMeter {
     /// Number of the certificate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certificate: Option<String>,
+    /// Day of the calibration, YYYY-MM-DD.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibrated: Option<String>,
+    /// Day the calibration is due again, YYYY-MM-DD.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub due: Option<String>,
 }
 
 /// The supply that feeds the lamp: its levels are in its address.

@@ -4,6 +4,7 @@
 //! multiply by what nobody meant.
 
 use super::document::{Axis, Bench, Lamp, LuxMeter, Rail, Spectroradiometer, StationDocument, Supply};
+use super::traceability;
 use crate::document::Fault;
 
 /// Distances between the axes' crossing and a detector, in mm.
@@ -25,6 +26,9 @@ pub(super) fn check(station: &StationDocument) -> Result<(), Fault> {
         check_axis(name, axis)?;
     }
     check_luxmeter(&station.luxmeter)?;
+    for (part, known) in traceability::stated(station) {
+        known.map_or(Ok(()), |known| known.check(part))?;
+    }
     if let Some(spectro) = &station.spectroradiometer {
         check_spectroradiometer(spectro)?;
     }
@@ -72,14 +76,7 @@ fn check_luxmeter(meter: &LuxMeter) -> Result<(), Fault> {
     within("luxmeter.u_rel", meter.u_rel, (0.0, MOST_U_REL), FRACTION)?;
     let key = "luxmeter.noise_rel";
     optional(within, key, meter.noise_rel, (0.0, MOST_U_REL), " (a fraction)")?;
-    optional(within, "luxmeter.noise_lx", meter.noise_lx, (0.0, 1e3), " lx")?;
-    match &meter.due {
-        Some(due) if !is_day(due) => Err(Fault::new(
-            "luxmeter.due",
-            format!("`{due}` is no day, write YYYY-MM-DD"),
-        )),
-        _ => Ok(()),
-    }
+    optional(within, "luxmeter.noise_lx", meter.noise_lx, (0.0, 1e3), " lx")
 }
 
 fn check_spectroradiometer(spectro: &Spectroradiometer) -> Result<(), Fault> {
@@ -249,12 +246,4 @@ fn driver_and_target(path: &str, open: &str) -> Result<(), Fault> {
             format!("`{open}` is not `driver:target`, for instance zaber:/dev/ttyUSB0?axis=1"),
         )),
     }
-}
-
-fn is_day(text: &str) -> bool {
-    let parts: Vec<&str> = text.split('-').collect();
-    let number = |part: &str, digits: usize, range: std::ops::RangeInclusive<u32>| {
-        part.len() == digits && part.parse().is_ok_and(|value: u32| range.contains(&value))
-    };
-    parts.len() == 3 && number(parts[0], 4, 1..=9999) && number(parts[1], 2, 1..=12) && number(parts[2], 2, 1..=31)
 }

@@ -186,7 +186,7 @@ fn chart(all: &[(&str, &str, Vec<Row>)]) -> String {
             y: Scale::around(rows.iter().flat_map(|row| [row.mean, row.max, row.min]), false),
         };
         frame.draw(&mut svg, label, "W/m²");
-        svg.text((frame.left, frame.top - 10.0), 12.0, Anchor::Start, "#222831", name);
+        svg.text((frame.left, frame.top - 10.0), Anchor::Start, "#222831", name);
         for (pick, dash) in [
             ((|row| row.mean) as fn(&Row) -> f64, ""),
             (|row| row.max, "6 3"),
@@ -207,7 +207,6 @@ fn chart(all: &[(&str, &str, Vec<Row>)]) -> String {
     }
     svg.text(
         (70.0, 632.0),
-        12.0,
         Anchor::Start,
         "#222831",
         "solid: mean; dashed: largest pixel; dotted: smallest pixel",

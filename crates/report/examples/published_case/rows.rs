@@ -224,7 +224,7 @@ pub(crate) fn convergence(book: &mut Book, source: &Source, exact: f64) {
     .into_iter()
     .enumerate()
     {
-        svg.text((430.0, 56.0 + 18.0 * k as f64), 12.0, Anchor::Start, colour, words);
+        svg.text((430.0, 56.0 + 18.0 * k as f64), Anchor::Start, colour, words);
     }
     text.push_str("\nThe error of the mean falls as 1/√(rays on the sensor) and does not know the pixels; the largest pixel at few rays is one or two rays in a pixel's area.\n");
     book.write(&text);
@@ -306,7 +306,7 @@ fn maxima_figure(all: &[Runs]) -> String {
         // Groups stand for themselves: no numbers under them.
         for (k, words) in ["none", "once", "twice"].iter().enumerate() {
             let (x, y) = frame.at(1.5 + 3.0 * k as f64, low);
-            svg.text((x, y + 16.0), 11.0, Anchor::Middle, "#222831", words);
+            svg.text((x, y + 16.0), Anchor::Middle, "#222831", words);
         }
         let (left, right) = (frame.at(0.0, low), frame.at(9.0, top));
         svg.rectangle(
@@ -320,13 +320,7 @@ fn maxima_figure(all: &[Runs]) -> String {
         for tick in (0..5).flat_map(|decade| [1.0, 2.0, 5.0].map(|k| k * 10.0_f64.powi(decade))) {
             if (low..top).contains(&tick) {
                 let at = frame.at(0.0, tick);
-                svg.text(
-                    (at.0 - 6.0, at.1 + 4.0),
-                    10.0,
-                    Anchor::End,
-                    "#222831",
-                    &format!("{tick}"),
-                );
+                svg.text((at.0 - 6.0, at.1 + 4.0), Anchor::End, "#222831", &format!("{tick}"));
                 svg.line((at.0 - 4.0, at.1), at, Stroke::solid("#66707c", 1.0));
             }
         }
@@ -346,7 +340,6 @@ fn maxima_figure(all: &[Runs]) -> String {
         );
         svg.text(
             (frame.left + 80.0, 28.0),
-            12.0,
             Anchor::Middle,
             "#222831",
             &format!("{}: {}", row.name(), row.max),
@@ -354,13 +347,12 @@ fn maxima_figure(all: &[Runs]) -> String {
     }
     svg.text(
         (70.0, 385.0),
-        11.0,
         Anchor::Start,
         "#222831",
         "passes of the 3 × 3 mean; maximum in W/m²; dashed: published",
     );
     for (k, word) in ["traced", "thinned", "expected"].iter().enumerate() {
-        svg.text((70.0 + 90.0 * k as f64, 405.0), 12.0, Anchor::Start, colours[k], word);
+        svg.text((70.0 + 90.0 * k as f64, 405.0), Anchor::Start, colours[k], word);
     }
     svg.finish()
 }

@@ -3,7 +3,7 @@
 use isolux_reduce::Quantity;
 
 use crate::document::Section;
-use crate::plots::{Diagram, SpectrumOptions, chromaticity, spectrum, tm30};
+use crate::plots::{Diagram, SpectrumOptions, chromaticity, spectrum, tm30, tm30_bins};
 
 use super::results::DayResults;
 
@@ -57,12 +57,15 @@ pub fn section(day_results: &DayResults) -> Option<Section> {
             vec![std::iter::once("Ri".to_owned()).chain(row).collect()],
         );
     }
-    if let Some(graphic) = tm30(&spectral.spectrum, "") {
-        section.figures([(
-            graphic,
-            "TM-30: the arrows show how colours of each hue are shifted; outside the circle they are more saturated than in the \
-             reference light.",
-        )]);
+    if let (Some(graphic), Some(bins)) = (tm30(&spectral.spectrum, ""), tm30_bins(&spectral.spectrum, "")) {
+        section.figures([
+            (
+                graphic,
+                "TM-30: the arrows show how colours of each hue are shifted; outside the circle they are more saturated than in the \
+                 reference light.",
+            ),
+            (bins, "TM-30: fidelity and shift of chroma of the sixteen hue bins."),
+        ]);
     }
     if let (Some(rf), Some(chroma)) = (colour.rf_hue, colour.rcs_hue_percent) {
         let head = (1..=16).map(|bin| format!("{bin}"));

@@ -3,7 +3,7 @@
 
 use crate::axes::{Frame, Scale};
 use crate::document::Section;
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, HEIGHT, Stroke, Svg, WIDTH, colour};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::{ReadingKind, Role};
 use isolux_reduce::{Drift, Over};
@@ -11,7 +11,7 @@ use isolux_units::digits::significant;
 use serde_json::Value;
 
 use super::results::DayResults;
-use super::words::{NOT_STATED, angle};
+use super::words::angle;
 
 /// (max − min)/mean over the window within which EN 13032-4 and CIE S 025 call a lamp stable.
 const STABLE_REL: f64 = 0.005;
@@ -59,14 +59,9 @@ fn facts(day_results: &DayResults, events: &[Value]) -> Vec<(String, String)> {
     let reduction = &day_results.reduction;
     let mut facts = Vec::new();
     let mut add = |name: &str, value: String| facts.push((name.to_owned(), value));
-    add(
-        "burning position",
-        header
-            .luminaire
-            .burning_position
-            .clone()
-            .unwrap_or_else(|| NOT_STATED.to_owned()),
-    );
+    if let Some(position) = &header.luminaire.burning_position {
+        add("burning position", position.clone());
+    }
     let temperatures = day_results.run.readings.rows.iter().filter_map(|row| row.ambient_c);
     add("ambient temperature", over(temperatures, "°C", 1));
     let stable = events.iter().rev().find(|event| event["event"] == "stable");
@@ -241,46 +236,57 @@ fn drift_words(drift: &Drift) -> String {
 
 fn instruments(section: &mut Section, day_results: &DayResults) {
     let header = &day_results.run.header;
-    let station = &header.station;
-    let certificate = |role: &str| -> (String, String) {
-        let none = || NOT_STATED.to_owned();
-        let meter = station.luxmeter();
-        match role {
-            "luxmeter" => (
-                meter.certificate.clone().unwrap_or_else(none),
-                meter.due.clone().unwrap_or_else(none),
-            ),
-            "powermeter" => (
-                station
-                    .powermeter()
-                    .and_then(|meter| meter.certificate.clone())
-                    .unwrap_or_else(none),
-                none(),
-            ),
-            "spectroradiometer" => {
-                let calibration = header.spectral.as_ref();
-                let text = calibration
-                    .map(|known| format!("{}, SHA-256 {}…", known.file, known.sha256.get(..8).unwrap_or("")));
-                (text.unwrap_or_else(none), none())
+    let measured_on = header.started_utc.get(..10).unwrap_or_default();
+    let rows = header.device.iter().map(|device| {
+        // What is not calibrated (a lamp, a shutter) has empty cells.
+        let [certificate, calibrated, due] = match header.station.traceability(&device.role) {
+            Some(known) => {
+                let due = known.due.map(|due| {
+                    let late = if known.overdue(measured_on) {
+                        ", before the measurement"
+                    } else {
+                        ""
+                    };
+                    format!("{due}{late}")
+                });
+                [
+                    known.certificate.map(str::to_owned),
+                    known.calibrated.map(str::to_owned),
+                    due,
+                ]
+                .map(|cell| cell.unwrap_or_else(|| "–".to_owned()))
             }
-            _ => (String::new(), String::new()),
-        }
-    };
-    let rows = header
-        .device
-        .iter()
-        .map(|device| {
-            let (certificate, due) = certificate(&device.role);
-            vec![
-                device.role.clone(),
-                device.model.clone(),
-                device.serial.clone().unwrap_or_else(|| "not known".to_owned()),
-                certificate,
-                due,
-            ]
-        })
-        .collect();
-    section.table(&["instrument", "model", "serial number", "calibration", "due"], rows);
+            None => Default::default(),
+        };
+        let serial = device.serial.clone().unwrap_or_else(|| "not known".to_owned());
+        vec![
+            device.role.clone(),
+            device.model.clone(),
+            serial,
+            certificate,
+            calibrated,
+            due,
+        ]
+    });
+    section.table(
+        &[
+            "instrument",
+            "model",
+            "serial number",
+            "certificate",
+            "calibrated",
+            "due",
+        ],
+        rows.collect(),
+    );
+    section.paragraph("–: not stated by the station; empty: not calibrated.");
+    if let Some(spectral) = &header.spectral {
+        section.paragraph(format!(
+            "Spectral calibration: {}, SHA-256 {}….",
+            spectral.file,
+            spectral.sha256.get(..8).unwrap_or_default()
+        ));
+    }
 }
 
 /// The journal of the run, as far as it can be read: the report is not about its damage.
@@ -307,20 +313,16 @@ fn warm_up(events: &[Value]) -> Option<String> {
         return None;
     }
     let relative = |lx: f64| 100.0 * (lx / last - 1.0);
-    let mut svg = Svg::new(560.0, 300.0, "illuminance during warm-up");
+    let mut svg = Svg::figure("illuminance during warm-up");
     let band = 100.0 * STABLE_REL;
     let values = looks
         .iter()
         .map(|look| relative(look.1))
         .chain([-1.5 * band, 1.5 * band]);
-    let frame = Frame {
-        left: 70.0,
-        top: 16.0,
-        width: 470.0,
-        height: 230.0,
-        x: Scale::around(looks.iter().map(|look| look.0), true),
-        y: Scale::around(values, true),
-    };
+    let frame = Frame::of_figure(
+        Scale::around(looks.iter().map(|look| look.0), true),
+        Scale::around(values, true),
+    );
     let end = looks.last()?.0;
     svg.polygon(
         [(0.0, band), (end, band), (end, -band), (0.0, -band)].map(|(x, y)| frame.at(x, y)),
@@ -347,18 +349,14 @@ fn reference(day_results: &DayResults) -> String {
         .collect();
     let mean = visits.iter().map(|visit| visit.1).sum::<f64>() / visits.len().max(1) as f64;
     let relative = |lx: f64| 100.0 * (lx / mean - 1.0);
-    let mut svg = Svg::new(560.0, 300.0, "reference readings over time");
+    let mut svg = Svg::figure("reference readings over time");
     let values = visits
         .iter()
         .flat_map(|v| [relative(v.1 + 2.0 * v.2), relative(v.1 - 2.0 * v.2)]);
-    let frame = Frame {
-        left: 70.0,
-        top: 16.0,
-        width: 470.0,
-        height: 230.0,
-        x: Scale::around(visits.iter().map(|visit| visit.0), false),
-        y: Scale::around(values, true),
-    };
+    let frame = Frame::of_figure(
+        Scale::around(visits.iter().map(|visit| visit.0), false),
+        Scale::around(values, true),
+    );
     frame.draw(&mut svg, "time since the lamp was switched on in min", "change in %");
     for &(minute, lx, u) in &visits {
         svg.line(
@@ -370,8 +368,7 @@ fn reference(day_results: &DayResults) -> String {
     }
     if visits.is_empty() {
         svg.text(
-            (305.0, 130.0),
-            12.0,
+            (0.5 * WIDTH, 0.4 * HEIGHT),
             Anchor::Middle,
             colour::MUTED,
             "the plan had no visits",

@@ -1,7 +1,7 @@
 //! The distribution, its flux, glare, and the table of intensities.
 
 use crate::document::Section;
-use crate::plots::{IsoluxOptions, PolarOptions, cartesian, cone, cones, isocandela, isolux, polar, solid, zones};
+use crate::plots::{IsoluxOptions, PolarOptions, cartesian, cone, cones, isocandela, isolux, zones};
 use isolux_photometry::IntensityDistribution;
 use isolux_reduce::{Quantity, Reduction};
 use isolux_units::digits::significant;
@@ -22,27 +22,15 @@ pub fn distribution(day_results: &DayResults) -> Section {
         doubtful_cd: Some(doubtful_cd(day_results)),
     };
     let mut section = Section::new("Luminous intensity distribution");
+    // The polar diagram and the solid stand on the first page.
     section.figures([
-        (
-            polar(shown, &options),
-            &format!(
-                "Polar diagram, C0–C180 solid red, C90–C270 dashed blue, in cd/klm. {}",
-                below(day_results)
-            ),
-        ),
         (
             cartesian(shown, &options),
-            "The same over γ: how steep the edges of the beam are.",
+            "Intensity over γ: how steep the edges of the beam are. The polar diagram is on the first page.",
         ),
-    ]);
-    section.figures([
         (
             isocandela(shown, &options),
             "Lines of equal intensity over (C, γ): a luminaire that is alike all around has level lines.",
-        ),
-        (
-            solid(shown, &options),
-            "Photometric solid: intensity as the distance from the light centre.",
         ),
     ]);
     let at = IsoluxOptions::at_one_metre(shown, "");
@@ -139,7 +127,7 @@ pub fn doubtful_cd(day_results: &DayResults) -> f64 {
 }
 
 /// The same in words.
-fn below(day_results: &DayResults) -> String {
+pub fn below(day_results: &DayResults) -> String {
     let per_klm = 1000.0 * doubtful_cd(day_results) / day_results.reduction.flux.value;
     format!(
         "Dotted grey, within the shade: below {} cd/klm, the expanded uncertainty (k = 2) of no light.",

@@ -10,7 +10,7 @@ use super::results::Diagnosed;
 use crate::answer::SAME_RECORD;
 use crate::diagnosis_page::capitalised;
 use crate::sensor::{self, ViewError};
-use isolux_diagnose::on_axis::{Stated, gap_words};
+use isolux_diagnose::on_axis::Stated;
 
 pub fn section(day_results: &DayResults) -> Result<Section, ViewError> {
     let facts = &day_results.simulation.facts;
@@ -18,13 +18,17 @@ pub fn section(day_results: &DayResults) -> Result<Section, ViewError> {
     let mut section = Section::new("Simulation: irradiance on the sensor");
     let marked = sensor::marked(&day_results.simulation, day_results.u_direction_rel());
     section.paragraph(format!("Mean {}.", sensor::mean(facts)));
-    section.figures([(
-        marked.figure("noise-free, inverse method"),
-        &format!(
-            "{} × {} mm, {} × {} pixels, with sections through the middle.",
-            facts.size_mm[0], facts.size_mm[1], facts.pixels[0], facts.pixels[1]
+    let [map, sections] = marked.figures("noise-free, inverse method");
+    section.figures([
+        (
+            map,
+            &format!(
+                "{} × {} mm, {} × {} pixels.",
+                facts.size_mm[0], facts.size_mm[1], facts.pixels[0], facts.pixels[1]
+            ),
         ),
-    )]);
+        (sections, "Sections through the middle."),
+    ]);
     let relative = |value: f64| format!("{:+.2} %", 100.0 * (value / facts.mean - 1.0));
     section.facts(vec![
         (

@@ -2,7 +2,7 @@
 
 use crate::document::{Block, Section};
 use crate::html::Tile;
-use crate::plots::{PolarOptions, polar};
+use crate::plots::{PolarOptions, polar, solid};
 use isolux_reduce::{BeamAngles, Quantity, Reduction};
 
 use super::results::DayResults;
@@ -35,10 +35,20 @@ pub fn section(day_results: &DayResults) -> Section {
         per_lamp_flux_lm: Some(reduction.flux.value),
         doubtful_cd: Some(super::light::doubtful_cd(day_results)),
     };
-    section.figures([(
-        polar(&reduction.grid.distribution, &options),
-        "Luminous intensity: C0–C180 solid red, C90–C270 dashed blue, in cd/klm.",
-    )]);
+    let shown = &reduction.grid.distribution;
+    section.figures([
+        (
+            polar(shown, &options),
+            &format!(
+                "Luminous intensity, C0–C180 solid red, C90–C270 dashed blue, in cd/klm. {}",
+                super::light::below(day_results)
+            ),
+        ),
+        (
+            solid(shown, &options),
+            "Photometric solid: intensity as the distance from the light centre.",
+        ),
+    ]);
     section.subheading("Item and report");
     identity(day_results, &mut section);
     section
@@ -147,7 +157,7 @@ fn angle_tile<'a>(name: &str, reduction: &'a Reduction, of: impl Fn(&'a BeamAngl
     };
     Tile {
         name: name.to_owned(),
-        value: said.collect::<Vec<String>>().join(" / "),
+        value: said.collect::<Vec<String>>().join(", "),
         note: format!("{}; {note}", planes.join(" / ")),
     }
 }

@@ -6,24 +6,26 @@ use serde_json::{Map, Value};
 use super::results::DayResults;
 use crate::document::Section;
 
-/// What a report says where the record does not know.
-pub const NOT_STATED: &str = "not stated";
-
-/// What was measured and for whom, in full: what is not stated says so.
+/// What was measured and for whom; one line names what is not stated.
 pub fn identity(day_results: &DayResults, section: &mut Section) {
     let header = &day_results.run.header;
-    let mut facts = Vec::new();
-    let stated = |text: Option<&str>| text.unwrap_or(NOT_STATED).to_owned();
-    for (key, text) in LUMINAIRE_KEYS.iter().zip(header.luminaire.texts()) {
-        facts.push((key.what.to_owned(), stated(text)));
-    }
-    for (key, text) in REPORT_KEYS.iter().zip(header.report.texts()) {
-        // The method is always told; notes only where there are some.
-        if text.is_some() || key.name != "notes" {
-            facts.push((key.what.to_owned(), stated(text)));
+    let luminaire = LUMINAIRE_KEYS.iter().zip(header.luminaire.texts());
+    let keys = luminaire.chain(REPORT_KEYS.iter().zip(header.report.texts()));
+    let (mut facts, mut missing) = (Vec::new(), Vec::new());
+    for (key, text) in keys {
+        match text {
+            Some(text) => facts.push((key.what.to_owned(), text.to_owned())),
+            // Notes are no gap.
+            None if key.name != "notes" => missing.push(key.what),
+            None => {}
         }
     }
-    section.facts(facts);
+    if !facts.is_empty() {
+        section.facts(facts);
+    }
+    if !missing.is_empty() {
+        section.paragraph(format!("Not stated: {}.", missing.join(", ")));
+    }
     section.paragraph(
         "The results are valid for this item alone, in the state and under the conditions that are stated here.",
     );

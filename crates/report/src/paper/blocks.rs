@@ -162,12 +162,13 @@ impl Layout<'_> {
         }
     }
 
-    /// Pictures beside each other, two in a row, each with its caption below.
+    /// Pictures beside each other, two in a row, each with its caption below. One that has a row for itself is no larger:
+    /// its text is as large as that of the others.
     fn figures(&self, figures: &[Figure], pieces: &mut Vec<Piece>) {
         const GAP: f32 = 14.0;
         const TALLEST: f32 = 300.0;
+        let width = (WIDTH - GAP) / 2.0;
         for row in figures.chunks(2) {
-            let width = (WIDTH - GAP * (row.len() as f32 - 1.0)) / row.len() as f32;
             let sizes: Vec<(f32, f32)> = row
                 .iter()
                 .map(|figure| {

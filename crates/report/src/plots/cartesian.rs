@@ -5,7 +5,7 @@ use isolux_photometry::IntensityDistribution;
 use super::polar::{DOUBTFUL, PolarOptions, runs};
 use super::shown;
 use crate::axes::{Frame, Scale};
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, HEIGHT, Stroke, Svg, WIDTH, colour};
 
 /// C180–C0 solid red and C270–C90 dashed blue, over γ from −γ_max to γ_max; one curve from 0 where all planes are
 /// alike.
@@ -13,8 +13,8 @@ pub fn cartesian(distribution: &IntensityDistribution, options: &PolarOptions) -
     let (factor, unit) = options.scale();
     let last = shown::shown_gamma(distribution);
     let rotational = shown::alike(distribution);
-    let mut svg = Svg::new(720.0, 440.0, &format!("Intensity over γ {}", options.title));
-    svg.text((390.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
+    let mut svg = Svg::figure(&format!("Intensity over γ {}", options.title));
+    svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, &options.title);
     // What cannot be told from no light asks for no axis below zero.
     let certain = |cd: &f64| {
         if cd.abs() <= options.doubtful_cd.unwrap_or(0.0) {
@@ -23,14 +23,10 @@ pub fn cartesian(distribution: &IntensityDistribution, options: &PolarOptions) -
             cd * factor
         }
     };
-    let frame = Frame {
-        left: 78.0,
-        top: 44.0,
-        width: 618.0,
-        height: 310.0,
-        x: Scale::linear(if rotational { 0.0 } else { -last }, last).every(if last > 60.0 { 30.0 } else { 10.0 }),
-        y: Scale::around(distribution.intensity_cd().iter().map(certain), true),
-    };
+    let frame = Frame::of_figure(
+        Scale::linear(if rotational { 0.0 } else { -last }, last).every(if last > 60.0 { 30.0 } else { 10.0 }),
+        Scale::around(distribution.intensity_cd().iter().map(certain), true),
+    );
     frame.draw(
         &mut svg,
         if rotational {
@@ -73,9 +69,9 @@ pub fn cartesian(distribution: &IntensityDistribution, options: &PolarOptions) -
         for (doubtful, run) in runs(&points, options.doubtful_cd) {
             svg.polyline(run, if doubtful { DOUBTFUL } else { stroke });
         }
-        let x = 90.0 + 150.0 * k as f64;
-        svg.line((x, 416.0), (x + 34.0, 416.0), stroke);
-        svg.text((x + 42.0, 420.0), 12.0, Anchor::Start, colour::INK, name);
+        let (x, y) = (frame.left + 150.0 * k as f64, HEIGHT - 10.0);
+        svg.line((x, y - 4.5), (x + 34.0, y - 4.5), stroke);
+        svg.text((x + 42.0, y), Anchor::Start, colour::INK, name);
     }
     svg.finish()
 }

@@ -5,7 +5,7 @@ use isolux_spectrum::{Chromaticity, Spectrum, cct, illuminant, spectrum_locus};
 use super::contour::encode;
 use super::spectral_colour;
 use crate::axes::{Frame, Scale};
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, HEIGHT, Stroke, Svg, WIDTH, colour};
 
 /// Which diagram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +39,7 @@ impl Diagram {
 }
 
 /// How far the axes go below zero.
-const MARGIN: f64 = 0.05;
+const MARGIN: f64 = 0.1;
 
 /// The source's place in the diagram, with its correlated colour temperature and Duv where they exist.
 pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String {
@@ -48,18 +48,15 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
         Diagram::Cie1931 => ("1931", ("x", "y"), (0.8, 0.9)),
         Diagram::Cie1976 => ("1976", ("u′", "v′"), (0.67, 0.65)),
     };
-    let width = 490.0;
-    let height = width * (end.1 + MARGIN) / (end.0 + MARGIN);
-    let mut svg = Svg::new(600.0, height + 120.0, &format!("CIE {year} chromaticity {title}"));
-    svg.text((320.0, 26.0), 15.0, Anchor::Middle, colour::INK, title);
-    let frame = Frame {
-        left: 78.0,
-        top: 44.0,
-        width,
-        height,
-        x: Scale::linear(-MARGIN, end.0).every(0.1),
-        y: Scale::linear(-MARGIN, end.1).every(0.1),
-    };
+    let mut svg = Svg::figure(&format!("CIE {year} chromaticity {title}"));
+    svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, title);
+    let mut frame = Frame::of_figure(
+        Scale::linear(-MARGIN, end.0).every(0.1),
+        Scale::linear(-MARGIN, end.1).every(0.1),
+    );
+    // One scale along both axes.
+    frame.width = frame.height * (end.0 + MARGIN) / (end.1 + MARGIN);
+    frame.left = 0.5 * (WIDTH - frame.width) + 20.0;
     let place = |c: Chromaticity| {
         let (a, b) = diagram.place(c);
         frame.at(a, b)
@@ -83,7 +80,7 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
     outline.push(outline[0]);
     svg.polyline(outline, Stroke::solid(colour::INK, 1.4));
     for (nm, c) in spectrum_locus()
-        .filter(|(nm, _)| [380.0, 700.0].contains(nm) || (*nm >= 460.0 && *nm <= 640.0 && nm.rem_euclid(20.0) == 0.0))
+        .filter(|(nm, _)| [380.0, 700.0].contains(nm) || (*nm >= 460.0 && *nm <= 620.0 && nm.rem_euclid(20.0) == 0.0))
     {
         let (x, y) = place(c);
         let (dx, dy) = outward(nm, &place);
@@ -97,7 +94,6 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
         };
         svg.text(
             (x + 9.0 * dx, y + 11.0 * dy + 3.5),
-            10.0,
             anchor,
             colour::MUTED,
             &format!("{nm:.0}"),
@@ -114,9 +110,9 @@ pub fn chromaticity(source: &Spectrum, diagram: Diagram, title: &str) -> String 
             format!("CCT {:.0} K, Duv {:+.4}", t.cct_k, t.duv)
         });
         let text = format!("{} {a:.4}, {} {b:.4}, {temperature}", axes.0, axes.1);
-        let y = frame.top + frame.height + 56.0;
-        svg.circle((84.0, y - 4.0), 5.5, "none", Some(Stroke::solid(colour::C0, 2.2)));
-        svg.text((98.0, y), 12.0, Anchor::Start, colour::INK, &text);
+        let y = HEIGHT - 8.0;
+        svg.circle((22.0, y - 4.5), 5.5, "none", Some(Stroke::solid(colour::C0, 2.2)));
+        svg.text((36.0, y), Anchor::Start, colour::INK, &text);
     }
     svg.finish()
 }
@@ -139,12 +135,11 @@ fn planckian_locus(svg: &mut Svg, year: &str, place: &impl Fn(Chromaticity) -> (
             let (dx, dy) = ((above.0 - below.0), (above.1 - below.1));
             let length = dx.hypot(dy).max(1.0);
             // Others would lie on these.
-            if ![2000.0, 3000.0, 5000.0, 10_000.0].contains(&t) {
+            if ![2000.0, 10_000.0].contains(&t) {
                 continue;
             }
             svg.text(
                 (below.0 - 13.0 * dx / length, below.1 - 13.0 * dy / length + 3.0),
-                9.5,
                 Anchor::Middle,
                 colour::OVER,
                 &format!("{t:.0} K"),

@@ -3,7 +3,7 @@
 use isolux_photometry::IntensityDistribution;
 
 use crate::axes::number;
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, HEIGHT, Stroke, Svg, colour};
 
 /// Edges beyond this are no cone: its width at a distance means nothing any more.
 const WIDEST_DEG: f64 = 80.0;
@@ -51,20 +51,20 @@ fn edges(distribution: &IntensityDistribution) -> Option<[[f64; 2]; 2]> {
 /// Both planes side by side, the luminaire above; none where there is no cone.
 pub fn cone(distribution: &IntensityDistribution) -> Option<String> {
     let (edges, cones) = (edges(distribution)?, cones(distribution)?);
-    let mut svg = Svg::new(620.0, 470.0, "Cone diagram");
+    let mut svg = Svg::figure("Cone diagram");
     // Both planes on one scale, true to the angle where that fits.
     let widest = edges
         .iter()
         .flatten()
         .fold(0.05_f64, |widest, edge| widest.max(edge.to_radians().tan().abs()));
-    let (half, per_m) = (140.0, 74.0);
+    let (half, per_m) = (90.0, 62.0);
     let across = (half / (5.0 * widest)).min(per_m);
     for (middle, [low, high], stroke, name) in [
-        (160.0, edges[0], Stroke::solid(colour::C0, 2.0), "C0–C180"),
-        (460.0, edges[1], Stroke::dashed(colour::C90, 2.0), "C90–C270"),
+        (102.0, edges[0], Stroke::solid(colour::C0, 2.0), "C0–C180"),
+        (398.0, edges[1], Stroke::dashed(colour::C90, 2.0), "C90–C270"),
     ] {
-        let top = 50.0;
-        svg.text((middle, 26.0), 14.0, Anchor::Middle, stroke.colour, name);
+        let top = 44.0;
+        svg.text((middle, 22.0), Anchor::Middle, stroke.colour, name);
         let x = |edge: f64, distance: f64| middle + across * distance * edge.to_radians().tan();
         let y = |distance: f64| top + per_m * distance;
         let far = 5.0;
@@ -88,32 +88,14 @@ pub fn cone(distribution: &IntensityDistribution) -> Option<String> {
         for (place, cone) in cones.iter().enumerate() {
             let width = cone.width_m[usize::from(name != "C0–C180")];
             let words = format!("{width:.2} m");
-            svg.text(
-                (middle, y(cone.distance_m) - 5.0),
-                11.0,
-                Anchor::Middle,
-                colour::INK,
-                &words,
-            );
+            svg.text((middle, y(cone.distance_m) - 5.0), Anchor::Middle, colour::INK, &words);
             if name == "C0–C180" {
-                let words = format!("{} m   {} lx", place + 1, number(round(cone.axis_lx)));
-                svg.text(
-                    (310.0, y(cone.distance_m) + 4.0),
-                    11.0,
-                    Anchor::Middle,
-                    colour::INK,
-                    &words,
-                );
+                let words = format!("{} m  {} lx", place + 1, number(round(cone.axis_lx)));
+                svg.text((250.0, y(cone.distance_m) + 4.5), Anchor::Middle, colour::INK, &words);
             }
         }
         let angle = format!("beam angle {:.1}°", high - low);
-        svg.text(
-            (middle, top + per_m * far + 26.0),
-            12.0,
-            Anchor::Middle,
-            colour::INK,
-            &angle,
-        );
+        svg.text((middle, HEIGHT - 12.0), Anchor::Middle, colour::INK, &angle);
     }
     Some(svg.finish())
 }

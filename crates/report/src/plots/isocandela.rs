@@ -7,7 +7,7 @@ use super::polar::PolarOptions;
 use super::scale_bar::scale_bar;
 use super::shown;
 use crate::axes::{Frame, Scale, number};
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, HEIGHT, Stroke, Svg, WIDTH, colour};
 
 /// Intensity over C (0–360°) and γ in colour, with lines at 10, 20, 30, 50, 70 and 90 % of the largest.
 pub fn isocandela(distribution: &IntensityDistribution, options: &PolarOptions) -> String {
@@ -15,15 +15,14 @@ pub fn isocandela(distribution: &IntensityDistribution, options: &PolarOptions) 
     let last = shown::shown_gamma(distribution);
     let peak = distribution.peak();
     let high = peak.intensity_cd * factor;
-    let mut svg = Svg::new(760.0, 470.0, &format!("Isocandela diagram {}", options.title));
-    svg.text((372.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
+    let mut svg = Svg::figure(&format!("Isocandela diagram {}", options.title));
+    svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, &options.title);
     let frame = Frame {
-        left: 78.0,
-        top: 44.0,
-        width: 580.0,
-        height: 340.0,
-        x: Scale::linear(0.0, 360.0).every(30.0),
-        y: Scale::linear(0.0, last).every(if last > 90.0 { 30.0 } else { 15.0 }),
+        width: WIDTH - 72.0 - 92.0,
+        ..Frame::of_figure(
+            Scale::linear(0.0, 360.0).every(60.0),
+            Scale::linear(0.0, last).every(if last > 90.0 { 30.0 } else { 15.0 }),
+        )
     };
     let grid = Grid::sample(181, 121, |x, y| {
         factor * distribution.intensity_cd_at(360.0 * x, last * (1.0 - y))
@@ -45,14 +44,19 @@ pub fn isocandela(distribution: &IntensityDistribution, options: &PolarOptions) 
             );
         }
     }
-    scale_bar(&mut svg, (684.0, 64.0, 16.0, 300.0), high, unit);
+    scale_bar(
+        &mut svg,
+        (WIDTH - 76.0, frame.top + 18.0, 16.0, frame.height - 18.0),
+        high,
+        unit,
+    );
     let at = format!(
         "I max {} {unit} at C {}°, γ {}°",
         number((high * 100.0).round() / 100.0),
         number(peak.c_deg),
         number(peak.gamma_deg)
     );
-    svg.text((78.0, 450.0), 12.0, Anchor::Start, colour::INK, &at);
+    svg.text((frame.left, HEIGHT - 10.0), Anchor::Start, colour::INK, &at);
     svg.finish()
 }
 
@@ -66,9 +70,9 @@ pub(super) fn lines(svg: &mut Svg, grid: &Grid, level: f64, frame: &Frame, label
     svg.polyline(points, Stroke::solid(colour::OVER, 0.9));
     // To the upper right of its line, away from the frame and from other labels.
     let free = |(x, y): (f64, f64)| {
-        (frame.left + 20.0..frame.left + frame.width - 20.0).contains(&x)
+        (frame.left + 24.0..frame.left + frame.width - 24.0).contains(&x)
             && (frame.top + 12.0..frame.top + frame.height - 12.0).contains(&y)
-            && labels.iter().all(|(a, b)| (a - x).abs() > 40.0 || (b - y).abs() > 14.0)
+            && labels.iter().all(|(a, b)| (a - x).abs() > 46.0 || (b - y).abs() > 17.0)
     };
     let best = pieces
         .iter()
@@ -77,8 +81,8 @@ pub(super) fn lines(svg: &mut Svg, grid: &Grid, level: f64, frame: &Frame, label
         .max_by(|a, b| (a.0 - a.1).total_cmp(&(b.0 - b.1)));
     if let Some((x, y)) = best {
         labels.push((x, y));
-        let w = 6.2 * label.chars().count() as f64 + 4.0;
-        svg.rectangle(x - 0.5 * w, y - 8.5, w, 12.0, "#ffffff", None);
-        svg.text((x, y + 1.5), 10.0, Anchor::Middle, colour::INK, label);
+        let w = 7.4 * label.chars().count() as f64 + 4.0;
+        svg.rectangle(x - 0.5 * w, y - 9.5, w, 15.0, "#ffffff", None);
+        svg.text((x, y + 2.5), Anchor::Middle, colour::INK, label);
     }
 }

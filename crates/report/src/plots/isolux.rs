@@ -6,7 +6,7 @@ use super::contour::{Grid, decade_levels};
 use super::isocandela::lines;
 use super::scale_bar::scale_bar;
 use crate::axes::{Frame, Scale, number};
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, HEIGHT, Stroke, Svg, WIDTH, colour};
 
 /// The plane.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,16 +57,10 @@ pub fn isolux(distribution: &IntensityDistribution, options: &IsoluxOptions) -> 
     };
     let grid = Grid::sample(161, 161, |x, y| at(half * (2.0 * x - 1.0), half * (1.0 - 2.0 * y)));
     let high = grid.value.iter().copied().fold(0.0, f64::max);
-    let mut svg = Svg::new(620.0, 570.0, &format!("Isolux diagram {}", options.title));
-    svg.text((290.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
-    let frame = Frame {
-        left: 78.0,
-        top: 44.0,
-        width: 440.0,
-        height: 440.0,
-        x: Scale::linear(-half, half),
-        y: Scale::linear(-half, half),
-    };
+    let mut svg = Svg::figure(&format!("Isolux diagram {}", options.title));
+    svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, &options.title);
+    let mut frame = Frame::of_figure(Scale::linear(-half, half), Scale::linear(-half, half));
+    frame.width = frame.height;
     if let Some(png) = grid.png(high) {
         svg.image(frame.left, frame.top, frame.width, frame.height, &png);
     }
@@ -78,9 +72,19 @@ pub fn isolux(distribution: &IntensityDistribution, options: &IsoluxOptions) -> 
     let (cx, cy) = frame.at(0.0, 0.0);
     svg.line((cx - 6.0, cy), (cx + 6.0, cy), Stroke::solid(colour::OVER, 1.2));
     svg.line((cx, cy - 6.0), (cx, cy + 6.0), Stroke::solid(colour::OVER, 1.2));
-    scale_bar(&mut svg, (544.0, 64.0, 16.0, 400.0), high, "lx");
+    scale_bar(
+        &mut svg,
+        (
+            frame.left + frame.width + 24.0,
+            frame.top + 18.0,
+            16.0,
+            frame.height - 18.0,
+        ),
+        high,
+        "lx",
+    );
     let note = format!("plane at {} m, square to γ = 0", number(h));
-    svg.text((78.0, 550.0), 12.0, Anchor::Start, colour::INK, &note);
+    svg.text((frame.left, HEIGHT - 10.0), Anchor::Start, colour::INK, &note);
     svg.finish()
 }
 

@@ -12,6 +12,7 @@ mod shown;
 mod solid;
 mod spectral_colour;
 mod spectrum;
+mod thumbnail;
 mod tm30;
 mod zones;
 
@@ -23,5 +24,49 @@ pub use isolux::{IsoluxOptions, isolux};
 pub use polar::{PolarOptions, PolarSoFar, polar, polar_so_far};
 pub use solid::solid;
 pub use spectrum::{SpectrumOptions, spectrum};
-pub use tm30::tm30;
+pub use thumbnail::{Curves, thumbnail};
+pub use tm30::{tm30, tm30_bins};
 pub use zones::zones;
+
+#[cfg(test)]
+mod tests {
+    use isolux_photometry::IntensityDistribution;
+    use isolux_spectrum::{Spectrum, illuminant};
+
+    use super::*;
+
+    #[test]
+    fn figures_of_a_row_are_equally_high_and_have_one_size_of_text() {
+        let gamma: Vec<f64> = (0..=18).map(|k| 10.0 * f64::from(k)).collect();
+        for upper in [0.0, 30.0] {
+            let row = gamma.iter().map(|g| 100.0 * g.to_radians().cos().max(0.0) + upper);
+            let row: Vec<f64> = row.collect();
+            let light = IntensityDistribution::new(
+                vec![0.0, 90.0, 180.0, 270.0],
+                gamma.clone(),
+                row.iter().copied().cycle().take(4 * row.len()).collect(),
+            )
+            .unwrap();
+            let lamp = Spectrum::from_1_nm(&illuminant::planck(3000.0)).unwrap();
+            let options = PolarOptions::default();
+            let mut figures = vec![
+                polar(&light, &options),
+                polar_so_far(&PolarSoFar::default()),
+                cartesian(&light, &options),
+                isocandela(&light, &options),
+                isolux(&light, &IsoluxOptions::at_one_metre(&light, "")),
+                solid(&light, &options),
+                spectrum(&lamp, &SpectrumOptions::default()),
+                chromaticity(&lamp, Diagram::Cie1931, ""),
+                chromaticity(&lamp, Diagram::Cie1976, ""),
+                tm30(&lamp, "").unwrap(),
+                tm30_bins(&lamp, "").unwrap(),
+            ];
+            figures.extend(cone(&light));
+            for figure in figures {
+                assert!(figure.contains("viewBox=\"0 0 500 400\""), "{}", &figure[..200]);
+                assert_eq!(figure.matches("font-size").count(), 1, "{}", &figure[..200]);
+            }
+        }
+    }
+}

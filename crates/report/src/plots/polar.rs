@@ -4,7 +4,7 @@ use isolux_photometry::IntensityDistribution;
 
 use super::shown;
 use crate::axes::{number, tick_step};
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, HEIGHT, Stroke, Svg, WIDTH, colour};
 
 /// What a polar or cartesian diagram shows.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -54,7 +54,7 @@ impl PolarOptions {
 /// Where a diagram lies and what its rim stands for.
 struct Frame {
     centre: (f64, f64),
-    height: f64,
+    radius: f64,
     /// Largest γ with a spoke.
     widest_deg: f64,
     /// Rings, and what is from one to the next in the unit of the scale.
@@ -64,8 +64,9 @@ struct Frame {
     factor: f64,
 }
 
-const RADIUS: f64 = 220.0;
-const WIDTH: f64 = 600.0;
+/// Room of the rim's labels beside it and above or below it.
+const BESIDE: f64 = 46.0;
+const LABEL: f64 = 22.0;
 
 impl Frame {
     /// For intensities up to `peak_cd`.
@@ -73,15 +74,14 @@ impl Frame {
         let peak = peak_cd * factor;
         let step = tick_step(if peak > 0.0 { 2.0 * peak } else { 1.0 });
         let widest_deg = if upper_light { 180.0 } else { 105.0_f64 };
-        let above = if upper_light {
-            1.0
-        } else {
-            0.5 - 0.5 * (widest_deg - 60.0_f64).to_radians().cos()
-        };
-        let centre = (0.5 * WIDTH, 70.0 + RADIUS * above);
+        // Below the title, above the legend.
+        let (top, bottom) = (28.0 + if upper_light { LABEL } else { 0.0 }, HEIGHT - 34.0 - LABEL);
+        let above = -widest_deg.to_radians().cos();
+        let radius = (0.5 * WIDTH - BESIDE).min((bottom - top) / (1.0 + above));
+        let spare = bottom - top - (1.0 + above) * radius;
         Self {
-            centre,
-            height: centre.1 + RADIUS + 74.0,
+            centre: (0.5 * WIDTH, top + 0.5 * spare + above * radius),
+            radius,
             widest_deg,
             rings: (peak / step).ceil().max(1.0) as usize,
             step,
@@ -96,7 +96,7 @@ impl Frame {
 
     /// γ above zero lies in the half-plane at the right, below zero in the opposite one.
     fn at(&self, gamma_deg: f64, cd: f64) -> (f64, f64) {
-        let r = RADIUS * (cd / self.full_cd()).clamp(0.0, 1.0);
+        let r = self.radius * (cd / self.full_cd()).clamp(0.0, 1.0);
         let (sin, cos) = gamma_deg.to_radians().sin_cos();
         (self.centre.0 + r * sin, self.centre.1 + r * cos)
     }
@@ -117,8 +117,8 @@ impl Frame {
                 svg.line(self.centre, self.at(side * spoke, self.full_cd()), grid);
                 let (sin, cos) = spoke.to_radians().sin_cos();
                 let label = (
-                    self.centre.0 + side * (RADIUS + 12.0) * sin,
-                    self.centre.1 + (RADIUS + 12.0) * cos + 4.0,
+                    self.centre.0 + side * (self.radius + 10.0) * sin,
+                    self.centre.1 + (self.radius + 10.0) * cos + 4.5,
                 );
                 let anchor = if sin.abs() < 0.05 {
                     Anchor::Middle
@@ -129,7 +129,7 @@ impl Frame {
                 };
                 if side > 0.0 || (spoke > 0.0 && spoke < 180.0) {
                     let at = (label.0, label.1 + if spoke == 0.0 { 6.0 } else { 0.0 });
-                    svg.text(at, 13.0, anchor, colour::MUTED, &format!("{spoke:.0}°"));
+                    svg.text(at, anchor, colour::MUTED, &format!("{spoke:.0}°"));
                 }
             }
             spoke += if self.widest_deg > 105.0 { 30.0 } else { 15.0 };
@@ -142,24 +142,25 @@ impl Frame {
             let value = ring as f64 * self.step;
             let (x, y) = self.at(0.0, value / self.factor);
             let text = number(value);
-            let w = 8.0 * text.len() as f64 + 4.0;
+            let w = 7.4 * text.len() as f64 + 4.0;
             svg.raw(&format!(
                 r##"<rect x="{:.2}" y="{:.2}" width="{w:.2}" height="15" fill="#ffffff" fill-opacity="0.8"/>"##,
                 x - 0.5 * w,
                 y - 15.5
             ));
-            svg.text((x, y - 4.0), 13.0, Anchor::Middle, colour::INK, &text);
+            svg.text((x, y - 4.0), Anchor::Middle, colour::INK, &text);
         }
     }
 
     fn legend(&self, svg: &mut Svg, unit: &str, entries: &[(&str, Stroke<'_>)]) {
-        let y = self.height - 20.0;
-        svg.text((24.0, y), 13.0, Anchor::Start, colour::INK, unit);
-        let mut x = if entries.len() > 2 { 90.0 } else { WIDTH - 290.0 };
+        const ENTRY: f64 = 138.0;
+        let y = HEIGHT - 12.0;
+        svg.text((16.0, y), Anchor::Start, colour::INK, unit);
+        let mut x = WIDTH - 10.0 - ENTRY * entries.len() as f64;
         for (name, stroke) in entries {
-            svg.line((x, y - 4.0), (x + 34.0, y - 4.0), *stroke);
-            svg.text((x + 42.0, y), 13.0, Anchor::Start, colour::INK, name);
-            x += if entries.len() > 2 { 165.0 } else { 150.0 };
+            svg.line((x, y - 4.5), (x + 30.0, y - 4.5), *stroke);
+            svg.text((x + 36.0, y), Anchor::Start, colour::INK, name);
+            x += ENTRY;
         }
     }
 }
@@ -173,12 +174,8 @@ pub fn polar(distribution: &IntensityDistribution, options: &PolarOptions) -> St
     let last_gamma = distribution.gamma_deg().last().copied().unwrap_or(180.0);
     let peak_cd = distribution.intensity_cd().iter().fold(0.0, |m: f64, v| m.max(*v));
     let frame = Frame::new(peak_cd, shown::upper_light(distribution), factor);
-    let mut svg = Svg::new(
-        WIDTH,
-        frame.height,
-        &format!("Polar intensity diagram {}", options.title),
-    );
-    svg.text((0.5 * WIDTH, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
+    let mut svg = Svg::figure(&format!("Polar intensity diagram {}", options.title));
+    svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, &options.title);
     frame.draw(&mut svg);
     if let Some(limit) = options.doubtful_cd {
         svg.polygon(frame.ring(limit).chain([frame.centre]), colour::MUTED, 0.3);
@@ -231,7 +228,7 @@ pub struct PolarSoFar {
 /// reading on it.
 pub fn polar_so_far(so_far: &PolarSoFar) -> String {
     let frame = Frame::new(so_far.peak_cd, so_far.reach_deg > 90.0, 1.0);
-    let mut svg = Svg::new(WIDTH, frame.height, "Polar intensity diagram of the scan so far");
+    let mut svg = Svg::figure("Polar intensity diagram of the scan so far");
     frame.draw(&mut svg);
     let mut entries = vec![C0, C90];
     let mut curve = |points: &[(f64, f64)], stroke| {
@@ -330,8 +327,8 @@ mod tests {
                 .collect::<Vec<_>>()
         };
         assert_eq!(grid(&whole), grid(&part));
-        // 220 px to the rim of 100 cd, γ = 30°.
-        let tip = 300.0 + 220.0 * 0.866 * 0.5;
+        // 204 px to the rim of 100 cd, γ = 30°.
+        let tip = 250.0 + 204.0 * 0.866 * 0.5;
         assert!(part.contains(&format!("<circle cx=\"{tip:.2}\"")), "{part}");
         assert!(part.contains(colour::NOW) && !whole.contains(colour::NOW));
     }

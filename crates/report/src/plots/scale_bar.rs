@@ -14,19 +14,13 @@ pub fn scale_bar(svg: &mut Svg, (x, y, width, height): (f64, f64, f64, f64), hig
         svg.rectangle(x, top, width, step + 0.5, &format!("#{r:02x}{g:02x}{b:02x}"), None);
     }
     svg.rectangle(x, y, width, height, "none", Some(Stroke::solid(colour::INK, 1.0)));
-    svg.text((x, y - 8.0), 11.0, Anchor::Start, colour::INK, unit);
+    svg.text((x, y - 8.0), Anchor::Start, colour::INK, unit);
     if high > 0.0 {
         let scale = Scale::linear(0.0, high);
         for tick in scale.ticks() {
             let at = y + height * (1.0 - scale.fraction(tick));
             svg.line((x + width, at), (x + width + 4.0, at), Stroke::solid(colour::INK, 1.0));
-            svg.text(
-                (x + width + 7.0, at + 4.0),
-                10.0,
-                Anchor::Start,
-                colour::INK,
-                &number(tick),
-            );
+            svg.text((x + width + 7.0, at + 4.5), Anchor::Start, colour::INK, &number(tick));
         }
     }
 }

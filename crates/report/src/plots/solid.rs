@@ -6,7 +6,7 @@ use super::contour::shade;
 use super::polar::PolarOptions;
 use super::shown;
 use crate::axes::number;
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, HEIGHT, Stroke, Svg, WIDTH, colour};
 
 /// The solid with its three axes. γ = 0 points down, C runs counter-clockwise seen from above (CIE 121), so the
 /// luminaire's (x, y, z) becomes the right-handed (x, y, −z) of the room.
@@ -14,12 +14,12 @@ pub fn solid(distribution: &IntensityDistribution, options: &PolarOptions) -> St
     let (factor, unit) = options.scale();
     let high = distribution.peak().intensity_cd;
     let last = shown::shown_gamma(distribution);
-    let mut svg = Svg::new(600.0, 600.0, &format!("Photometric solid {}", options.title));
-    svg.text((300.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
+    let mut svg = Svg::figure(&format!("Photometric solid {}", options.title));
+    svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, &options.title);
     let (centre, radius) = if shown::upper_light(distribution) {
-        ((300.0, 310.0), 225.0)
+        ((0.5 * WIDTH, 200.0), 145.0)
     } else {
-        ((300.0, 205.0), 280.0)
+        ((0.5 * WIDTH, 130.0), 200.0)
     };
 
     // Camera 25° above the horizon, turned 35° from the axis C0 so that no axis hides another.
@@ -101,13 +101,13 @@ pub fn solid(distribution: &IntensityDistribution, options: &PolarOptions) -> St
     }
     for (end, name) in axes {
         let label = project(end.map(|v| 1.16 * v)).0;
-        svg.text((label.0, label.1 + 4.0), 12.0, Anchor::Middle, colour::INK, name);
+        svg.text((label.0, label.1 + 4.5), Anchor::Middle, colour::INK, name);
     }
     let note = format!(
         "largest radius {} {unit}",
         number((high * factor * 10.0).round() / 10.0)
     );
-    svg.text((24.0, 584.0), 12.0, Anchor::Start, colour::INK, &note);
+    svg.text((16.0, HEIGHT - 10.0), Anchor::Start, colour::INK, &note);
     svg.finish()
 }
 

@@ -4,7 +4,7 @@ use isolux_spectrum::Spectrum;
 
 use super::spectral_colour;
 use crate::axes::{Frame, Scale};
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, Stroke, Svg, WIDTH, colour};
 
 /// What a spectrum's picture says.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -19,16 +19,9 @@ pub struct SpectrumOptions {
 pub fn spectrum(spectrum: &Spectrum, options: &SpectrumOptions) -> String {
     let (nm, value) = (spectrum.wavelength_nm(), spectrum.value());
     let (first, last) = (nm[0], nm[nm.len() - 1]);
-    let mut svg = Svg::new(720.0, 420.0, &format!("Spectrum {}", options.title));
-    svg.text((390.0, 26.0), 15.0, Anchor::Middle, colour::INK, &options.title);
-    let frame = Frame {
-        left: 82.0,
-        top: 44.0,
-        width: 614.0,
-        height: 316.0,
-        x: Scale::linear(first, last),
-        y: Scale::around(value.iter().copied(), true),
-    };
+    let mut svg = Svg::figure(&format!("Spectrum {}", options.title));
+    svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, &options.title);
+    let frame = Frame::of_figure(Scale::linear(first, last), Scale::around(value.iter().copied(), true));
     let (from, to) = frame.x.range();
     svg.raw(r#"<defs><linearGradient id="wavelengths" x1="0" y1="0" x2="1" y2="0">"#);
     let stops = 160;

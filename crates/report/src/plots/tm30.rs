@@ -4,7 +4,7 @@ use isolux_spectrum::Spectrum;
 use isolux_spectrum::fidelity::{Fidelity, fidelity};
 
 use crate::axes::{Frame, Scale};
-use crate::svg::{Anchor, Stroke, Svg, colour};
+use crate::svg::{Anchor, Stroke, Svg, WIDTH, colour};
 
 /// Colours of the hue bins as TM-30 draws them.
 const BINS: [&str; 16] = [
@@ -12,25 +12,33 @@ const BINS: [&str; 16] = [
     "#0085c3", "#3b62aa", "#4568ae", "#6a4e85", "#9d69a1", "#a74f81",
 ];
 
-/// The graphic; none where the source has no reference (no correlated colour temperature).
+/// The colour vector graphic; none where the source has no reference (no correlated colour temperature).
 pub fn tm30(source: &Spectrum, title: &str) -> Option<String> {
     let fidelity = fidelity(source)?;
-    let mut svg = Svg::new(960.0, 520.0, &format!("TM-30 colour vector graphic {title}"));
-    svg.text((480.0, 26.0), 15.0, Anchor::Middle, colour::INK, title);
+    let mut svg = Svg::figure(&format!("TM-30 colour vector graphic {title}"));
+    svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, title);
     vectors(&mut svg, &fidelity);
     let cct = source.cct()?;
     let texts = [
-        (40.0, 68.0, Anchor::Start, format!("Rf {:.1}", fidelity.rf)),
-        (440.0, 68.0, Anchor::End, format!("Rg {:.1}", fidelity.rg)),
-        (40.0, 484.0, Anchor::Start, format!("CCT {:.0} K", cct.cct_k)),
-        (440.0, 484.0, Anchor::End, format!("Duv {:+.4}", cct.duv)),
+        (16.0, 48.0, Anchor::Start, format!("Rf {:.1}", fidelity.rf)),
+        (WIDTH - 16.0, 48.0, Anchor::End, format!("Rg {:.1}", fidelity.rg)),
+        (16.0, 384.0, Anchor::Start, format!("CCT {:.0} K", cct.cct_k)),
+        (WIDTH - 16.0, 384.0, Anchor::End, format!("Duv {:+.4}", cct.duv)),
     ];
     for (x, y, anchor, text) in texts {
-        svg.text((x, y), 17.0, anchor, colour::INK, &text);
+        svg.text((x, y), anchor, colour::INK, &text);
     }
+    Some(svg.finish())
+}
+
+/// Local fidelity and chroma shift of the hue bins as bars; none where [`tm30`] gives none.
+pub fn tm30_bins(source: &Spectrum, title: &str) -> Option<String> {
+    let fidelity = fidelity(source)?;
+    let mut svg = Svg::figure(&format!("TM-30 hue bins {title}"));
+    svg.text((0.5 * WIDTH, 20.0), Anchor::Middle, colour::INK, title);
     bars(
         &mut svg,
-        (56.0, 170.0),
+        (32.0, 126.0),
         Scale::linear(0.0, 100.0).every(20.0),
         "local fidelity Rf,h",
         &fidelity.bins.map(|b| b.rf),
@@ -41,16 +49,16 @@ pub fn tm30(source: &Spectrum, title: &str) -> Option<String> {
     let most = (1.12 * most / 10.0).ceil() * 10.0;
     bars(
         &mut svg,
-        (290.0, 170.0),
+        (216.0, 126.0),
         Scale::linear(-most, most).every(if most > 20.0 { 20.0 } else { 10.0 }),
-        "chroma shift Rcs,h in %",
+        "shift Rcs,h in %",
         &shift,
     );
     Some(svg.finish())
 }
 
 fn vectors(svg: &mut Svg, fidelity: &Fidelity) {
-    let (centre, radius) = ((240.0, 275.0), 130.0);
+    let (centre, radius) = ((0.5 * WIDTH, 208.0), 112.0);
     let at = |x: f64, y: f64| (centre.0 + radius * x, centre.1 - radius * y);
     // Rings at 80, 90, 110, 120 % of the reference's chroma.
     for ring in [0.8, 0.9, 1.1, 1.2] {
@@ -65,7 +73,7 @@ fn vectors(svg: &mut Svg, fidelity: &Fidelity) {
         );
         let (sin, cos) = (22.5 * f64::from(k) + 11.25).to_radians().sin_cos();
         let (x, y) = at(1.42 * cos, 1.42 * sin);
-        svg.text((x, y + 4.0), 11.0, Anchor::Middle, colour::MUTED, &format!("{}", k + 1));
+        svg.text((x, y + 4.5), Anchor::Middle, colour::MUTED, &format!("{}", k + 1));
     }
     svg.circle(centre, radius, "none", Some(Stroke::solid(colour::INK, 1.8)));
     let ends: Vec<[(f64, f64); 2]> = fidelity
@@ -113,12 +121,9 @@ fn vectors(svg: &mut Svg, fidelity: &Fidelity) {
 
 fn bars(svg: &mut Svg, (top, height): (f64, f64), y: Scale, label: &str, value: &[f64; 16]) {
     let frame = Frame {
-        left: 550.0,
         top,
-        width: 380.0,
         height,
-        x: Scale::linear(0.5, 16.5).every(1.0),
-        y,
+        ..Frame::of_figure(Scale::linear(0.5, 16.5).every(1.0), y)
     };
     frame.draw(svg, "hue bin", label);
     let (low, high) = frame.y.range();
@@ -128,10 +133,9 @@ fn bars(svg: &mut Svg, (top, height): (f64, f64), y: Scale, label: &str, value: 
         let right = frame.at(x + 0.38, 0.0).0;
         let zero = frame.at(x, 0.0).1;
         svg.rectangle(left, end.min(zero), right - left, (end - zero).abs(), BINS[k], None);
-        let above = if *v < 0.0 { end + 11.0 } else { end - 3.0 };
+        let above = if *v < 0.0 { end + 13.0 } else { end - 3.0 };
         svg.text(
-            (0.5 * (left + right), above.clamp(top + 10.0, top + height - 2.0)),
-            9.0,
+            (0.5 * (left + right), above.clamp(top + 12.0, top + height - 2.0)),
             Anchor::Middle,
             colour::INK,
             &format!("{v:.0}").replace("-0", "0"),
