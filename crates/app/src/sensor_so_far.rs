@@ -8,9 +8,8 @@ use camino::Utf8Path;
 use isolux_model::{Emitter, Interpolation, Luminaire, Model, Scene, Spectral};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::plan::{Block, Instrument};
-use isolux_record::spectra::DarkSubtraction;
 use isolux_record::{Quality, ReadingKind, Role, Run};
-use isolux_reduce::on_axis;
+use isolux_reduce::{Options, on_axis};
 use isolux_report::map::Map;
 use isolux_report::sensor;
 use isolux_report::viewer::explorer::Explored;
@@ -59,7 +58,7 @@ pub fn sensor_so_far(run: &Utf8Path) -> Result<Option<SensorSoFar>, Failure> {
         return Ok(None);
     };
     // A spectrum that cannot be used leaves the map in lx; the reduction says why.
-    let spectral = on_axis(&record, DarkSubtraction::Spectrum).ok().flatten();
+    let spectral = on_axis(&record, &Options::default()).ok().flatten();
     let u_ler_rel = spectral.as_ref().map_or(0.0, |spectral| spectral.ler.u_of_parts_rel());
     let spectral = spectral.map_or(Spectral::None, |spectral| Spectral::Spectrum(spectral.spectrum));
     let interpolated = planes.distribution(Planes::interpolated)?;
