@@ -33,6 +33,11 @@ fn a_disagreement_and_its_cause_goes_as_the_book_says() {
 }
 
 #[test]
+fn a_second_day_goes_as_the_book_says() {
+    assert_eq!(tried("docs/src/tutorial-second-day.md"), 6);
+}
+
+#[test]
 fn the_readme_says_what_the_program_says() {
     assert_eq!(tried("README.md"), 2);
 }
