@@ -5,6 +5,7 @@
 
 mod asked;
 mod before;
+mod kept;
 mod light;
 mod report;
 mod stored;
@@ -12,7 +13,7 @@ mod stored;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::document::{Independence, Verdict};
 use isolux_record::run::StopHow;
-use isolux_record::{Job, Run, RunError};
+use isolux_record::{Job, Run, RunError, disk};
 use isolux_report::answer::statistics;
 use isolux_report::day::{Diagnosed, document};
 use isolux_virtual::twins::Choice;
@@ -97,6 +98,9 @@ pub fn run(
         None => init::subject::built_in(),
     };
     let place = place.of(&subject);
+    if options.resume {
+        disk::remove_unpublished(&folder).map_err(Failure::instrument)?;
+    }
     let scanned = options.resume && completed(&folder, options.reread)?;
     // What cannot be is refused before anything moves, not after the scan.
     if let Some(job) = &job {
@@ -204,40 +208,65 @@ fn finish(
     progress.event(Event::Ended(&format!("flux {}", reduced.reduction.flux.stated())));
 
     let Reduced { run, reduction, .. } = reduced;
-    let mut day_results = light::light(&results, run, reduction, job.map(Job::scene), progress)?;
-    simulate::write(
-        &results,
-        &day_results.simulation,
-        day_results.u_direction_rel(),
-        overwrite,
-    )?;
-    if let Some(comparison) = &day_results.comparison {
-        let text = format!("{:#}\n", serde_json::to_value(comparison).map_err(Failure::instrument)?);
-        files::write(&results.join("comparison.json"), text.as_bytes(), overwrite)?;
-    }
+    let mut day_results = kept::step("simulate", &results, || {
+        let day_results = light::light(&results, run, reduction, job.map(Job::scene), progress)?;
+        let u_direction_rel = day_results.u_direction_rel();
+        simulate::write(&results, &day_results.simulation, u_direction_rel, overwrite)?;
+        if let Some(comparison) = &day_results.comparison {
+            let text = format!("{:#}\n", serde_json::to_value(comparison).map_err(Failure::instrument)?);
+            files::write(&results.join("comparison.json"), text.as_bytes(), overwrite)?;
+        }
+        Ok(day_results)
+    })?;
 
     let model = results.join("luminaire.model.toml");
     let wanted = job.and_then(|job| asked::diagnosis(job, &results, overwrite));
     let request = wanted.unwrap_or_else(|| asked::diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
-    // A record of which every reading made the distribution has none that could check it.
-    if let Ok(answer) = diagnose::attempt(&request, progress)? {
-        let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
-        files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
-        day_results.diagnosis = Some(Diagnosed {
-            plain: answer.document.plain.clone(),
-            good: answer.document.verdict == Verdict::Consistent,
-            details: statistics(&answer),
-            same_record: answer.document.independence == Independence::SameRun,
-        });
+    // The report does not wait for a diagnosis that fails: nothing else of it follows from that.
+    let diagnosed = kept::step("diagnose", &results, || {
+        diagnosed(&request, &results, overwrite, progress)
+    });
+    match diagnosed {
+        Ok(diagnosed) => day_results.diagnosis = diagnosed,
+        Err(failure) => {
+            let sentence = format!("the diagnosis failed, and the report is made without it: {failure}");
+            progress.event(Event::Note(&sentence));
+            // What an earlier one found is not of these results.
+            files::remove(&results.join("diagnosis.json"))?;
+            day_results.undiagnosed = Some(sentence);
+        }
     }
 
     let report = results.join("report.html");
-    files::write(&report, document(&day_results)?.html().as_bytes(), overwrite)?;
+    kept::step("report", &results, || {
+        files::write(&report, document(&day_results)?.html().as_bytes(), overwrite)
+    })?;
     Ok(Day {
         sentences: day_results.sentences(),
         folder: folder.to_owned(),
         report,
     })
+}
+
+/// What the diagnosis of the day says; none for a record of which every reading made the distribution, which has none
+/// that could check it.
+fn diagnosed(
+    request: &diagnose::Request,
+    results: &Utf8Path,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<Option<Diagnosed>, Failure> {
+    let Ok(answer) = diagnose::attempt(request, progress)? else {
+        return Ok(None);
+    };
+    let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
+    files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
+    Ok(Some(Diagnosed {
+        plain: answer.document.plain.clone(),
+        good: answer.document.verdict == Verdict::Consistent,
+        details: statistics(&answer),
+        same_record: answer.document.independence == Independence::SameRun,
+    }))
 }
 
 /// `day`, or the first of `day-2`, `day-3`, … that does not exist.

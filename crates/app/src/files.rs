@@ -1,5 +1,7 @@
 //! Results reach the disk whole or not at all.
 
+use std::io::ErrorKind;
+
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::disk::{self, DiskError, Pending};
 use isolux_record::file;
@@ -38,6 +40,19 @@ pub fn read(path: &Utf8Path) -> Result<Vec<u8>, Failure> {
 /// Bad input (exit 2) when the target exists and `overwrite` is [`Overwrite::Never`]; exit 3 when the disk refuses.
 pub fn write(path: &Utf8Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), Failure> {
     publish(vec![prepare(path, bytes, overwrite)?])
+}
+
+/// Removes a file, if it is there.
+///
+/// # Errors
+/// Exit 3 when the disk refuses.
+pub fn remove(path: &Utf8Path) -> Result<(), Failure> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(Failure::instrument(format!("{path} cannot be removed: {error}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Writes and syncs `bytes` under a temporary name beside `path`, which they get from [`publish`].

@@ -168,8 +168,10 @@ pub struct LiveReading {
     pub voltage_v: Option<f64>,
     /// Current in A.
     pub current_a: Option<f64>,
-    /// Seconds since the lamp was switched on.
+    /// Seconds since the run began.
     pub time_s: Option<f64>,
+    /// Seconds since the lamp was switched on.
+    pub lamp_s: Option<f64>,
     /// Points done.
     pub done: u64,
 }
@@ -202,6 +204,7 @@ impl LiveReading {
             voltage_v: reading.electrical.voltage_v,
             current_a: reading.electrical.current_a,
             time_s: reading.time_s,
+            lamp_s: reading.lamp_s,
             done,
         }
     }
@@ -216,7 +219,7 @@ pub struct LiveSpectrum {
     pub wavelength_nm: Vec<f64>,
     /// Spectral irradiance in W/m²/nm; none where saturated.
     pub irradiance_w_m2_nm: Vec<Option<f64>>,
-    /// Seconds since the lamp was switched on.
+    /// Seconds since the run began.
     pub time_s: Option<f64>,
 }
 

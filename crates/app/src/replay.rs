@@ -129,7 +129,7 @@ impl Replay {
                 "homed" => (None, "axes referenced".to_owned()),
                 "warm_up" => {
                     told.push(Live::WarmUp(WarmUp {
-                        elapsed_s: number("time_s").unwrap_or_default(),
+                        elapsed_s: number("lamp_s").or_else(|| number("time_s")).unwrap_or_default(),
                         illuminance_lx: number("illuminance_lx").unwrap_or_default(),
                         spread_rel: number("spread_rel"),
                         allowed_rel: 0.0,

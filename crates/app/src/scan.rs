@@ -254,7 +254,7 @@ pub async fn under(
         Some(_) => Awake::watching(asleep::clock()),
         None => Awake::unwatched(),
     };
-    let clock = RunClock::starting(now_utc, &awake);
+    let clock = RunClock::starting(now_utc, run.start_s(), &awake);
     let observer = Narrator::new(progress, run.header(), run.path().as_str(), already, clock).of_station(lasting);
     let wall_clock: &dyn Fn() -> Timestamp = &Timestamp::now;
     let engine = Engine {

@@ -40,6 +40,7 @@ fn rms_rel(model: &Model, room: &Room, at: impl Iterator<Item = (f64, f64)>) -> 
         .map(|(c_deg, gamma_deg)| ReadingCoordinates {
             kind: ReadingKind::Lit,
             time_s: None,
+            lamp_s: None,
             c_deg: *c_deg,
             gamma_deg: *gamma_deg,
             distance_mm: DISTANCE_MM,

@@ -280,6 +280,7 @@ fn read(room: &Room, plan: &Plan, distance_mm: f64) -> (Vec<Reading>, f64) {
                 block: block.name.clone(),
                 kind: block.kind,
                 time_s: Some(time_s),
+                lamp_s: Some(time_s),
                 c_deg: c,
                 gamma_deg: gamma,
                 distance_mm,

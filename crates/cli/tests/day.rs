@@ -225,6 +225,21 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
     let before = std::fs::read(day.join("readings.csv")).unwrap();
     folder.isolux(&run, 2);
     assert_eq!(std::fs::read(day.join("readings.csv")).unwrap(), before);
+
+    // A diagnosis that cannot be written costs nothing but itself.
+    std::fs::remove_dir_all(day.join("results/diagnosis")).unwrap();
+    folder.write("day/results/diagnosis", "a file where its folder should be");
+    std::fs::remove_file(day.join("results/report.html")).unwrap();
+    let said = folder.isolux(&["run", "--resume", "day"], 0);
+    assert!(
+        said.contains("the diagnosis failed, and the report is made without it"),
+        "{said}"
+    );
+    let page = folder.read("day/results/report.html");
+    assert!(
+        page.contains("The diagnosis failed, and the report is made without it") && page.contains("End of the report.")
+    );
+    assert!(!day.join("results/diagnosis.json").exists());
 }
 
 #[test]

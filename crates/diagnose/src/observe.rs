@@ -2,11 +2,12 @@
 
 mod bins;
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use isolux_model::SensorPose;
 use isolux_record::ReadingKind;
-use isolux_record::observation::{Cell, MapPose, MapSet, Observations, Readings, SpectraSet};
+use isolux_record::observation::{Cell, MapPose, MapSet, Observations, ReadingRow, Readings, SpectraSet};
 
 use crate::assumed::Part;
 use crate::table::{Light, Row, Source};
@@ -49,7 +50,8 @@ fn readings(set: &Readings, file: usize) -> Observed {
     let (mut coordinates, mut rows) = (Vec::new(), Vec::new());
     let mut left_out = 0;
     let digits = digits(set);
-    for (reading, digit) in set.rows().iter().zip(digits) {
+    for place in in_time(set.rows()) {
+        let (reading, digit) = (&set.rows()[place], digits[place]);
         let group = blocks
             .iter()
             .position(|block| *block == reading.block)
@@ -70,6 +72,7 @@ fn readings(set: &Readings, file: usize) -> Observed {
             light: light(at.kind),
             index: reading.index.map_or(f64::NAN, |index| index as f64),
             time_s: at.time_s.unwrap_or(f64::NAN),
+            lamp_s: at.lamp_age_s().unwrap_or(f64::NAN),
             c_deg: at.c_deg,
             gamma_deg: at.gamma_deg,
             distance_mm: at.distance_mm,
@@ -90,6 +93,41 @@ fn readings(set: &Readings, file: usize) -> Observed {
         rows,
         notes,
     }
+}
+
+/// Places of the rows in the order in which they were taken, whatever order the file has: by time, where that is the same
+/// by number, and where both are by what they hold.
+fn in_time(rows: &[ReadingRow]) -> Vec<usize> {
+    let numbers = |row: &ReadingRow| {
+        let at = &row.at;
+        let or_last = |value: Option<f64>| value.unwrap_or(f64::INFINITY);
+        let [lamp_s, lux, u] = [at.lamp_s, row.illuminance_lx, row.u_lx].map(or_last);
+        [
+            lamp_s,
+            at.c_deg,
+            at.gamma_deg,
+            at.distance_mm,
+            f64::from(at.travel),
+            lux,
+            u,
+        ]
+    };
+    let by_numbers = |a: &ReadingRow, b: &ReadingRow| {
+        let pairs = numbers(a).into_iter().zip(numbers(b));
+        pairs.fold(Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(&b)))
+    };
+    let time = |row: &ReadingRow| row.at.time_s.unwrap_or(f64::INFINITY);
+    let mut places: Vec<usize> = (0..rows.len()).collect();
+    places.sort_by(|&a, &b| {
+        let (a, b) = (&rows[a], &rows[b]);
+        time(a)
+            .total_cmp(&time(b))
+            .then(a.index.cmp(&b.index))
+            .then_with(|| a.block.cmp(&b.block))
+            .then(a.at.kind.cmp(&b.at.kind))
+            .then_with(|| by_numbers(a, b))
+    });
+    places
 }
 
 /// One digit of the display for every reading, in lx: from the column of that name, else the last decimal place that

@@ -40,7 +40,7 @@ pub fn rivals(rows: &[Row], level: &[f64], order: &[usize]) -> Vec<Rival> {
         found: Vec::new(),
     };
     if rows.iter().any(|row| row.source == Source::Reading) {
-        time::time(&mut build, order);
+        time::time(&mut build);
         time::memory(&mut build, order);
         time::visits(&mut build, order);
         direction::gamma(&mut build);

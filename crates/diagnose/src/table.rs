@@ -19,7 +19,7 @@ pub enum Light {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Coordinate {
-    /// Seconds since the lamp was switched on.
+    /// Seconds along the record.
     TimeS,
     /// Signed γ of the axis.
     GammaDeg,
@@ -107,8 +107,10 @@ pub struct Row {
     pub light: Light,
     /// The reading's own number.
     pub index: f64,
-    /// Seconds since the lamp was switched on.
+    /// Seconds along the record.
     pub time_s: f64,
+    /// Seconds since the lamp was switched on, along the record where that is not known.
+    pub lamp_s: f64,
     /// Axis C.
     pub c_deg: f64,
     /// Axis γ, signed.
@@ -147,6 +149,7 @@ impl Row {
             light: Light::Lit,
             index: NONE,
             time_s: NONE,
+            lamp_s: NONE,
             c_deg: NONE,
             gamma_deg: NONE,
             distance_mm: NONE,

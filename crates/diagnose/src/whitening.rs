@@ -5,6 +5,7 @@ mod correlation;
 use nalgebra::{DMatrix, DVector};
 
 pub use crate::calibration::MOST_CORRELATED;
+use crate::noise::limits::PAUSE;
 
 /// The order in which readings were taken, and how far apart, in typical steps.
 ///
@@ -62,7 +63,7 @@ impl Sequence {
 
     fn correlation(&self, place: usize, rho: f64) -> f64 {
         let step = self.steps[place];
-        if rho == 0.0 || step > 60.0 {
+        if rho == 0.0 || step > PAUSE {
             0.0
         } else if step == 1.0 {
             rho

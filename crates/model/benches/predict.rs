@@ -29,6 +29,7 @@ fn readings() -> Vec<ReadingCoordinates> {
         .map(|i| ReadingCoordinates {
             kind: ReadingKind::Lit,
             time_s: Some(4.0 * f64::from(i)),
+            lamp_s: None,
             c_deg: 15.0 * f64::from(i / 29 % 24),
             gamma_deg: -70.0 + 5.0 * f64::from(i % 29),
             distance_mm: [2000.0, 1000.0, 3000.0][(i / 170) as usize],

@@ -142,10 +142,10 @@ impl<'m> Chain<'m> {
         direct_lx * self.detector_factor(&axes, &mounting)
     }
 
-    fn lamp_factor(&self, time_s: Option<f64>) -> f64 {
+    fn lamp_factor(&self, lamp_age_s: Option<f64>) -> f64 {
         self.lamp
             .iter()
-            .map(|(law, index)| law(self.values[*index], time_s))
+            .map(|(law, index)| law(self.values[*index], lamp_age_s))
             .product()
     }
 
@@ -210,9 +210,9 @@ impl Model {
                 let mut light_lx = match at.kind {
                     ReadingKind::Lit => {
                         let direct_lx = chain.direct_lx(&prepared, at);
-                        (direct_lx + floor_lx(at)) * chain.lamp_factor(at.time_s) + chain.ambient_lx()
+                        (direct_lx + floor_lx(at)) * chain.lamp_factor(at.lamp_age_s()) + chain.ambient_lx()
                     }
-                    ReadingKind::Baffled => floor_lx(at) * chain.lamp_factor(at.time_s) + chain.ambient_lx(),
+                    ReadingKind::Baffled => floor_lx(at) * chain.lamp_factor(at.lamp_age_s()) + chain.ambient_lx(),
                     ReadingKind::LampOff => chain.ambient_lx(),
                     ReadingKind::Capped => 0.0,
                 };

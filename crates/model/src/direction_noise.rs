@@ -28,7 +28,7 @@ impl Model {
     pub fn direction_errors_of_readings(&self, readings: &[ReadingCoordinates]) -> Vec<DirectionError> {
         self.direction_errors(|prepared, u_cd| {
             let places = self.detector_places(readings);
-            let lamp: Vec<f64> = readings.iter().map(|at| self.lamp_factor(at.time_s)).collect();
+            let lamp: Vec<f64> = readings.iter().map(|at| self.lamp_factor(at.lamp_age_s())).collect();
             let mut errors = Errors::default();
             for (number, ((at, (point_mm, facing)), lamp)) in readings.iter().zip(places).zip(lamp).enumerate() {
                 if at.kind == ReadingKind::Lit {

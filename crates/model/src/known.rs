@@ -304,6 +304,7 @@ mod tests {
         ReadingCoordinates {
             kind: ReadingKind::Lit,
             time_s: Some(3600.0),
+            lamp_s: Some(3600.0),
             c_deg: 0.0,
             gamma_deg,
             distance_mm,

@@ -41,6 +41,7 @@ impl Model {
             let at = ReadingCoordinates {
                 kind: ReadingKind::Lit,
                 time_s: None,
+                lamp_s: None,
                 c_deg: spectra.c_deg,
                 gamma_deg: spectra.gamma_deg,
                 distance_mm: spectra.distance_mm,

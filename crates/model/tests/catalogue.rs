@@ -219,6 +219,7 @@ fn readings() -> Vec<ReadingCoordinates> {
             readings.push(ReadingCoordinates {
                 kind,
                 time_s: Some(11.0 + 97.0 * (i + 3 * j) as f64),
+                lamp_s: None,
                 c_deg: 37.0 * j as f64,
                 gamma_deg,
                 distance_mm: 1000.0 + 500.0 * (j % 3) as f64,

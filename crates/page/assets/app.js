@@ -212,7 +212,7 @@ function readings() {
   text("ambient", at.ambient_c === null || at.ambient_c === undefined ? "–" : `${at.ambient_c.toFixed(1)} °C`);
   const watts = warming ? look.power_w : at.power_w;
   text("power", watts === null || watts === undefined ? "not measured" : `${significant(watts)} W`);
-  text("lamp-on", duration(warming ? look.elapsed_s : at.time_s));
+  text("lamp-on", duration(warming ? look.elapsed_s : at.lamp_s));
   for (const value of document.querySelectorAll("#scan .values dd")) value.parentElement.hidden = value.textContent === "–";
 }
 

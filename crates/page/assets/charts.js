@@ -116,7 +116,7 @@ export class Reference extends Chart {
     const reach = Math.max(band, ...visits.map((row) => Math.abs(row.drift_rel))) * 125;
     const options = {
       scales: { x: { time: false }, y: { range: () => [-this.reach, this.reach] } },
-      axes: [axis("lamp on / min"), axis("drift / %", { size: 62, space: 24 })],
+      axes: [axis("run / min"), axis("drift / %", { size: 62, space: 24 })],
       series: [{}, line("drift", "--one", { points: { show: true, size: 5 } }), line("+", "--line", { dash: [4, 4] }), line("−", "--line", { dash: [4, 4] })],
     };
     this.reach = reach;

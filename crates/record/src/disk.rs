@@ -87,6 +87,33 @@ pub fn publish(mut files: Vec<Pending>) -> Result<(), DiskError> {
     })
 }
 
+/// Removes what programs that were killed while they wrote have left in a folder and those in it under temporary names.
+/// Only for a folder that this process alone writes.
+///
+/// # Errors
+/// [`DiskError`].
+pub fn remove_unpublished(folder: &Utf8Path) -> Result<(), DiskError> {
+    for entry in folder.read_dir_utf8().map_err(failed(folder, "list"))? {
+        let entry = entry.map_err(failed(folder, "list"))?;
+        let (path, kind) = (entry.path(), entry.file_type().map_err(failed(folder, "list"))?);
+        if kind.is_dir() {
+            remove_unpublished(path)?;
+        } else if kind.is_file() && is_temporary(entry.file_name()) {
+            std::fs::remove_file(path).map_err(failed(path, "remove"))?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether [`prepare`] gives such a name.
+fn is_temporary(name: &str) -> bool {
+    let inner = name.strip_prefix('.').and_then(|name| name.strip_suffix(".part"));
+    let process = inner
+        .and_then(|inner| inner.rsplit_once('.'))
+        .map(|(_, process)| process);
+    process.is_some_and(|process| process.parse::<u32>().is_ok())
+}
+
 /// Creates a folder with all that lead to it, each synced in the folder that holds it.
 ///
 /// # Errors
@@ -215,6 +242,21 @@ fn parent(path: &Utf8Path) -> Utf8PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_killed_program_left_unpublished_is_removed_and_nothing_else() {
+        let keep = tempfile::tempdir().unwrap();
+        let folder = Utf8Path::from_path(keep.path()).unwrap();
+        create_folder(&folder.join("results")).unwrap();
+        let kept = [".part", ".notes.part", "a.17.part", "run.toml", "results/.17.partial"];
+        let left = [".run.toml.4711.part", "results/.budget.json.12.part"];
+        for name in kept.iter().chain(&left) {
+            std::fs::write(folder.join(name), "").unwrap();
+        }
+        remove_unpublished(folder).unwrap();
+        assert!(kept.iter().all(|name| folder.join(name).exists()));
+        assert!(left.iter().all(|name| !folder.join(name).exists()));
+    }
 
     #[test]
     fn a_row_whose_sync_failed_is_cut_off_and_nothing_follows_it() {

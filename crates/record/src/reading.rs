@@ -184,7 +184,7 @@ pub struct Reading {
     pub block: String,
     /// What the detector could see.
     pub kind: ReadingKind,
-    /// Middle of the integration in seconds since the lamp was last switched on; none before that.
+    /// Middle of the integration in seconds since the run began, on one axis over all its sessions.
     pub time_s: Option<f64>,
     /// Read-back C in degrees.
     pub c_deg: f64,
@@ -224,6 +224,16 @@ pub struct Reading {
     pub session: u32,
     /// How often the lamp had been switched on in this run; set by the record, none in runs of format 1.
     pub burning: Option<u32>,
+    /// Middle of the integration in seconds since the lamp was last switched on; none before that.
+    pub lamp_s: Option<f64>,
     /// The lamp's supply line meanwhile; empty without a power meter, and in runs of formats 1 and 2.
     pub electrical: Electrical,
+}
+
+impl Reading {
+    /// For how long the lamp had been on, in seconds: since it was switched on where that is known, else since the run
+    /// began; none where neither is known.
+    pub fn lamp_age_s(&self) -> Option<f64> {
+        self.lamp_s.or(self.time_s)
+    }
 }

@@ -131,7 +131,7 @@ pub(crate) mod tests {
             index,
             block: "lit".to_owned(),
             kind: ReadingKind::Lit,
-            time_s: Some(1800.25),
+            time_s: Some(1812.5),
             c_deg: 15.0,
             gamma_deg: -0.0,
             distance_mm: 10_000.0,
@@ -151,13 +151,14 @@ pub(crate) mod tests {
             raw: "02".to_owned(),
             session: 0,
             burning: Some(1),
+            lamp_s: Some(1800.25),
             electrical: Electrical::default(),
         }
     }
 
     /// A file of these readings.
     fn of(readings: &[Reading]) -> String {
-        in_layout(Layout::V3, readings)
+        in_layout(Layout::V4, readings)
     }
 
     fn in_layout(layout: Layout, readings: &[Reading]) -> String {
@@ -181,9 +182,9 @@ pub(crate) mod tests {
 
     #[test]
     fn the_row_is_what_the_contract_says() {
-        let text = Chain::new(Layout::V3).row(&reading(0)).0;
+        let text = Chain::new(Layout::V4).row(&reading(0)).0;
         assert!(
-            text.starts_with("0,lit,lit,1800.25,15,0,10000,-1,1,,3.37,0.01,ok,"),
+            text.starts_with("0,lit,lit,1812.5,15,0,10000,-1,1,,3.37,0.01,ok,"),
             "{text}"
         );
         let (covered, crc) = text.trim_end().rsplit_once(',').unwrap();
@@ -260,14 +261,15 @@ pub(crate) mod tests {
     fn a_file_of_format_1_is_read() {
         let mut text = format!("{HEADER_1}\n");
         for index in 0..2 {
-            let mut row = fields(&reading(index));
+            let mut row = fields(Layout::V1, &reading(index));
             row.push_str(&format!("{:08x}\n", crc32fast::hash(row.as_bytes())));
             assert_eq!(row, Chain::new(Layout::V1).row(&reading(index)).0);
             text.push_str(&row);
         }
         let readings = parse(text.as_bytes()).unwrap();
         assert_eq!((readings.layout, readings.rows.len()), (Layout::V1, 2));
-        assert_eq!(readings.rows[1].burning, None);
+        let row = &readings.rows[1];
+        assert_eq!((row.burning, row.time_s, row.lamp_s), (None, None, Some(1800.25)));
     }
 
     #[test]
@@ -281,7 +283,7 @@ pub(crate) mod tests {
         };
         let text = of(&[lit.clone(), reading(1)]);
         let row = text.lines().nth(1).unwrap();
-        assert!(row.contains(",02,230.25,,9.5,-0.93,0,1,"), "{row}");
+        assert!(row.contains(",02,230.25,,9.5,-0.93,0,1,1800.25,"), "{row}");
         let read = parse(text.as_bytes()).unwrap().rows;
         assert_eq!((&read[0], read[1].electrical), (&lit, Electrical::default()));
         for word in ["NAN", "inf", "9.91E37V"] {

@@ -1,5 +1,6 @@
 //! The run directory: what a bench did, readable after any death of the program that wrote it.
 
+pub(crate) mod axis;
 mod error;
 mod header;
 mod read;
@@ -10,7 +11,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 
 pub use error::{RunError, vacant};
 pub use header::{
-    DeviceRecord, FORMAT, FORMAT_1, FORMAT_2, Resumed, RunHeader, SpectrumEntry, StopHow, Stopped, Written,
+    DeviceRecord, FORMAT, FORMAT_1, FORMAT_2, FORMAT_3, Resumed, RunHeader, SpectrumEntry, StopHow, Stopped, Written,
 };
 
 use crate::disk::{self, Appended, failed, sha256};
@@ -33,6 +34,7 @@ pub struct RunDir {
     chain: Chain,
     next_index: u64,
     next_spectrum: u64,
+    start_s: f64,
     events: Appended,
     event_count: u64,
     lock: Option<RunLock>,
@@ -74,6 +76,7 @@ impl RunDir {
             readings: Appended::open(&readings_path, columns.as_bytes())?,
             next_index: 0,
             next_spectrum: 0,
+            start_s: 0.0,
             events: Appended::open(&events_path, b"")?,
             event_count: 0,
             lock: None,
@@ -105,6 +108,7 @@ impl RunDir {
         let run = &survey.run;
         let path = run.path.clone();
         same_bench(&path, &run.header, now)?;
+        disk::remove_unpublished(&path)?;
         let set_aside = set_aside(&path, &survey.damaged_files)?;
         let mut header = run.header.clone();
         let layout = header.layout();
@@ -113,6 +117,7 @@ impl RunDir {
             .chain(header.spectrum.iter().map(|entry| entry.index))
             .max()
             .map_or(0, |last| last + 1);
+        let start_s = axis::next_session_s(run, &now.started_utc);
         header.stopped = None;
         header.state(&now.subject());
         if layout.has_hashes() {
@@ -123,6 +128,7 @@ impl RunDir {
                 utc: now.started_utc.clone(),
                 program: now.program.clone(),
                 first_row: run.readings.rows.len() as u64,
+                start_s: layout.has_run_time().then_some(start_s),
                 damage: survey.damage.clone(),
                 set_aside,
             });
@@ -149,6 +155,7 @@ impl RunDir {
             },
             next_index: run.readings.rows.len() as u64,
             next_spectrum,
+            start_s,
             events: Appended::open(&events_path, &events)?,
             event_count: disk::lines(&events),
             lock: None,
@@ -183,6 +190,11 @@ impl RunDir {
     /// Readings recorded so far.
     pub fn len(&self) -> u64 {
         self.next_index
+    }
+
+    /// Seconds since the run began at which this session began.
+    pub fn start_s(&self) -> f64 {
+        self.start_s
     }
 
     /// Whether no reading was recorded yet.

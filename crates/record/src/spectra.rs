@@ -39,8 +39,10 @@ pub struct SpectrumRecord {
     pub point: u64,
     /// What the instrument could see.
     pub kind: ReadingKind,
-    /// Middle of the integrations in seconds since the lamp was switched on.
+    /// Middle of the integrations in seconds since the run began.
     pub time_s: Option<f64>,
+    /// The same since the lamp was switched on.
+    pub lamp_s: Option<f64>,
     /// Read-back C in degrees.
     pub c_deg: f64,
     /// Read-back γ in degrees.
@@ -152,7 +154,7 @@ impl SpectrumRecord {
         let irradiance = self.irradiance(calibration, DarkSubtraction::Spectrum)?;
         let optional = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
         let common = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{}",
             self.integration_s,
             self.averages,
             optional(self.detector_c),
@@ -165,8 +167,9 @@ impl SpectrumRecord {
             self.gamma_deg + 0.0,
             self.distance_mm,
             self.index,
+            optional(self.lamp_s),
         );
-        let mut text = format!("{HEADER}{CHECKED}\n");
+        let mut text = format!("{HEADER}{LAMP}{CHECKED}\n");
         for (place, pixel) in self.pixels.iter().enumerate() {
             let row = format!(
                 "{},{},{},{},{},{},{},{},{},{common},{},",
@@ -199,15 +202,22 @@ impl SpectrumRecord {
         Self::parse(file, &text)
     }
 
-    /// Parses a file of `spectra/`. One of a run of format 1 has neither number of pixels nor checksums.
+    /// Parses a file of `spectra/`. One of a run of formats 1 to 3 has no time but that of the lamp, one of format 1
+    /// neither number of pixels nor checksums.
     ///
     /// # Errors
     /// [`SpectrumError`] with line and column.
     pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, SpectrumError> {
-        let checked_header = format!("{HEADER}{CHECKED}");
-        let checked = text.lines().next() == Some(checked_header.as_str());
-        let header = if checked { checked_header.as_str() } else { HEADER };
+        let headers = [
+            format!("{HEADER}{LAMP}{CHECKED}"),
+            format!("{HEADER}{CHECKED}"),
+            HEADER.to_owned(),
+        ];
+        let found = text.lines().next().unwrap_or_default();
+        let header = headers.iter().find(|header| *header == found).unwrap_or(&headers[0]);
         let columns: Vec<&str> = header.split(',').collect();
+        let place = |name: &str| columns.iter().position(|column| *column == name);
+        let (lamp, count, crc) = (place("lamp_s"), place("pixels"), place("row_crc"));
         let mut pixels: Option<f64> = None;
         let fault = |line: usize, column: usize, message: &str| SpectrumError::Content {
             file: file.to_owned(),
@@ -216,7 +226,7 @@ impl SpectrumRecord {
             message: message.to_owned(),
         };
         let mut lines = text.lines();
-        if lines.next() != Some(header) {
+        if lines.next() != Some(header.as_str()) {
             return Err(fault(1, 0, "not the header of a run's spectrum"));
         }
         let mut record: Option<Self> = None;
@@ -230,10 +240,10 @@ impl SpectrumRecord {
                     &format!("{} columns, expected {}", fields.len(), columns.len()),
                 ));
             }
-            if checked {
+            if let Some(crc) = crc {
                 let covered = row.rfind(',').map_or("", |comma| &row[..=comma]);
-                if fields[22] != format!("{:08x}", crc32fast::hash(covered.as_bytes())) {
-                    return Err(fault(line, 22, "the row is damaged: its checksum is another"));
+                if fields[crc] != format!("{:08x}", crc32fast::hash(covered.as_bytes())) {
+                    return Err(fault(line, crc, "the row is damaged: its checksum is another"));
                 }
             }
             let number = |column: usize| match fields[column].parse::<f64>() {
@@ -251,8 +261,8 @@ impl SpectrumRecord {
                     number(column).map(Some)
                 }
             };
-            if checked {
-                pixels = Some(number(21)?);
+            if let Some(count) = count {
+                pixels = Some(number(count)?);
             }
             let pixel = Pixel {
                 wavelength_nm: number(0)?,
@@ -273,6 +283,11 @@ impl SpectrumRecord {
                 }
                 record.pixels.push(pixel);
             } else {
+                // Without a time of the lamp beside it, the time is that of the lamp.
+                let (time_s, lamp_s) = match lamp {
+                    Some(lamp) => (optional(16)?, optional(lamp)?),
+                    None => (None, optional(16)?),
+                };
                 record = Some(Self {
                     integration_s: number(9)?,
                     averages: number(10)? as u32,
@@ -283,7 +298,8 @@ impl SpectrumRecord {
                     kind: fields[15]
                         .parse()
                         .map_err(|error| fault(line, 15, &format!("{error}")))?,
-                    time_s: optional(16)?,
+                    time_s,
+                    lamp_s,
                     c_deg: number(17)?,
                     gamma_deg: number(18)?,
                     distance_mm: number(19)?,
@@ -297,7 +313,7 @@ impl SpectrumRecord {
             Some(pixels) if pixels != record.pixels.len() as f64 => {
                 let found = record.pixels.len();
                 let message = format!("the file holds {found} pixels of {pixels}");
-                Err(fault(found + 1, 21, &message))
+                Err(fault(found + 1, count.unwrap_or(0), &message))
             }
             _ => Ok(record),
         }
@@ -306,6 +322,9 @@ impl SpectrumRecord {
 
 const HEADER: &str = "wavelength_nm,counts,u_counts,dark_counts,u_dark_counts,saturated,factor_w_m2_nm,irradiance_w_m2_nm,\
 u_w_m2_nm,integration_s,averages,detector_c,ambient_c,block,point,kind,time_s,c_deg,gamma_deg,distance_mm,index";
+
+/// The column from format 4 on.
+const LAMP: &str = ",lamp_s";
 
 /// Columns from format 2 on: how many pixels the file has, and CRC-32 of the row up to its last comma.
 const CHECKED: &str = ",pixels,row_crc";
@@ -340,7 +359,8 @@ pub(crate) mod tests {
             block: "spectrum".to_owned(),
             point: 12,
             kind: ReadingKind::Lit,
-            time_s: Some(2000.5),
+            time_s: Some(2012.5),
+            lamp_s: Some(2000.5),
             c_deg: 0.0,
             gamma_deg: 0.0,
             distance_mm: 500.0,
@@ -388,10 +408,14 @@ pub(crate) mod tests {
             assert!(error.contains(&format!("{} pixels of 3", kept - 1)), "{error}");
         }
         assert!(parse(&text.replacen("10000,", "10001,", 1)).is_err());
-        // Of format 1: no checksum, no number of pixels.
-        let strip = |line: &str| line.rsplitn(3, ',').last().unwrap().to_owned();
+        // Of format 1: no checksum, no number of pixels, no time but that of the lamp.
+        let strip = |line: &str| line.rsplitn(4, ',').last().unwrap().replace(",2012.5,", ",2000.5,");
         let old: Vec<String> = text.lines().map(strip).collect();
-        assert_eq!(parse(&old.join("\n")).unwrap(), spectrum());
+        let without = SpectrumRecord {
+            time_s: None,
+            ..spectrum()
+        };
+        assert_eq!(parse(&old.join("\n")).unwrap(), without);
     }
 
     #[test]

@@ -45,6 +45,7 @@ impl Bench {
             .map(|reading| ReadingCoordinates {
                 kind: reading.kind,
                 time_s: reading.time_s,
+                lamp_s: reading.lamp_s,
                 c_deg: reading.c_deg,
                 gamma_deg: reading.gamma_deg,
                 distance_mm: reading.distance_mm,

@@ -17,7 +17,7 @@ pub enum Drift {
         /// Relative standard uncertainty that a drift within it leaves.
         u_rel: f64,
     },
-    /// A straight line in time.
+    /// A straight line in the time since the lamp was switched on.
     Linear {
         /// Relative change per hour.
         rate_per_h: f64,
@@ -30,14 +30,14 @@ pub enum Drift {
     },
     /// Lines between the visits: they scatter more about a straight line than their uncertainty allows.
     Interpolated {
-        /// Times of the visits.
-        time_s: Vec<f64>,
+        /// Times of the visits, seconds since the lamp was switched on.
+        lamp_s: Vec<f64>,
         /// Reading ÷ mean of all visits.
         factor: Vec<f64>,
         /// Relative standard uncertainty of the correction.
         u_rel: f64,
     },
-    /// The lamp was switched on more than once: every burning by its own visits, each with a clock of its own.
+    /// The lamp was switched on more than once and came back at another level: every burning by its own visits.
     ByBurning {
         /// The burnings that have readings of the distribution, in the order of the rows.
         burning: Vec<Burning>,
@@ -65,7 +65,7 @@ pub struct Visit {
     /// Number of its row.
     pub row: u64,
     /// Seconds since the lamp was switched on.
-    pub time_s: f64,
+    pub lamp_s: f64,
     /// What was read, corrected for offset and stray light.
     pub value: f64,
     /// Standard uncertainty of it.
@@ -106,7 +106,7 @@ impl Stability {
 pub struct Seen {
     /// Its first row.
     pub first_row: u64,
-    /// Its visits to the reference point; the times rise.
+    /// Its visits to the reference point.
     pub visits: Vec<Visit>,
     /// Relative standard uncertainty of its level where the visits are too few.
     pub unknown_rel: f64,
@@ -122,11 +122,11 @@ pub fn burnings(rows: &[Reading]) -> Vec<u64> {
         match row.kind {
             ReadingKind::LampOff => off = true,
             ReadingKind::Lit => {
-                let time_s = row.time_s.unwrap_or(last_s);
-                if starts.is_empty() || off || time_s < last_s || row.burning != counted {
+                let lamp_s = row.lamp_age_s().unwrap_or(last_s);
+                if starts.is_empty() || off || lamp_s < last_s || row.burning != counted {
                     starts.push(row.index);
                 }
-                (last_s, off, counted) = (time_s, false, row.burning);
+                (last_s, off, counted) = (lamp_s, false, row.burning);
             }
             ReadingKind::Baffled | ReadingKind::Capped => {}
         }
@@ -140,8 +140,9 @@ pub fn burning_of(starts: &[u64], row: u64) -> usize {
 }
 
 impl Drift {
-    /// The drift in the visits of several burnings. A lamp comes back at another level and its clock at zero, so that
-    /// no line leads from one burning into the next: each is brought to the mean of all visits by its own.
+    /// The drift in the visits of several burnings. A lamp that comes back as it was is followed by its age alone,
+    /// whichever burning it is. One that comes back at another level has no line from one burning into the next: each is
+    /// brought to the mean of all visits by its own.
     ///
     /// # Errors
     /// The mean of the visits of a burning where it is not above zero.
@@ -149,11 +150,13 @@ impl Drift {
         if let [one] = burnings {
             return Self::of(&one.visits, one.unknown_rel);
         }
-        let mean_of = |visits: &[Visit]| visits.iter().map(|visit| visit.value).sum::<f64>() / visits.len() as f64;
         let all: Vec<Visit> = burnings.iter().flat_map(|seen| seen.visits.iter().copied()).collect();
         if all.is_empty() {
             let u_rel = burnings.iter().map(|seen| seen.unknown_rel).fold(0.0, f64::max);
             return Ok(Self::Unknown { u_rel });
+        }
+        if let Some(by_age) = Self::by_age(burnings, &all)? {
+            return Ok(by_age);
         }
         let mean = mean_of(&all);
         let (mut burning, mut worst) = (Vec::new(), 0.0_f64);
@@ -164,8 +167,7 @@ impl Drift {
             if level <= 0.0 || mean <= 0.0 {
                 return Err(level * mean);
             }
-            let u2: f64 = visits.iter().map(|visit| visit.u * visit.u).sum();
-            let u_level = u2.sqrt() / (visits.len() as f64).max(1.0) / (level * mean);
+            let u_level = u_of_mean(visits) / (level * mean);
             worst = worst.max(drift.u_rel().hypot(u_level));
             burning.push(Burning {
                 first_row: seen.first_row,
@@ -177,7 +179,47 @@ impl Drift {
         Ok(Self::ByBurning { burning, u_rel: worst })
     }
 
-    /// The drift in visits whose times rise, `unknown_rel` where they are fewer than two. The uncertainty of one visit
+    /// The drift of all burnings by the age of the lamp. None where a burning was not visited or its visits lie off it
+    /// by more than twice the uncertainty of their mean, and where the visits scatter about a straight line.
+    ///
+    /// # Errors
+    /// The mean of all visits where it is not above zero.
+    fn by_age(burnings: &[Seen], all: &[Visit]) -> Result<Option<Self>, f64> {
+        let drift = Self::of(all, 0.0)?;
+        let mean = mean_of(all);
+        let mut u_level = 0.0_f64;
+        for Seen { visits, .. } in burnings {
+            let off = visits
+                .iter()
+                .map(|visit| visit.value / drift.factor(0, visit.lamp_s) - mean);
+            let off = off.sum::<f64>() / visits.len() as f64;
+            let u = u_of_mean(visits);
+            if visits.is_empty() || off.is_nan() || off.abs() > 2.0 * u {
+                return Ok(None);
+            }
+            u_level = u_level.max(u / mean);
+        }
+        let with_level = |u_rel: f64| u_rel.hypot(u_level);
+        Ok(match drift {
+            Self::None { u_rel } => Some(Self::None {
+                u_rel: with_level(u_rel),
+            }),
+            Self::Linear {
+                rate_per_h,
+                u_rate_per_h,
+                centre_s,
+                u_rel,
+            } => Some(Self::Linear {
+                rate_per_h,
+                u_rate_per_h,
+                centre_s,
+                u_rel: with_level(u_rel),
+            }),
+            Self::Unknown { .. } | Self::Interpolated { .. } | Self::ByBurning { .. } => None,
+        })
+    }
+
+    /// The drift in the visits of one burning, `unknown_rel` where they are fewer than two. The uncertainty of one visit
     /// is mostly the digit of the display, so a line through all visits is better than lines between them wherever it
     /// fits.
     ///
@@ -188,13 +230,15 @@ impl Drift {
             return Ok(Self::Unknown { u_rel: unknown_rel });
         }
         let n = visits.len() as f64;
-        let mean = visits.iter().map(|visit| visit.value).sum::<f64>() / n;
-        if mean <= 0.0 {
+        let mean = mean_of(visits);
+        // A mean that is no number is not above zero either.
+        if mean.is_nan() || mean <= 0.0 {
             return Err(mean);
         }
         let u_one = (visits.iter().map(|visit| visit.u * visit.u).sum::<f64>() / n).sqrt() / mean;
-        let relative: Vec<(f64, f64)> = visits.iter().map(|visit| (visit.time_s, visit.value / mean)).collect();
-        let centre_s = visits.iter().map(|visit| visit.time_s).sum::<f64>() / n;
+        let mut relative: Vec<(f64, f64)> = visits.iter().map(|visit| (visit.lamp_s, visit.value / mean)).collect();
+        relative.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let centre_s = relative.iter().map(|(lamp_s, _)| lamp_s).sum::<f64>() / n;
         let spread_s2 = relative.iter().map(|(time, _)| (time - centre_s).powi(2)).sum::<f64>();
         let slope = if spread_s2 > 0.0 {
             let products = relative.iter().map(|(time, value)| (time - centre_s) * (value - 1.0));
@@ -209,18 +253,12 @@ impl Drift {
         let freedom = (n - 2.0).max(1.0);
         if visits.len() > 3 && residual2 / freedom > 4.0 * u_one * u_one {
             return Ok(Self::Interpolated {
-                time_s: relative.iter().map(|(time, _)| *time).collect(),
+                lamp_s: relative.iter().map(|(time, _)| *time).collect(),
                 factor: relative.iter().map(|(_, value)| *value).collect(),
                 u_rel: u_one.hypot(between_visits(&relative)),
             });
         }
-        // Visits that all show the same are rounded alike, however many there are.
-        let (low, high) = relative
-            .iter()
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), (_, value)| {
-                (low.min(*value), high.max(*value))
-            });
-        let u_line = if high - low <= u_one { u_one } else { u_one / n.sqrt() };
+        let u_line = u_of_mean(visits) / mean;
         let length_s = relative[relative.len() - 1].0 - relative[0].0;
         let u_slope = if spread_s2 > 0.0 { u_one / spread_s2.sqrt() } else { 0.0 };
         if slope.abs() > 2.0 * u_slope {
@@ -237,28 +275,28 @@ impl Drift {
         })
     }
 
-    /// The factor by which the reading of row `row` at `time_s` is too high.
-    pub fn factor(&self, row: u64, time_s: f64) -> f64 {
+    /// The factor by which the reading of row `row`, `lamp_s` after the lamp was switched on, is too high.
+    pub fn factor(&self, row: u64, lamp_s: f64) -> f64 {
         match self {
             Self::ByBurning { burning, .. } => {
                 let at = burning.partition_point(|burning| burning.first_row <= row).max(1) - 1;
                 burning
                     .get(at)
-                    .map_or(1.0, |burning| burning.level * burning.drift.factor(row, time_s))
+                    .map_or(1.0, |burning| burning.level * burning.drift.factor(row, lamp_s))
             }
             Self::Unknown { .. } | Self::None { .. } => 1.0,
             Self::Linear {
                 rate_per_h, centre_s, ..
-            } => 1.0 + rate_per_h / 3600.0 * (time_s - centre_s),
+            } => 1.0 + rate_per_h / 3600.0 * (lamp_s - centre_s),
             Self::Interpolated {
-                time_s: times, factor, ..
+                lamp_s: times, factor, ..
             } => {
-                let above = times.partition_point(|at| *at < time_s);
+                let above = times.partition_point(|at| *at < lamp_s);
                 match (above.checked_sub(1), times.get(above)) {
                     (None, _) => factor[0],
                     (Some(below), None) => factor[below],
                     (Some(below), Some(high)) => {
-                        let share = (time_s - times[below]) / (high - times[below]);
+                        let share = (lamp_s - times[below]) / (high - times[below]);
                         factor[below] + share * (factor[above] - factor[below])
                     }
                 }
@@ -276,6 +314,23 @@ impl Drift {
             | Self::ByBurning { u_rel, .. } => *u_rel,
         }
     }
+}
+
+/// Mean of the values of visits; not a number without any.
+fn mean_of(visits: &[Visit]) -> f64 {
+    visits.iter().map(|visit| visit.value).sum::<f64>() / visits.len() as f64
+}
+
+/// Standard uncertainty of that mean. Visits that all show the same are rounded alike, however many there are.
+fn u_of_mean(visits: &[Visit]) -> f64 {
+    let n = (visits.len() as f64).max(1.0);
+    let u2 = visits.iter().map(|visit| visit.u * visit.u).sum::<f64>();
+    let values = visits.iter().map(|visit| visit.value);
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    let u_one = (u2 / n).sqrt();
+    if high - low <= u_one { u_one } else { u_one / n.sqrt() }
 }
 
 /// What lines between visits miss: each visit against the line between its neighbours, half of the root of the mean
@@ -298,7 +353,7 @@ mod tests {
             .map(|i| (i, 1800.0 + 300.0 * i as f64))
             .map(|(row, time_s)| Visit {
                 row,
-                time_s,
+                lamp_s: time_s,
                 value: f(time_s),
                 u: 0.01 / 12.0_f64.sqrt(),
                 digit: 0.01,
@@ -329,9 +384,9 @@ mod tests {
     /// only rises.
     #[test]
     fn a_lamp_that_was_switched_on_again_is_another_burning_whatever_its_clock_reads() {
-        let at = |index: u64, time_s: f64, burning: u32| Reading {
+        let at = |index: u64, lamp_s: f64, burning: u32| Reading {
             index,
-            time_s: Some(time_s),
+            lamp_s: Some(lamp_s),
             burning: Some(burning),
             ..crate::testing::reading(0.0, 0.0, 3.37)
         };

@@ -38,6 +38,7 @@ impl Floor {
             .map(|(gamma_deg, _)| ReadingCoordinates {
                 kind: ReadingKind::Baffled,
                 time_s: None,
+                lamp_s: None,
                 c_deg: 0.0,
                 gamma_deg: *gamma_deg,
                 distance_mm: reduction.distance_mm,

@@ -27,6 +27,7 @@ mod known;
 mod levels;
 mod near_field;
 mod notes;
+mod order;
 mod partial;
 mod pipeline;
 mod quantity;
@@ -140,7 +141,7 @@ pub struct Reduction {
     pub bench_effects: Vec<String>,
 }
 
-/// What a run says: by `model`, whose bench effects are taken out, or else by the run's own dark, ambient and baffled
+/// What a run says, whatever order its rows are in: by `model`, whose bench effects are taken out, or else by the run's own dark, ambient and baffled
 /// readings. Where a floor explains the baffled readings, it is the floor that is taken out: then the model file, which
 /// carries it, predicts the readings as they were read, and no digit of the baffled readings is cut into the
 /// distribution.
@@ -149,6 +150,7 @@ pub struct Reduction {
 /// [`ReduceError`]; nothing half-made is returned. The effect of `model` without inverse comes back as text in
 /// [`ReduceError::Format`].
 pub fn reduce(run: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
+    let run = &*order::in_order(run);
     let spectral = || spectral::on_axis(run, options);
     if let Some(model) = model {
         let bench = Bench {

@@ -27,6 +27,11 @@ pub fn burning_notes(all: &[Reading], rows: &[&Reading], drift: &Drift, correcte
         return Vec::new();
     }
     let count = used.len();
+    if matches!(drift, Drift::None { .. } | Drift::Linear { .. }) {
+        return vec![format!(
+            "the lamp was switched on {count} times during the distribution and came back as it was: its parts are corrected by its age"
+        )];
+    }
     let Drift::ByBurning { burning, .. } = drift else {
         return vec![format!(
             "the lamp was switched on {count} times during the distribution, and no visit to the reference point ties the levels; \

@@ -163,7 +163,7 @@ impl Levelled {
         };
         let samples = samples::samples(rows, |row, lux| {
             let corrected = light(row, lux);
-            let factor = row.time_s.map_or(1.0, |time| drift.factor(row.index, time));
+            let factor = row.lamp_age_s().map_or(1.0, |lamp_s| drift.factor(row.index, lamp_s));
             Corrected {
                 intensity_cd: corrected.intensity_cd / factor,
                 ..corrected

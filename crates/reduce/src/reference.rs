@@ -36,7 +36,7 @@ impl Reference {
                     && row.distance_mm == distance_mm
                     && here(row)
             });
-            let times = rows.iter().filter(|row| here(row)).filter_map(|row| row.time_s);
+            let times = rows.iter().filter(|row| here(row)).filter_map(|row| row.lamp_age_s());
             let (first_s, last_s) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), time| {
                 (first.min(time), last.max(time))
             });
@@ -97,7 +97,7 @@ fn visit(row: &Reading, light: &impl Fn(&Reading, f64) -> Corrected) -> Option<V
     let corrected = light(row, row.illuminance_lx?);
     Some(Visit {
         row: row.index,
-        time_s: row.time_s?,
+        lamp_s: row.lamp_age_s()?,
         value: corrected.intensity_cd,
         u: row.u_lx? * corrected.cd_per_lx,
         digit: row.digit_lx.unwrap_or(0.0) * corrected.cd_per_lx,

@@ -64,6 +64,7 @@ pub fn reading(c_deg: f64, gamma_deg: f64, illuminance_lx: f64) -> Reading {
         raw: String::new(),
         session: 0,
         burning: None,
+        lamp_s: None,
         electrical: isolux_record::Electrical::default(),
     }
 }

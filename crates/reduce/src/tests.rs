@@ -2,6 +2,7 @@
 
 mod missing;
 mod partial;
+mod shapes;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::readings::Readings;

@@ -6,26 +6,34 @@ use tokio::time::Instant;
 
 use crate::awake::Awake;
 
-/// Ties [`Instant`]s to UTC. Made once at the start of a run.
+/// Ties [`Instant`]s to the seconds of a run and to UTC. Made once at the start of a session.
 #[derive(Clone)]
 pub struct RunClock {
     start: Instant,
     start_utc: Timestamp,
+    start_s: f64,
     awake: Awake,
 }
 
 impl RunClock {
-    /// A clock that reads `start_utc` now, and counts what passed while the computer slept.
-    pub fn starting(start_utc: Timestamp, awake: &Awake) -> Self {
+    /// A clock that reads `start_utc` now, `start_s` seconds after the run began, and counts what passed while the
+    /// computer slept.
+    pub fn starting(start_utc: Timestamp, start_s: f64, awake: &Awake) -> Self {
         Self {
             start: Instant::now(),
             start_utc,
+            start_s,
             awake: awake.clone(),
         }
     }
 
-    /// Seconds from the start to `at`; negative before it.
+    /// Seconds from the start of the run to `at`.
     pub fn seconds(&self, at: Instant) -> f64 {
+        self.start_s + self.session_seconds(at)
+    }
+
+    /// Seconds from the start of this session to `at`; negative before it.
+    pub fn session_seconds(&self, at: Instant) -> f64 {
         match at.checked_duration_since(self.start) {
             Some(after) => (after + self.awake.suspended_before(at)).as_secs_f64(),
             None => -self.start.duration_since(at).as_secs_f64(),
@@ -34,7 +42,7 @@ impl RunClock {
 
     /// UTC of `at`, RFC 3339.
     pub fn utc(&self, at: Instant) -> String {
-        let nanoseconds = (self.seconds(at) * 1e9).round();
+        let nanoseconds = (self.session_seconds(at) * 1e9).round();
         let span = jiff::SignedDuration::from_nanos(nanoseconds as i64);
         self.start_utc.checked_add(span).unwrap_or(self.start_utc).to_string()
     }
@@ -44,10 +52,10 @@ impl RunClock {
         self.utc(Instant::now())
     }
 
-    /// Seconds from the start of this clock to a UTC that was written earlier; none if it is no time.
+    /// Seconds from the start of the run to a UTC that was written earlier; none if it is no time.
     pub fn seconds_of_utc(&self, utc: &str) -> Option<f64> {
         let at: Timestamp = utc.parse().ok()?;
-        Some(at.duration_since(self.start_utc).as_secs_f64())
+        Some(self.start_s + at.duration_since(self.start_utc).as_secs_f64())
     }
 }
 

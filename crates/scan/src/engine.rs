@@ -51,7 +51,7 @@ impl Engine<'_> {
         resumed: Option<&Run>,
     ) -> Result<ScanSummary, ScanError> {
         dry_run(self.station, plan)?;
-        let clock = RunClock::starting(self.now_utc, self.awake);
+        let clock = RunClock::starting(self.now_utc, run.start_s(), self.awake);
         let before = run.len();
         let devices: &Devices = devices;
         let mut session = Session::new(self, devices, run, clock.clone(), *plan.limits());

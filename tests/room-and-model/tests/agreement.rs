@@ -103,6 +103,7 @@ fn coordinates(o: &Observation) -> ReadingCoordinates {
             Kind::Capped => ReadingKind::Capped,
         },
         time_s: Some(o.time_s),
+        lamp_s: None,
         c_deg: o.c_deg,
         gamma_deg: o.gamma_deg,
         distance_mm: o.distance_mm,

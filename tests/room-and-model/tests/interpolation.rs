@@ -46,6 +46,7 @@ fn reading(c_deg: f64, gamma_deg: f64) -> ReadingCoordinates {
     ReadingCoordinates {
         kind: ReadingKind::Lit,
         time_s: None,
+        lamp_s: None,
         c_deg,
         gamma_deg,
         distance_mm: DISTANCE_MM,

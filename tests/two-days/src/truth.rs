@@ -81,7 +81,7 @@ fn observation(at: &ReadingCoordinates) -> Observation {
             ReadingKind::LampOff => Kind::LampOff,
             ReadingKind::Capped => Kind::Capped,
         },
-        time_s: at.time_s.unwrap_or(0.0),
+        time_s: at.lamp_age_s().unwrap_or(0.0),
         c_deg: at.c_deg,
         gamma_deg: at.gamma_deg,
         distance_mm: at.distance_mm,

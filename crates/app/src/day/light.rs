@@ -55,6 +55,7 @@ pub(super) fn light(
         colour,
         comparison,
         diagnosis: None,
+        undiagnosed: None,
         stale: Vec::new(),
     })
 }

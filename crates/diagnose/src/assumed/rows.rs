@@ -130,6 +130,7 @@ mod tests {
         let at = |gamma_deg: f64, kind: ReadingKind| ReadingCoordinates {
             kind,
             time_s: None,
+            lamp_s: None,
             c_deg: 0.0,
             gamma_deg,
             distance_mm: 2000.0,

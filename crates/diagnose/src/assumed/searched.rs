@@ -285,7 +285,7 @@ impl AssumedModel {
         let mut times = Vec::new();
         for part in &self.parts {
             let Part::Readings(readings) = part else { return None };
-            times.extend(readings.iter().map(|at| at.time_s.unwrap_or(f64::NAN)));
+            times.extend(readings.iter().map(|at| at.lamp_age_s().unwrap_or(f64::NAN)));
         }
         Some(times)
     }

@@ -57,7 +57,7 @@ struct Bench<'a> {
     /// The largest reading, lx.
     peak: f64,
     ambient_c: Option<f64>,
-    /// When the last reading was taken.
+    /// Age of the lamp at the last reading.
     end_s: f64,
 }
 
@@ -68,7 +68,7 @@ impl<'a> Bench<'a> {
         let lit: Vec<&Row> = readings.iter().copied().filter(|row| row.light == Light::Lit).collect();
         let scale = outcome.noise.scale;
         let u_rel = median(lit.iter().map(|row| row.u / row.measured.abs().max(1e-12)).collect());
-        let end_s = readings.iter().map(|row| row.time_s).fold(f64::NEG_INFINITY, f64::max);
+        let end_s = readings.iter().map(|row| row.lamp_s).fold(f64::NEG_INFINITY, f64::max);
         let mut planes: Vec<f64> = lit.iter().map(|row| nominal(row.c_deg)).collect();
         planes.sort_by(f64::total_cmp);
         planes.dedup();
@@ -100,6 +100,7 @@ impl<'a> Bench<'a> {
         ReadingCoordinates {
             kind,
             time_s: Some(self.end_s + 60.0 + READING_S * k as f64),
+            lamp_s: None,
             c_deg: self.planes[0],
             gamma_deg: 0.0,
             distance_mm: self.distance_mm,

@@ -82,5 +82,7 @@ pub const REPEATS: f64 = 10.0;
 /// Degrees of freedom that readings of one pose which follow each other need to allow more scatter than stated: they
 /// know it to 13 %. With 14 pairs a lucky few let spokes of 1.7 times the stated scatter pass.
 pub const REPEATS_AT_ONCE: f64 = 30.0;
+/// So many typical steps without a reading are a pause of the record: its neighbours are no neighbours.
+pub const PAUSE: f64 = 60.0;
 /// Cells of a periodogram at most.
 pub const CELLS: usize = 1 << 16;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::DVector;
 
 use super::left::Left;
-use super::limits::{CLIP, ROUNDED};
+use super::limits::{CLIP, PAUSE, ROUNDED};
 use crate::table::{Light, Row, Source};
 
 /// The ways in which a reading errs, as a note says them: in proportion to the noise, to the light, by as much
@@ -23,11 +23,12 @@ pub(super) struct Series<'a> {
     pub(super) place: Vec<usize>,
     /// What the model expects.
     pub(super) level: Vec<f64>,
-    /// Seconds along the record, one run after the other; not finite where a row has no time.
+    /// Seconds along the record, one run after the other, a pause no longer than all the rest; not finite where a row
+    /// has no time.
     pub(super) time: Vec<f64>,
     /// The readings' own numbers, one run after the other.
     pub(super) index: Vec<f64>,
-    /// Whether a row was taken directly after the one before it.
+    /// Whether a row was taken directly after the one before it, no pause between.
     pub(super) follows: Vec<bool>,
     /// √(1 − leverage).
     pub(super) share: Vec<f64>,
@@ -174,23 +175,40 @@ pub(super) fn hold(values: &[f64]) -> Vec<f64> {
 }
 
 /// Time and number along the record, and who follows whom at once.
+///
+/// A pause of the record is no part of what was read: it counts for no more than the time in which readings followed each
+/// other, or a week between two sessions would leave one cell of time for each of them.
 fn along(rows: &[&Row], place: &[usize]) -> (Vec<f64>, Vec<f64>, Vec<bool>) {
     let numbered = rows.iter().all(|row| row.index.is_finite());
     let number = |k: usize| if numbered { rows[k].index } else { place[k] as f64 };
+    // NaN from one run to the next.
+    let gap = |k: usize| {
+        if rows[k].file == rows[k - 1].file {
+            rows[k].time_s - rows[k - 1].time_s
+        } else {
+            f64::NAN
+        }
+    };
+    let mut gaps: Vec<f64> = (1..rows.len()).map(gap).filter(|gap| *gap > 0.0).collect();
+    gaps.sort_by(f64::total_cmp);
+    let pause = PAUSE * gaps.get(gaps.len() / 2).copied().unwrap_or(0.0);
+    let in_succession: f64 = gaps.iter().filter(|gap| **gap <= pause).sum();
     let (mut time, mut index) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
     let mut follows = vec![false; rows.len()];
-    let mut starts = (0.0, 0.0);
+    let mut number_start = 0.0;
     for k in 0..rows.len() {
         if k == 0 {
-            follows[0] = false;
+            time.push(rows[0].time_s);
         } else if rows[k].file != rows[k - 1].file {
             // The next run begins one step after the one before.
-            starts = (rows[k].time_s - time[k - 1] - 1.0, number(k) - index[k - 1] - 1.0);
+            number_start = number(k) - index[k - 1] - 1.0;
+            time.push(time[k - 1] + 1.0);
         } else {
-            follows[k] = (number(k) - number(k - 1) - 1.0).abs() < 0.5;
+            let paused = gap(k) > pause;
+            follows[k] = !paused && (number(k) - number(k - 1) - 1.0).abs() < 0.5;
+            time.push(time[k - 1] + if paused { gap(k).min(in_succession) } else { gap(k) });
         }
-        time.push(rows[k].time_s - starts.0);
-        index.push(number(k) - starts.1);
+        index.push(number(k) - number_start);
     }
     (time, index, follows)
 }

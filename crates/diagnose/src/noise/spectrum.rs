@@ -28,16 +28,23 @@ impl Spectrum {
     /// Over `position`, whose typical step is divided into `parts` cells. None where the rows have no position or no
     /// span.
     pub(super) fn new(series: &Series<'_>, coordinate: Coordinate, position: &[f64], parts: f64) -> Option<Self> {
-        let (first, last) = (*position.first()?, *position.last()?);
+        // Numbers need not rise with the time.
+        let mut rising = position.to_vec();
+        rising.sort_by(f64::total_cmp);
+        let (first, last) = (*rising.first()?, *rising.last()?);
         let span = last - first;
-        let mut steps: Vec<f64> = position.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        if !span.is_finite() || steps.iter().any(|step| !step.is_finite()) {
+        let mut steps: Vec<f64> = rising.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        if !span.is_finite() {
             return None;
         }
         steps.retain(|step| *step > 0.0);
         steps.sort_by(f64::total_cmp);
         let typical = *steps.get(steps.len() / 2)?;
         let cell = (typical / parts).max(span / (CELLS as f64 / 2.0));
+        // A span that is no normal number divides into no cells.
+        if !(span / cell).is_finite() {
+            return None;
+        }
         let size = ((1.5 * span / cell) as usize + 2).next_power_of_two();
         let cells = position
             .iter()

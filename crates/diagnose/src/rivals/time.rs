@@ -6,13 +6,14 @@ use super::{Builder, word};
 use crate::pattern::Acts;
 use crate::table::{Coordinate, Row, Source};
 
-pub(super) fn time(build: &mut Builder<'_>, order: &[usize]) {
-    let times: Vec<f64> = order
+pub(super) fn time(build: &mut Builder<'_>) {
+    let mut times: Vec<f64> = build
+        .rows
         .iter()
-        .map(|&i| &build.rows[i])
         .filter(|row| row.source == Source::Reading && row.time_s.is_finite())
         .map(|row| row.time_s)
         .collect();
+    times.sort_by(f64::total_cmp);
     let (Some(&first), Some(&last)) = (times.first(), times.last()) else {
         return;
     };
@@ -93,13 +94,21 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
         return;
     }
     let rows = build.rows;
-    let time = |i: usize| rows[i].time_s;
-    let span = [time(in_time[0]), time(in_time[in_time.len() - 1])];
-    let mut gaps: Vec<f64> = in_time
-        .windows(2)
-        .map(|pair| time(pair[1]) - time(pair[0]))
-        .filter(|gap| *gap > 0.0)
-        .collect();
+    let span = in_time
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &i| {
+            [low.min(rows[i].time_s), high.max(rows[i].time_s)]
+        });
+    // Nothing is remembered from one run to the next.
+    let gap = |pair: &[usize]| {
+        let (before, row) = (&rows[pair[0]], &rows[pair[1]]);
+        if before.file == row.file {
+            row.time_s - before.time_s
+        } else {
+            f64::INFINITY
+        }
+    };
+    let mut gaps: Vec<f64> = in_time.windows(2).map(gap).filter(|gap| *gap > 0.0).collect();
     gaps.sort_by(f64::total_cmp);
     let Some(&typical) = gaps.get(gaps.len() / 2) else {
         return;
@@ -113,7 +122,7 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
         let mut before = vec![0.0; rows.len()];
         let mut average = level[in_time[0]];
         for pair in in_time.windows(2) {
-            let keep = (-(time(pair[1]) - time(pair[0])) / (steps * typical)).exp();
+            let keep = (-gap(pair) / (steps * typical)).exp();
             before[pair[0]] = average;
             average = keep * average + (1.0 - keep) * level[pair[0]];
             before[pair[1]] = average;
@@ -134,7 +143,7 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
     // Previous reading's level exactly: a meter read before it settled.
     let mut previous = vec![0.0; rows.len()];
     for pair in in_time.windows(2) {
-        let near = time(pair[1]) - time(pair[0]) < 2.5 * typical;
+        let near = gap(pair) < 2.5 * typical;
         previous[pair[1]] = if near { levels[pair[0]] - levels[pair[1]] } else { 0.0 };
     }
     let unsettled = along.column(Acts::Everywhere, move |i, _| previous[i]);
@@ -145,12 +154,12 @@ pub(super) fn memory(build: &mut Builder<'_>, order: &[usize]) {
         vec![unsettled],
     );
     let mut since = vec![f64::INFINITY; rows.len()];
-    let mut start = time(in_time[0]);
+    let mut start = rows[in_time[0]].time_s;
     for pair in in_time.windows(2) {
-        if time(pair[1]) - time(pair[0]) > 2.5 * typical {
-            start = time(pair[1]);
+        if gap(pair) > 2.5 * typical {
+            start = rows[pair[1]].time_s;
         }
-        since[pair[1]] = time(pair[1]) - start;
+        since[pair[1]] = rows[pair[1]].time_s - start;
     }
     since[in_time[0]] = 0.0;
     let since: Arc<[f64]> = since.into();

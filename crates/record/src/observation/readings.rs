@@ -7,7 +7,9 @@ use camino::{Utf8Path, Utf8PathBuf};
 use super::error::{ObservationError, Problem};
 use super::need::Need;
 use super::table::{Fields, Table, read_text};
+use crate::readings::Layout;
 use crate::run::Run;
+use crate::run::axis::Axis;
 use crate::{Quality, ReadingKind};
 
 /// Where, when and how a reading was taken: all that a prediction needs.
@@ -15,8 +17,10 @@ use crate::{Quality, ReadingKind};
 pub struct ReadingCoordinates {
     /// What the detector could see.
     pub kind: ReadingKind,
-    /// Middle of the integration, seconds since the lamp was switched on; none: not known, the lamp counts as stable.
+    /// Middle of the integration, in seconds on the time axis of the record; none: not known.
     pub time_s: Option<f64>,
+    /// The same since the lamp was switched on; none: not known, the record began with it.
+    pub lamp_s: Option<f64>,
     /// Read-back C in degrees.
     pub c_deg: f64,
     /// Read-back γ in degrees, signed.
@@ -29,6 +33,14 @@ pub struct ReadingCoordinates {
     pub range: Option<i32>,
     /// Temperature of the room in °C, where it is known.
     pub ambient_c: Option<f64>,
+}
+
+impl ReadingCoordinates {
+    /// For how long the lamp had been on, in seconds: since it was switched on where that is known, else since the
+    /// record began; none: not known, the lamp counts as stable.
+    pub fn lamp_age_s(&self) -> Option<f64> {
+        self.lamp_s.or(self.time_s)
+    }
 }
 
 /// One row of observations.
@@ -96,6 +108,10 @@ impl Readings {
             let text = read_text(&path)?;
             let whole = text.get(..run.readings.whole_bytes).unwrap_or(&text);
             let mut readings = Self::parse(&path, whole, need, false)?;
+            // A run of an older format has its times from run.toml.
+            for (row, of_run) in readings.rows.iter_mut().zip(&run.readings.rows) {
+                (row.at.time_s, row.at.lamp_s) = (of_run.time_s, of_run.lamp_s);
+            }
             readings.notices = run.notices;
             return Ok(readings);
         }
@@ -103,7 +119,8 @@ impl Readings {
             return Err(failed(Problem::NotARun));
         }
         let text = read_text(&path)?;
-        if text.starts_with(crate::readings::HEADER) {
+        let of_a_run = |layout: &Layout| layout.has_hashes() && text.starts_with(&layout.header());
+        if Layout::ALL.iter().any(of_a_run) {
             return Err(failed(Problem::NoRunToml));
         }
         Self::parse(&path, &text, need, true)
@@ -154,6 +171,9 @@ impl Readings {
         }
         if rows.is_empty() {
             return Err(ObservationError::new(path, None, Problem::NoRows("readings")));
+        }
+        if columns.contains_key("burning") && !columns.contains_key("lamp_s") {
+            place(&mut rows, &table, columns["burning"]);
         }
         let header = table.header.clone();
         let text = table.rows.into_iter().map(|(_, fields)| fields).collect();
@@ -210,6 +230,20 @@ impl Readings {
     }
 }
 
+/// Readings of a run of formats 2 and 3 without their run.toml: their times are those of the lamp, which begin anew with
+/// every burning.
+fn place(rows: &mut [ReadingRow], table: &Table, burning: usize) {
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by_key(|&row| rows[row].index);
+    let mut axis = Axis::default();
+    for row in order {
+        let burning = table.rows[row].1[burning].parse().ok();
+        let at = &mut rows[row].at;
+        at.lamp_s = at.time_s;
+        at.time_s = Some(axis.next(burning, at.lamp_s, 0.0, None));
+    }
+}
+
 fn parse_row(fields: &Fields<'_>, need: Need) -> Result<ReadingRow, ObservationError> {
     let word = fields.text("kind");
     let kind: ReadingKind = word.parse().map_err(|_| {
@@ -260,6 +294,7 @@ fn parse_row(fields: &Fields<'_>, need: Need) -> Result<ReadingRow, ObservationE
         at: ReadingCoordinates {
             kind,
             time_s: fields.optional("time_s")?,
+            lamp_s: fields.optional("lamp_s")?,
             c_deg: fields.number("c_deg")?,
             gamma_deg,
             distance_mm: fields.positive("distance_mm")?,
@@ -346,6 +381,37 @@ mod tests {
                 ..
             }
         ));
+    }
+
+    #[test]
+    fn a_copy_of_an_older_run_has_one_axis_and_the_age_of_the_lamp() {
+        let header = format!("{},burning\n", HEADER.trim_end());
+        let row =
+            |index: u32, time_s: &str, burning: u32| format!("{index},A,lit,{time_s},0,0,2000,1,0,,1,1,{burning}\n");
+        // In another order than they were taken in.
+        let rows = [
+            row(2, "1800", 2),
+            row(0, "1800", 1),
+            row(3, "1810", 2),
+            row(1, "1810", 1),
+        ];
+        let readings =
+            Readings::parse(Utf8Path::new("r.csv"), &(header + &rows.concat()), Need::Values, false).unwrap();
+        let times: Vec<_> = readings
+            .rows()
+            .iter()
+            .map(|row| (row.at.time_s, row.at.lamp_s))
+            .collect();
+        let of = |time_s: f64, lamp_s: f64| (Some(time_s), Some(lamp_s));
+        assert_eq!(
+            times,
+            [
+                of(3610.0, 1800.0),
+                of(1800.0, 1800.0),
+                of(3620.0, 1810.0),
+                of(1810.0, 1810.0)
+            ]
+        );
     }
 
     #[test]

@@ -43,9 +43,9 @@ impl Chain {
 
     /// The row of `reading` with chain, checksum and line end, and the chain after it.
     pub(crate) fn row(&self, reading: &Reading) -> (String, Self) {
-        let mut row = fields(reading);
+        let mut row = fields(self.layout, reading);
         let mut next = self.clone();
-        if self.layout == Layout::V3 {
+        if self.layout.has_electrical() {
             let line = &reading.electrical;
             for value in [line.voltage_v, line.current_a, line.power_w, line.power_factor] {
                 row.push_str(&optional(value));
@@ -55,6 +55,10 @@ impl Chain {
         if self.layout.has_hashes() {
             let burning = reading.burning.map_or_else(String::new, |burning| burning.to_string());
             row.push_str(&format!("{},{burning},", reading.session));
+            if self.layout.has_run_time() {
+                row.push_str(&optional(reading.lamp_s));
+                row.push(',');
+            }
             next.last = self.link(&row);
             row.push_str(&format!("{},", next.last));
         }
@@ -70,12 +74,17 @@ fn optional(value: Option<f64>) -> String {
 }
 
 /// The columns that all formats have, each with its comma.
-pub(super) fn fields(reading: &Reading) -> String {
+pub(super) fn fields(layout: Layout, reading: &Reading) -> String {
+    let time_s = if layout.has_run_time() {
+        reading.time_s
+    } else {
+        reading.lamp_s
+    };
     let mut row = [
         reading.index.to_string(),
         reading.block.clone(),
         reading.kind.to_string(),
-        optional(reading.time_s),
+        optional(time_s),
         number(reading.c_deg),
         number(reading.gamma_deg),
         number(reading.distance_mm),
@@ -230,9 +239,10 @@ impl<'a> Cells<'a> {
             raw: self.text().to_owned(),
             session: 0,
             burning: None,
+            lamp_s: None,
             electrical: Electrical::default(),
         };
-        if layout == Layout::V3 {
+        if layout.has_electrical() {
             reading.electrical = Electrical {
                 voltage_v: self.optional("voltage_v")?,
                 current_a: self.optional("current_a")?,
@@ -246,6 +256,12 @@ impl<'a> Cells<'a> {
                 "" => None,
                 burning => Some(self.parsed("burning", burning)?),
             };
+        }
+        if layout.has_run_time() {
+            reading.lamp_s = self.optional("lamp_s")?;
+        } else {
+            // The run that these rows are of knows when they were taken.
+            reading.lamp_s = reading.time_s.take();
         }
         Ok(reading)
     }

@@ -2,6 +2,7 @@
 //! since.
 
 use camino::Utf8Path;
+use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
 use super::error::{RunError, vacant};
@@ -14,9 +15,12 @@ use crate::station::Station;
 use crate::subject::{Commission, Luminaire, Subject};
 
 /// Value of `format` in run.toml.
-pub const FORMAT: &str = "isolux-run/3";
+pub const FORMAT: &str = "isolux-run/4";
 
-/// The format before: readings without electrical columns.
+/// The format before: readings with the time since the lamp was switched on, and none on the axis of the run.
+pub const FORMAT_3: &str = "isolux-run/3";
+
+/// Readings without electrical columns.
 pub const FORMAT_2: &str = "isolux-run/2";
 
 /// The first format: without checksums of run.toml and of spectra, without hashes of rows.
@@ -26,13 +30,13 @@ pub const FORMAT_1: &str = "isolux-run/1";
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunHeader {
-    /// [`FORMAT`], or [`FORMAT_2`] or [`FORMAT_1`] of a run that an earlier program began.
+    /// [`FORMAT`], or [`FORMAT_3`], [`FORMAT_2`] or [`FORMAT_1`] of a run that an earlier program began.
     pub format: String,
     /// Name and version of the program that wrote the run.
     pub program: String,
     /// UTC of the start, RFC 3339.
     pub started_utc: String,
-    /// UTC of t = 0, the last switching on of the lamp; none before it.
+    /// UTC of the last switching on of the lamp; none before it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lamp_on_utc: Option<String>,
     /// How often the lamp was switched on.
@@ -82,7 +86,7 @@ pub struct Written {
 }
 
 /// A further session at the bench.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Resumed {
     /// UTC, RFC 3339.
@@ -91,6 +95,9 @@ pub struct Resumed {
     pub program: String,
     /// Its first row.
     pub first_row: u64,
+    /// Seconds since the run began at which it began; none in formats 1 to 3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_s: Option<f64>,
     /// What was damaged, where what is whole was kept and the rest is read again.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub damage: Vec<String>,
@@ -260,12 +267,19 @@ impl RunHeader {
         Self::parse(&file, &read_text(&file)?)
     }
 
+    /// Seconds from the start of the run to a UTC; none where one of both is no time.
+    pub fn seconds(&self, utc: &str) -> Option<f64> {
+        let [start, at] = [&self.started_utc, utc].map(|utc| utc.parse::<Timestamp>());
+        Some(at.ok()?.duration_since(start.ok()?).as_secs_f64())
+    }
+
     /// Columns of its readings.csv.
     pub fn layout(&self) -> Layout {
         match self.format.as_str() {
             FORMAT_1 => Layout::V1,
             FORMAT_2 => Layout::V2,
-            _ => Layout::V3,
+            FORMAT_3 => Layout::V3,
+            _ => Layout::V4,
         }
     }
 
@@ -286,7 +300,10 @@ impl RunHeader {
         if is(FORMAT_1) {
             return Ok(Source { file, text }.parse(FORMAT_1)?);
         }
-        let format = if is(FORMAT_2) { FORMAT_2 } else { FORMAT };
+        let format = [FORMAT_2, FORMAT_3]
+            .into_iter()
+            .find(|format| is(format))
+            .unwrap_or(FORMAT);
         let changed = |what: &str| RunError::HeaderChanged {
             file: file.to_owned(),
             what: what.to_owned(),

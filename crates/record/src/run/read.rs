@@ -6,6 +6,7 @@ use std::io::ErrorKind;
 
 use camino::{Utf8Path, Utf8PathBuf};
 
+use super::axis;
 use super::error::RunError;
 use super::header::{FORMAT_1, RunHeader, SpectrumEntry, StopHow};
 use crate::disk::{failed, lines, sha256};
@@ -151,6 +152,7 @@ impl Survey {
             self.damaged_files.push(name.to_owned());
             self.damage.append(&mut damage);
         }
+        axis::place(&header, &mut readings);
         self.run.readings = readings;
         self.readings = bytes;
         Ok(())

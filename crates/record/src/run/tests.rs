@@ -196,8 +196,8 @@ fn any_change_of_run_toml_is_refused() {
     for changed in [
         text.replacen("saturation_counts = 32768.0", "saturation_counts = 32769.0", 1),
         text.replacen("readings = 5", "readings = 4", 1),
-        text.replacen("isolux-run/3", "isolux-run/2", 1),
-        text.replacen("isolux-run/3", "isolux-run/1", 1),
+        text.replacen("isolux-run/4", "isolux-run/3", 1),
+        text.replacen("isolux-run/4", "isolux-run/1", 1),
         text[..text.rfind("[check]").unwrap()].to_owned(),
         text[..text.len() - 3].to_owned(),
     ] {
@@ -295,6 +295,85 @@ fn a_run_of_format_1_is_read_and_resumed_as_what_it_is() {
     let left = rows(&path);
     std::fs::write(path.join("readings.csv"), left[..2].concat()).unwrap();
     assert!(damage(&path).contains("holds 1 readings, 2 were recorded"));
+}
+
+fn at_lamp(time_s: f64, lamp_s: Option<f64>) -> Reading {
+    Reading {
+        time_s: Some(time_s),
+        lamp_s,
+        ..reading(0)
+    }
+}
+
+#[test]
+fn a_run_of_format_3_is_placed_on_one_axis_by_the_clocks_of_its_sessions() {
+    let (_keep, path) = scratch();
+    let mut old = header();
+    FORMAT_3.clone_into(&mut old.format);
+    let mut dir = RunDir::create(&path, old).unwrap();
+    dir.append(at_lamp(0.0, None)).unwrap();
+    dir.lamp_on("2026-01-01T00:00:10Z".to_owned()).unwrap();
+    for lamp_s in [1800.0, 1802.0] {
+        dir.append(at_lamp(0.0, Some(lamp_s))).unwrap();
+    }
+    drop(dir);
+    let later = |utc: &str| RunHeader {
+        started_utc: utc.to_owned(),
+        ..header()
+    };
+    // The lamp went on burning: its clock and that of the run go on.
+    let (mut dir, run) = RunDir::resume(&path, &later("2026-01-01T00:40:00Z")).unwrap();
+    let times = |run: &Run| -> Vec<f64> { run.readings.rows.iter().filter_map(|row| row.time_s).collect() };
+    assert_eq!(
+        times(&run),
+        [0.0, 1810.0, 1812.0],
+        "the last switching on is known by its UTC"
+    );
+    assert_eq!(dir.start_s(), 2400.0);
+    dir.append(at_lamp(0.0, Some(2500.0))).unwrap();
+    drop(dir);
+    // Then it was switched on again, an hour later.
+    let (mut dir, run) = RunDir::resume(&path, &later("2026-01-01T01:40:00Z")).unwrap();
+    assert_eq!(times(&run)[3], 2510.0);
+    dir.lamp_on("2026-01-01T01:40:30Z".to_owned()).unwrap();
+    dir.append(at_lamp(0.0, Some(1800.0))).unwrap();
+    drop(dir);
+    let run = Run::read(&path).unwrap();
+    // Of the first burning no UTC is left: it counts as soon as it can have been.
+    assert_eq!(times(&run), [0.0, 1800.0, 1802.0, 2500.0, 7830.0]);
+    let lamp: Vec<_> = run.readings.rows.iter().map(|row| row.lamp_s).collect();
+    assert_eq!(lamp, [None, Some(1800.0), Some(1802.0), Some(2500.0), Some(1800.0)]);
+    // So it is where its readings are observations.
+    let Ok(crate::observation::Observations::Readings(readings)) =
+        crate::observation::open(&path, crate::observation::Need::Values)
+    else {
+        panic!("readings");
+    };
+    let at = readings.rows()[4].at;
+    assert_eq!((at.time_s, at.lamp_age_s()), (Some(7830.0), Some(1800.0)));
+}
+
+#[test]
+fn a_session_begins_after_what_is_recorded_whatever_became_of_the_clock() {
+    let (_keep, path) = scratch();
+    let mut dir = RunDir::create(&path, header()).unwrap();
+    assert_eq!(dir.start_s(), 0.0);
+    dir.append(at_lamp(1812.5, Some(1800.0))).unwrap();
+    drop(dir);
+    for (utc, start_s) in [
+        ("2026-01-01T01:00:00Z", 3600.0),
+        // Set back by more than an hour.
+        ("2025-12-31T23:59:00Z", 3600.0),
+        ("no time", 3600.0),
+    ] {
+        let now = RunHeader {
+            started_utc: utc.to_owned(),
+            ..header()
+        };
+        let (dir, _) = RunDir::resume(&path, &now).unwrap();
+        assert_eq!(dir.start_s(), start_s, "{utc}");
+        assert_eq!(dir.header().resumed.last().unwrap().start_s, Some(start_s));
+    }
 }
 
 #[test]

@@ -16,7 +16,7 @@ fn visited(count: u64, value: impl Fn(f64) -> f64) -> (Reference, Vec<Reading>) 
         .iter()
         .map(|row| Visit {
             row: row.index,
-            time_s: row.time_s.unwrap(),
+            lamp_s: row.time_s.unwrap(),
             value: row.illuminance_lx.unwrap() * 100.0,
             u: 0.3,
             digit: 1.0,

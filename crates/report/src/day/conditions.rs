@@ -67,10 +67,10 @@ fn facts(day_results: &DayResults, events: &[Value]) -> Vec<(String, String)> {
     let stable = events.iter().rev().find(|event| event["event"] == "stable");
     add(
         "stabilisation",
-        match stable.and_then(|event| Some((event["time_s"].as_f64()?, event["spread_rel"].as_f64()?))) {
-            Some((time_s, spread)) => format!(
+        match stable.and_then(|event| Some((lamp_s(event)?, event["spread_rel"].as_f64()?))) {
+            Some((lamp_s, spread)) => format!(
                 "{:.0} min; spread (max − min)/mean {:.2} % over the last {:.0} min, allowed {} %",
-                time_s / 60.0,
+                lamp_s / 60.0,
                 100.0 * spread,
                 window_min(day_results),
                 allowed_percent(day_results)
@@ -221,9 +221,9 @@ fn drift_words(drift: &Drift) -> String {
             "Drift: a straight line was taken out, {} % an hour.",
             isolux_units::digits::stated(100.0 * rate_per_h, 100.0 * u_rate_per_h, "").replace("  (k", " (k")
         ),
-        Drift::Interpolated { time_s, u_rel, .. } => format!(
+        Drift::Interpolated { lamp_s, u_rel, .. } => format!(
             "Drift: taken out by lines between {} visits; standard uncertainty left {} %.",
-            time_s.len(),
+            lamp_s.len(),
             significant(100.0 * u_rel, 2)
         ),
         Drift::ByBurning { burning, u_rel } => format!(
@@ -297,6 +297,11 @@ fn events(day_results: &DayResults) -> Vec<Value> {
         .collect()
 }
 
+/// Seconds since the lamp was switched on, of an event of the warm-up; in runs of formats 1 to 3 it is `time_s`.
+fn lamp_s(event: &Value) -> Option<f64> {
+    event["lamp_s"].as_f64().or_else(|| event["time_s"].as_f64())
+}
+
 /// Illuminance during the last warm-up; none where the run began with a warm lamp.
 fn warm_up(events: &[Value]) -> Option<String> {
     let from = events
@@ -306,7 +311,7 @@ fn warm_up(events: &[Value]) -> Option<String> {
     let looks: Vec<(f64, f64)> = events[from..]
         .iter()
         .filter(|event| event["event"] == "warm_up")
-        .filter_map(|event| Some((event["time_s"].as_f64()? / 60.0, event["illuminance_lx"].as_f64()?)))
+        .filter_map(|event| Some((lamp_s(event)? / 60.0, event["illuminance_lx"].as_f64()?)))
         .collect();
     let last = looks.last()?.1;
     if looks.len() < 2 || last <= 0.0 {
@@ -357,7 +362,7 @@ fn reference(day_results: &DayResults) -> String {
         Scale::around(visits.iter().map(|visit| visit.0), false),
         Scale::around(values, true),
     );
-    frame.draw(&mut svg, "time since the lamp was switched on in min", "change in %");
+    frame.draw(&mut svg, "time since the run began in min", "change in %");
     for &(minute, lx, u) in &visits {
         svg.line(
             frame.at(minute, relative(lx - u)),

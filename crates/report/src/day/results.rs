@@ -28,6 +28,8 @@ pub struct DayResults {
     pub comparison: Option<Comparison>,
     /// What the diagnosis says.
     pub diagnosis: Option<Diagnosed>,
+    /// Why there is none, where one was tried and failed.
+    pub undiagnosed: Option<String>,
     /// Files of `results/` that are of another reduction.
     pub stale: Vec<&'static str>,
 }
@@ -85,11 +87,19 @@ impl DayResults {
                 "test                  none: no spectrum was taken at a short distance, and the diagnosis checks the record against itself"
                     .to_owned(),
             ),
+            None if self.undiagnosed.is_some() => lines.push(
+                "test                  none: no spectrum was taken at a short distance, and the diagnosis failed".to_owned(),
+            ),
             None if self.diagnosis.is_none() => lines.push(
                 "test                  none: no spectrum was taken at a short distance, and every reading made the distribution".to_owned(),
             ),
             None => {}
         }
+        lines.extend(
+            self.undiagnosed
+                .iter()
+                .map(|why| format!("note                  {why}")),
+        );
         lines
     }
 }

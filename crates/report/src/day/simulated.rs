@@ -117,6 +117,11 @@ pub fn comparison(day_results: &DayResults) -> Option<Section> {
 }
 
 pub fn diagnosis(day_results: &DayResults) -> Option<Section> {
+    if let Some(why) = &day_results.undiagnosed {
+        let mut section = Section::new("Diagnosis");
+        section.add(Block::Verdict(capitalised(why), false));
+        return Some(section);
+    }
     let Diagnosed {
         plain,
         good,

@@ -262,10 +262,10 @@ async fn a_lamp_switched_off_is_warmed_up_again_and_has_a_reference_visit_of_its
     let run = Run::read(&path).unwrap();
     assert_true(&run, &room, "lamp");
     let rows = &run.readings.rows;
-    let relit = rows.windows(2).position(|pair| pair[1].time_s < pair[0].time_s);
+    let relit = rows.windows(2).position(|pair| pair[1].lamp_s < pair[0].lamp_s);
     let relit = relit.expect("the clock of the lamp began anew") + 1;
     assert_eq!(rows[relit].role, Role::Reference, "{rows:#?}");
-    assert!(rows[relit].time_s.unwrap() > 1800.0);
+    assert!(rows[relit].lamp_s.unwrap() > 1800.0);
 }
 
 #[tokio::test(start_paused = true)]

@@ -185,8 +185,8 @@ impl Session<'_> {
                 spread_rel,
                 power,
             });
-            let time_s = microseconds(elapsed_s);
-            let mut fields = json!({ "time_s": time_s, "illuminance_lx": illuminance_lx, "spread_rel": spread_rel });
+            let lamp_s = microseconds(elapsed_s);
+            let mut fields = json!({ "lamp_s": lamp_s, "illuminance_lx": illuminance_lx, "spread_rel": spread_rel });
             if let Some(power) = power {
                 fields["power_w"] = power.power_w.into();
                 fields["power_spread_rel"] = power.spread_rel.into();
@@ -219,7 +219,7 @@ impl Session<'_> {
         observer.event(&ScanEvent::WarmUpEnded { elapsed_s, spread_rel });
         self.event(
             "stable",
-            &json!({ "time_s": microseconds(elapsed_s), "spread_rel": spread_rel, "noise_rel": noise.relative }),
+            &json!({ "lamp_s": microseconds(elapsed_s), "spread_rel": spread_rel, "noise_rel": noise.relative }),
         )?;
         Ok(true)
     }

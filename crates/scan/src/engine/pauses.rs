@@ -123,8 +123,8 @@ async fn a_pause_finishes_the_point_keeps_the_lamp_and_ends_at_the_reference() {
     );
     // The first reading after the pause is of the reference point.
     let rows = &paused.run.readings.rows;
-    let next = rows.iter().position(|row| row.time_s > Some(5000.0)).unwrap();
-    assert!(next > 0 && rows[next - 1].time_s < Some(1860.0));
+    let next = rows.iter().position(|row| row.lamp_s > Some(5000.0)).unwrap();
+    assert!(next > 0 && rows[next - 1].lamp_s < Some(1860.0));
     assert_eq!((rows[next].role, rows[next].gamma_target_deg), (Role::Reference, 0.0));
     assert_eq!(rows.iter().filter(|row| row.role == Role::Reference).count(), 4);
 }
@@ -137,9 +137,9 @@ async fn a_pause_in_the_warm_up_begins_its_window_anew() {
     assert_eq!((paused.count("paused"), paused.count("lamp")), (1, 2));
     let first = paused.run.readings.rows.first().unwrap();
     // 15 min from the end of the pause, although the lamp was on for the least time before.
-    assert!((2670.0..2740.0).contains(&first.time_s.unwrap()), "{first:?}");
+    assert!((2670.0..2740.0).contains(&first.lamp_s.unwrap()), "{first:?}");
     let looks = paused.events.iter().filter(|event| event["event"] == "warm_up");
-    let during = looks.filter(|look| (1035.0..1760.0).contains(&look["time_s"].as_f64().unwrap()));
+    let during = looks.filter(|look| (1035.0..1760.0).contains(&look["lamp_s"].as_f64().unwrap()));
     assert_eq!(during.count(), 0, "nobody looks at the lamp during a pause");
 }
 

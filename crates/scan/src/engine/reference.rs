@@ -24,11 +24,11 @@ impl References {
         let mut references = Self::default();
         let (mut last_s, mut last_burning) = (None, None);
         for row in rows {
-            let clock_went_back = row.time_s.zip(last_s).is_some_and(|(now, last)| now < last);
+            let clock_went_back = row.lamp_s.zip(last_s).is_some_and(|(now, last)| now < last);
             if row.kind == ReadingKind::LampOff || row.burning != last_burning || clock_went_back {
                 references.next_burning();
             }
-            last_s = row.time_s.or(last_s);
+            last_s = row.lamp_s.or(last_s);
             last_burning = row.burning;
             if row.role == Role::Reference && row.quality == Quality::Ok {
                 references.keep(row, limits);

@@ -29,7 +29,7 @@ pub(super) struct Session<'a> {
     pub axes: Axes<'a>,
     pub photometer: Photometer<'a>,
     pub limits: Limits,
-    /// Seconds of this clock at which the lamp was switched on; none: never yet.
+    /// Seconds of the run at which the lamp was switched on; none: never yet.
     pub lamp_on_s: Option<f64>,
     pub lamp_is_on: bool,
     pub warm: bool,
@@ -98,7 +98,7 @@ impl<'a> Session<'a> {
             unsettled: self.unsettled,
             retries: self.photometer.retries,
             visits_again: self.visits_again,
-            duration_s: self.clock.seconds(Instant::now()),
+            duration_s: self.clock.session_seconds(Instant::now()),
             warm_up_s: self.warm_up_s,
         }
     }
@@ -172,9 +172,7 @@ impl<'a> Session<'a> {
 
     /// Whether the lamp is on already, and since when. Only a lamp of this very run has a known time.
     async fn find_lamp(&mut self, resumed: Option<&Run>) -> Result<(), ScanError> {
-        let since = resumed
-            .and_then(|run| run.header.lamp_on_utc.as_deref())
-            .and_then(|utc| self.clock.seconds_of_utc(utc));
+        let since = resumed.and_then(|run| self.lit_since(run));
         self.references = resumed.map_or_else(References::default, |run| {
             References::of(&run.readings.rows, &self.limits)
         });
@@ -201,6 +199,16 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
+    /// Seconds of the run at which the lamp was last switched on: by the last reading since, else by the UTC of it, for
+    /// the clock of the computer may have been set meanwhile.
+    fn lit_since(&self, run: &Run) -> Option<f64> {
+        let last = run.readings.rows.last();
+        let by_reading = last
+            .filter(|row| row.burning == Some(run.header.burnings))
+            .and_then(|row| Some(row.time_s? - row.lamp_s?));
+        by_reading.or_else(|| self.clock.seconds_of_utc(run.header.lamp_on_utc.as_deref()?))
+    }
+
     /// The lamp was switched on at this moment: its clock and its reference visits begin anew.
     pub fn lamp_now_on(&mut self) -> Result<(), ScanError> {
         let now = Instant::now();
@@ -223,7 +231,13 @@ impl<'a> Session<'a> {
         }
     }
 
+    /// Seconds since the run began.
     pub fn time_s(&self, at: Instant) -> Option<f64> {
+        Some(microseconds(self.clock.seconds(at)))
+    }
+
+    /// Seconds since the lamp was switched on; none before that.
+    pub fn lamp_s(&self, at: Instant) -> Option<f64> {
         self.lamp_on_s.map(|on| microseconds(self.clock.seconds(at) - on))
     }
 

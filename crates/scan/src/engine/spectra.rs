@@ -38,6 +38,7 @@ impl Session<'_> {
             point: visit.point,
             kind: block.kind,
             time_s: self.time_s(light.middle),
+            lamp_s: self.lamp_s(light.middle),
             c_deg: pose.c_deg,
             gamma_deg: pose.gamma_deg,
             distance_mm: distance_mm(self.engine.station, block),

@@ -135,7 +135,7 @@ async fn a_whole_day_is_recorded_as_it_was() {
     for row in rows.iter().filter(|row| row.kind == ReadingKind::Lit) {
         let expected = OFFSET_LX + AMBIENT_LX + STRAY_LX + PEAK_CD * row.gamma_deg.to_radians().cos() / 100.0;
         assert!(close(row.illuminance_lx.unwrap(), expected), "{row:?}");
-        assert!(row.time_s.unwrap() > 1800.0);
+        assert!(row.lamp_s.unwrap() > 1800.0);
         assert!(
             (row.u_lx.unwrap() - 0.01 / 12.0_f64.sqrt()).abs() < 0.01,
             "{:?}",

@@ -237,6 +237,7 @@ impl Session<'_> {
             raw: hex::encode(&light.evidence),
             session: 0,
             burning: None,
+            lamp_s: self.lamp_s(light.middle()),
             electrical: Electrical::default(),
         })
     }
