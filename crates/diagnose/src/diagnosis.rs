@@ -62,11 +62,11 @@ pub struct Diagnosis {
     pub plans: Vec<(String, String)>,
     /// The rows that were fitted.
     pub rows: Vec<Row>,
-    /// (measured − baseline)/(s·u) of each row.
+    /// (measured − expected by the model as it was given)/(s·u) of each row.
     pub before: Vec<f64>,
     /// (measured − after)/(s·u) of each row.
     pub left: Vec<f64>,
-    /// What the added effects change, in s·u of each row: the fit through the residuals.
+    /// What was found changes of the expected, in s·u of each row: the fit through the residuals.
     pub explained: Vec<f64>,
     /// What the model after expects of each row, in the file's unit.
     pub level: Vec<f64>,
@@ -109,20 +109,14 @@ pub fn diagnose(
     let expected_after = &outcome.after.prediction + &outcome.moved_after.change;
     let before = scaled(&expected_before);
     let left = scaled(&expected_after);
-    let mut explained = &expected_after - &expected_before;
+    let given = scaled(&as_given);
+    // The pictures begin with the model as it was given.
+    let mut explained = &expected_after - &as_given;
     if let Some(unexplained) = &outcome.unexplained {
         explained += &unexplained.pattern;
     }
     explained.component_div_assign(&sigma);
-    let gap = gap(
-        &assumed,
-        &outcome,
-        &rows,
-        &scaled(&as_given),
-        &before,
-        &left,
-        &kept_back,
-    );
+    let gap = gap(&assumed, &outcome, &rows, &given, &before, &left, &kept_back);
     let excess = before.norm_squared() - rows.len() as f64;
     let unexplained = outcome.unexplained.as_ref().map(|found| unexplained(found, excess));
     let Next {
@@ -171,7 +165,7 @@ pub fn diagnose(
         after,
         plans,
         rows,
-        before: before.iter().copied().collect(),
+        before: given.iter().copied().collect(),
         left: left.iter().copied().collect(),
         explained: if outcome.unexplained.is_some() || !outcome.after.hypotheses.is_empty() {
             explained.iter().copied().collect()

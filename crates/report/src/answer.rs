@@ -115,7 +115,7 @@ fn disagreement(document: &Document) -> Vec<String> {
         format!("; {k} of {} simulated scans disagree as much", noise.n_null)
     });
     let mut lines = vec![format!(
-        "disagreement  gap {:.3} σ rms as given, {:.3} with nuisance refitted, {:.3} expected; noise {:.3} × stated, \
+        "disagreement  gap {:.3} σ rms as given, {:.3} within what the model knows of itself, {:.3} expected; noise {:.3} × stated, \
          autocorrelation {:.2}{chance}",
         gap.as_given, gap.before, gap.floor, noise.scale, noise.autocorrelation
     )];

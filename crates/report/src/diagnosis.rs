@@ -51,7 +51,8 @@ fn residual_map(panels: &[Panel], side: &str, x: &str, y: &str) -> String {
     // High enough for the scale beside it.
     let height = (total + 66.0).max(230.0);
     let mut svg = Svg::new(WIDTH, height, &format!("Residuals {side}"));
-    svg.text((LEFT, 18.0), Anchor::Start, colour::INK, side);
+    let words = if side == "before" { "as given" } else { side };
+    svg.text((LEFT, 18.0), Anchor::Start, colour::INK, words);
     let mut top = 28.0;
     for line in &lines {
         for (place, panel) in line.iter().enumerate() {

@@ -116,7 +116,12 @@ fn unexplained(page: &mut Page, document: &Document) {
 fn gap(page: &mut Page, document: &Document, pictures: &mut Vec<(&'static str, String)>) {
     let gap = &document.gap;
     page.heading("Gap between model and measurement");
-    let mut bars = vec![("fitted readings", gap.before, gap.after, gap.floor)];
+    let mut bars = vec![(
+        "fitted readings, as given and after",
+        gap.as_given,
+        gap.after,
+        gap.floor,
+    )];
     if let Some(held) = &gap.held_out {
         bars.push(("held-out readings", held.before, held.after, held.floor));
     }
@@ -129,7 +134,7 @@ fn residuals(page: &mut Page, found: &Diagnosis, pictures: &mut Vec<(&'static st
     page.heading("Where");
     if let Some((coordinate, svg)) = panels::along(found) {
         let caption = format!(
-            "Residuals of the baseline along {}, with what was found.",
+            "Residuals of the model as given along {}, with what was found.",
             along_words(coordinate.name())
         );
         page.figure(&svg, &caption);
@@ -139,7 +144,10 @@ fn residuals(page: &mut Page, found: &Diagnosis, pictures: &mut Vec<(&'static st
     if !panels.is_empty() {
         let [before, after] = residual_maps(&panels, x, y);
         page.pair(
-            (&before, "Residuals before, (measured − predicted)/(s·u)."),
+            (
+                &before,
+                "Residuals of the model as given, (measured − predicted)/(s·u).",
+            ),
             (&after, "Residuals after, on the same scale."),
         );
         pictures.push(("residuals_before.svg", before));
@@ -177,9 +185,9 @@ fn tiles(document: &Document) -> Vec<Tile> {
     };
     let mut tiles = vec![
         tile(
-            "gap before",
-            format!("{:.3} σ rms", gap.before),
-            format!("{:.3} as given", gap.as_given),
+            "gap as given",
+            format!("{:.3} σ rms", gap.as_given),
+            format!("{:.3} within what the model knows of itself", gap.before),
         ),
         tile(
             "gap after",

@@ -43,7 +43,7 @@ pub struct Order {
 /// What came of a case.
 #[derive(Debug)]
 pub enum Outcome {
-    /// No lamp shows the fault as strong within twice its plausible range.
+    /// No lamp shows the fault as strong within its plausible range: what lies beyond is never named for sure.
     TooWeak,
     /// The second scan itself ended early: the operator knows that something is wrong before any diagnosis.
     Stopped(String),
@@ -98,6 +98,20 @@ impl Said {
             sentence: document.sentence.clone(),
             gap: [gap.as_given, gap.before, gap.after, gap.floor],
         }
+    }
+
+    /// Without the dark offset that the room's camera has on every day: to name it is right, and no answer to what was
+    /// hidden beside it.
+    fn beside_the_cameras_own(mut self, order: &Order) -> Self {
+        const OWN: &str = "dark_offset";
+        if order.kind == Kind::Maps && order.fault.is_none_or(|(fault, _)| fault.effect != Some(OWN)) {
+            self.effects
+                .retain(|(name, others, _)| name != OWN || !others.is_empty());
+            if self.verdict == "named" && self.effects.is_empty() {
+                "consistent".clone_into(&mut self.verdict);
+            }
+        }
+        self
     }
 }
 
@@ -168,7 +182,7 @@ fn model_of(days: &Days, order: &Order) -> Result<(Arc<Utf8PathBuf>, Model), Day
     Ok((file, model))
 }
 
-/// The strength that reaches `wanted` σ; none where twice the plausible range does not.
+/// The strength that reaches `wanted` σ; none where its plausible range does not.
 fn strength(
     days: &Days,
     order: &Order,
@@ -188,7 +202,7 @@ fn strength(
         let with = look.places.truth(&drawn.within(room.clone(), strength));
         whitener.vector(&change(&with, &plain)).norm()
     };
-    Ok(reaching(wanted, 2.0 * drawn.fault.plausible, sigma))
+    Ok(reaching(wanted, drawn.fault.plausible, sigma))
 }
 
 /// Scans or captures in the room `with`, diagnoses, and judges the answer by the rooms with and without the fault.
@@ -227,7 +241,7 @@ fn answered(
     let mut case = Case {
         fault: fault.map_or_else(String::new, |(drawn, strength)| drawn.words(strength)),
         sigma: 0.0,
-        said: Said::of(&document),
+        said: Said::of(&document).beside_the_cameras_own(&order),
         look_alike: None,
         removed: None,
         seconds,

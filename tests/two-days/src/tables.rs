@@ -285,7 +285,7 @@ fn others(played: &[(Order, Result<Outcome, DayError>)]) -> String {
         }
     }
     for (title, counts) in [
-        ("beyond twice the plausible range on every lamp", weak),
+        ("beyond the plausible range on every lamp", weak),
         ("the second scan ended early", stopped),
     ] {
         let all: usize = counts.values().sum();
