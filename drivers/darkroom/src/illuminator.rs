@@ -64,9 +64,9 @@ pub struct Illuminator {
 }
 
 impl Illuminator {
-    /// Builds the lamp with the flaws that belong to it.
+    /// Builds the lamp with the flaws that belong to it; `seed` is the room's, for a lamp without one of its own.
     pub fn new(lamp: &Lamp, flaws: &Flaws, seed: u64) -> Self {
-        let noise = Noise::new(seed, Stream::Leds);
+        let noise = Noise::new(if lamp.seed == 0 { seed } else { lamp.seed }, Stream::Leds);
         let mut places = Vec::new();
         for (ring, (&diameter, &count)) in lamp.ring_diameter_mm.iter().zip(&lamp.leds_per_ring).enumerate() {
             for k in 0..count {
@@ -351,6 +351,15 @@ mod tests {
         let aimed_whole = Illuminator::new(&room.lamp, &room.flaws, 1);
         let ratio = |c: f64| aimed.far_field_cd(direction(c, 0.8)) / aimed_whole.far_field_cd(direction(c, 0.8));
         assert!(ratio(0.0) < ratio(std::f64::consts::PI) - 0.02);
+    }
+
+    #[test]
+    fn a_lamp_with_a_seed_of_its_own_is_the_same_in_every_room() {
+        let mut room = Darkroom::default();
+        let of = |room: &Darkroom, seed| Illuminator::new(&room.lamp, &room.flaws, seed);
+        assert_ne!(of(&room, 1), of(&room, 2));
+        room.lamp.seed = 1;
+        assert_eq!(of(&room, 1), of(&room, 2));
     }
 
     #[test]

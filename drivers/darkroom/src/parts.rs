@@ -24,6 +24,8 @@ pub struct Lamp {
     pub flux_spread_rel: f64,
     /// Standard deviation of the aim from LED to LED, degrees (their mean is zero).
     pub aim_spread_deg: f64,
+    /// Seed of both spreads; 0: that of the room. With a seed of its own the same lamp stands in rooms of other seeds.
+    pub seed: u64,
     /// Time from switching on to light, and from off to dark, s.
     pub switch_s: f64,
     /// Rated supply voltage, V (RMS).
@@ -50,6 +52,7 @@ impl Default for Lamp {
             ellipticity_azimuth_deg: 0.0,
             flux_spread_rel: 0.03,
             aim_spread_deg: 0.2,
+            seed: 0,
             switch_s: 0.05,
             voltage_v: 24.0,
             power_w: 4.2,

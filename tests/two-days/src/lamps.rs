@@ -1,0 +1,87 @@
+//! The lamps, and the rooms in which they stand.
+
+use isolux_darkroom::{Darkroom, Room};
+
+/// A kind of lamp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Lamp {
+    /// Three rings of LEDs with a wide lobe, as in the built-in room.
+    Ring,
+    /// One LED behind a lens: 20° between the directions of half the peak.
+    Spot,
+    /// One ring of LEDs that lean inwards, behind elliptic lenses, each of its own flux and aim.
+    Oval,
+}
+
+impl Lamp {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Ring, Self::Spot, Self::Oval];
+
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ring => "ring",
+            Self::Spot => "spot",
+            Self::Oval => "oval",
+        }
+    }
+
+    /// The built-in room with lamp number `seed` of this kind, on the day with the noise of `day`.
+    ///
+    /// # Panics
+    /// Never with the built-in room as it is shipped.
+    pub fn room(self, seed: u64, day: u64) -> Darkroom {
+        let mut room = Darkroom::built_in().expect("the built-in room is a room");
+        room.seed = day;
+        let lamp = &mut room.lamp;
+        lamp.seed = seed;
+        match self {
+            Self::Ring => {}
+            Self::Spot => {
+                lamp.ring_diameter_mm = vec![0.0];
+                lamp.leds_per_ring = vec![1];
+                lamp.exponent = 45.0;
+            }
+            Self::Oval => {
+                lamp.flux_lm = 800.0;
+                lamp.ring_diameter_mm = vec![60.0];
+                lamp.leds_per_ring = vec![24];
+                lamp.exponent = 8.0;
+                lamp.aim_deg = 6.0;
+                lamp.ellipticity_rel = 0.3;
+                lamp.ellipticity_azimuth_deg = 25.0;
+                lamp.flux_spread_rel = 0.06;
+                lamp.aim_spread_deg = 1.0;
+            }
+        }
+        // The camera is set so that the lamp at 500 mm comes near its full scale, as in the built-in room.
+        if self != Self::Ring {
+            let axial_cd = Room::new(room.clone()).intensity_cd(0.0, 0.0);
+            room.camera.full_scale_lx = (1.02 * axial_cd * 1e6 / 500.0_f64.powi(2)).round();
+        }
+        room
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lamp_is_the_same_on_every_day_and_its_kind_has_others() {
+        for lamp in Lamp::ALL {
+            let peak = |seed, day| Room::new(lamp.room(seed, day)).intensity_cd(10.0, 20.0);
+            assert_eq!(peak(1, 5), peak(1, 6), "{lamp:?}");
+            if lamp != Lamp::Spot {
+                assert_ne!(peak(1, 5), peak(2, 5), "{lamp:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_spot_is_as_narrow_as_its_page_says() {
+        let room = Room::new(Lamp::Spot.room(1, 1));
+        let half = room.intensity_cd(0.0, 10.0) / room.intensity_cd(0.0, 0.0);
+        assert!((half - 0.5).abs() < 0.01, "{half}");
+    }
+}

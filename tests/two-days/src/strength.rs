@@ -1,0 +1,118 @@
+//! How strong a change is above what is known: noise, and the model's own uncertainty.
+//!
+//! The strength is the length of what the room shows with the fault less what it shows without, whitened by the
+//! covariance of the stated noise and of the errors that the model's file states
+//! ([`AssumedModel::common_errors`](isolux_diagnose::assumed::AssumedModel)).
+
+use isolux_diagnose::assumed::{AssumedModel, Part};
+use isolux_diagnose::forward::Forward as _;
+use isolux_diagnose::reference::Errors;
+use isolux_diagnose::rounding::Rounding;
+use isolux_diagnose::whitener::Whitener;
+use isolux_diagnose::whitening::Sequence;
+use isolux_model::Model;
+use isolux_record::observation::MapUnit;
+use nalgebra::DVector;
+
+use crate::truth::Places;
+
+/// What is known of the values at some places before they are read.
+#[derive(Debug)]
+pub struct Known {
+    /// The model with those places.
+    pub assumed: AssumedModel,
+    /// What the model expects.
+    pub level: DVector<f64>,
+    row_scale: DVector<f64>,
+    errors: Errors,
+    sequence: Sequence,
+    alone: Rounding,
+}
+
+impl Known {
+    /// By `model`, for values with the standard uncertainties `u`. None where the model cannot predict them.
+    pub fn new(model: &Model, places: &Places, u: &[f64]) -> Option<Self> {
+        let (part, relative) = match places {
+            Places::Readings(readings) => (Part::Readings(readings.clone()), false),
+            Places::Maps(maps) => (Part::Maps(maps.clone()), maps.unit() == MapUnit::Relative),
+        };
+        let assumed = AssumedModel::new(model.clone(), vec![part]);
+        let level = assumed.predict(&vec![0.0; assumed.nuisances()], &[])?;
+        let mut errors = assumed.common_errors();
+        if relative {
+            // The signal that one lux gives is in no file.
+            errors.push(level.iter().copied().enumerate().collect());
+        }
+        Some(Self {
+            assumed,
+            level,
+            row_scale: DVector::from_iterator(u.len(), u.iter().map(|u| 1.0 / u)),
+            errors,
+            sequence: Sequence::by_time(&vec![0; u.len()], &vec![f64::NAN; u.len()]),
+            alone: Rounding::default(),
+        })
+    }
+
+    /// What makes the values independent and of unit variance.
+    pub fn whitener(&self) -> Whitener<'_> {
+        Whitener::new(&self.sequence, &self.alone, self.row_scale.clone(), 0.0, &self.errors)
+    }
+}
+
+/// `with` less `without`.
+pub fn change(with: &[f64], without: &[f64]) -> DVector<f64> {
+    DVector::from_iterator(with.len(), with.iter().zip(without).map(|(a, b)| a - b))
+}
+
+/// The strength of a fault that reaches `wanted` σ to 2 %; none where `most` does not reach it. `sigma` tells what a
+/// strength reaches, and rises with it.
+pub fn reaching(wanted: f64, most: f64, sigma: impl Fn(f64) -> f64) -> Option<f64> {
+    let near = |reached: f64| (reached / wanted - 1.0).abs() < 0.02;
+    let (mut low, mut high) = (most * 1e-9, most);
+    let mut tried = 0.1 * most;
+    for _ in 0..40 {
+        let reached = sigma(tried);
+        if near(reached) {
+            return Some(tried);
+        }
+        if reached < wanted {
+            if tried >= most {
+                return None;
+            }
+            low = tried;
+        } else {
+            high = tried;
+        }
+        // Most changes are nearly proportional; where that leaves the bracket, or it stays empty, the middle is tried.
+        let linear = tried * (wanted / reached).clamp(0.05, 20.0);
+        tried = if linear >= most && high == most {
+            most
+        } else if linear > low && linear < high {
+            linear
+        } else {
+            (low * high).sqrt()
+        };
+    }
+    // A step (a converter's, a full well) may jump over the wanted value.
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strengths_are_found_on_lines_roots_and_steps_within_reach() {
+        for law in [
+            (|s| 20.0 * s) as fn(f64) -> f64,
+            |s| 300.0 * s * s,
+            |s| 14.0 * s.sqrt(),
+            |s| (s - 0.4).max(0.0) * 40.0,
+        ] {
+            let found = reaching(10.0, 1.0, law).unwrap();
+            assert!((law(found) / 10.0 - 1.0).abs() < 0.02, "{found}");
+        }
+        assert!(reaching(10.0, 1.0, |s| 9.0 * s).is_none());
+        assert!(reaching(10.0, 1.0, |s| if s > 0.5 { 20.0 } else { 0.0 }).is_none());
+    }
+}

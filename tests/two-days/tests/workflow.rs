@@ -1,0 +1,59 @@
+//! A few cases of the two days, as a test: the workflow runs from the first scan to the answer, and a day without a
+//! fault on directions of the first agrees with its model.
+
+use camino::Utf8PathBuf;
+use isolux_two_days::case::{Order, Outcome};
+use isolux_two_days::faults::{self, Kind};
+use isolux_two_days::lamps::Lamp;
+use isolux_two_days::plans::Grid;
+use isolux_two_days::suite::play_all;
+use isolux_two_days::tables::report;
+
+fn order(kind: Kind, fault: Option<(&str, f64)>, day: u64) -> Order {
+    let find = |label: &str| faults::of(kind).find(|fault| fault.label == label).expect("a fault");
+    Order {
+        kind,
+        fault: fault.map(|(label, sigma)| (find(label), sigma)),
+        lamp: Lamp::Ring,
+        grid: Grid::Equal,
+        seed: 1,
+        day,
+    }
+}
+
+#[test]
+fn the_workflow_runs_and_a_day_without_a_fault_agrees() {
+    let orders = [
+        order(Kind::Readings, None, 1),
+        order(Kind::Readings, None, 2),
+        order(Kind::Readings, Some(("gamma_zero", 30.0)), 3),
+        order(Kind::Readings, Some(("detector_aperture", 30.0)), 4),
+        order(Kind::Maps, Some(("exposure_offset", 10.0)), 5),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let root = Utf8PathBuf::try_from(folder.path().to_owned()).unwrap();
+    let played = play_all(&orders, &root, 2, false, |_, _, _| {});
+    let text = report(&played);
+    let mut strong = 0;
+    for (order, outcome) in &played {
+        match outcome {
+            Ok(Outcome::Answered(case)) if order.fault.is_none() => {
+                assert_eq!(case.said.verdict, "consistent", "{}", case.line());
+            }
+            Ok(Outcome::Answered(case)) => {
+                let (_, wanted) = order.fault.unwrap();
+                assert!((case.sigma / wanted - 1.0).abs() < 0.1, "{}", case.line());
+                // What every value shows: the model's own uncertainty takes away, and so does what is refitted.
+                assert!(case.said.gap[0] > 1.0, "{}", case.line());
+                strong += 1;
+            }
+            Ok(Outcome::TooWeak) => assert_eq!(order.fault.unwrap().0.label, "detector_aperture"),
+            other => panic!("{order:?}: {other:?}"),
+        }
+    }
+    assert_eq!(strong, 2, "{text}");
+    assert!(
+        text.contains("| gamma_zero |") && text.contains("detector_aperture 30 σ 1"),
+        "{text}"
+    );
+}
