@@ -271,6 +271,8 @@ impl Spectroradiometer for OceanOoi {
                 reason,
             });
         };
+        // The instrument counts whole microseconds; a fraction would look like another time when it is read back.
+        let time = Duration::from_micros(u64::from(us));
         let mut state = self.state.lock().await;
         self.line.send(Request::IntegrationTime(us)).await?;
         let status = self.line.status_twice().await?;
