@@ -51,7 +51,7 @@ fn the_workflow_runs_and_a_day_without_a_fault_agrees() {
     }
     assert_eq!(strong, 2, "{text}");
     assert!(
-        text.contains("| gamma_zero |") && text.contains("detector_aperture 30 σ 1"),
+        text.contains("| gamma_zero |") && text.contains("| exposure_offset |"),
         "{text}"
     );
 }
