@@ -233,6 +233,22 @@ async fn opens_with_the_calibration_of_the_eeprom() {
     assert_eq!((factors.len(), factors[2047]), (2048, f64::from(2047.0_f32 * 1e-6)));
 }
 
+/// The instrument counts whole microseconds: what it holds is the time, not a fraction more that looks like a restart.
+#[tokio::test(start_paused = true)]
+async fn a_fraction_of_a_microsecond_is_no_other_time() {
+    let (driver, _instrument) = bench();
+    let spectro = open(&driver).await.unwrap();
+    let set = spectro
+        .set_integration_time(Duration::from_nanos(40_230_186))
+        .await
+        .unwrap();
+    assert_eq!(set, Duration::from_micros(40_230));
+    for _ in 0..3 {
+        tokio::time::sleep(Duration::from_secs(3)).await;
+        assert_eq!(spectro.acquire(deadline()).await.unwrap().integration_time, set);
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn no_stale_spectrum_after_a_pause_or_a_change_of_time() {
     let (driver, instrument) = bench();

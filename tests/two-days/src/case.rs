@@ -99,20 +99,6 @@ impl Said {
             gap: [gap.as_given, gap.before, gap.after, gap.floor],
         }
     }
-
-    /// Without the dark offset that the room's camera has on every day: to name it is right, and no answer to what was
-    /// hidden beside it.
-    fn beside_the_cameras_own(mut self, order: &Order) -> Self {
-        const OWN: &str = "dark_offset";
-        if order.kind == Kind::Maps && order.fault.is_none_or(|(fault, _)| fault.effect != Some(OWN)) {
-            self.effects
-                .retain(|(name, others, _)| name != OWN || !others.is_empty());
-            if self.verdict == "named" && self.effects.is_empty() {
-                "consistent".clone_into(&mut self.verdict);
-            }
-        }
-        self
-    }
 }
 
 /// What the second day looks at and how well it sees.
@@ -241,7 +227,7 @@ fn answered(
     let mut case = Case {
         fault: fault.map_or_else(String::new, |(drawn, strength)| drawn.words(strength)),
         sigma: 0.0,
-        said: Said::of(&document).beside_the_cameras_own(&order),
+        said: Said::of(&document),
         look_alike: None,
         removed: None,
         seconds,

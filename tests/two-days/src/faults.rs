@@ -159,7 +159,7 @@ const fn either(effect: &'static str, key: &'static str, plausible: f64) -> Faul
 }
 
 /// What the catalogue has no name for.
-const fn unnamed(kind: Kind, label: &'static str, change: Change, plausible: f64) -> Fault {
+const fn nameless(kind: Kind, label: &'static str, change: Change, plausible: f64) -> Fault {
     Fault {
         label,
         kind,
@@ -206,7 +206,7 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[AZIMUTH],
     ),
-    unnamed(Readings, "wider_rings", Change::WiderRings, 0.9),
+    nameless(Readings, "wider_rings", Change::WiderRings, 0.9),
     either("gamma_zero", "offset_deg", 0.5),
     either("gamma_sag", "amplitude_deg", 0.3),
     either("c_zero", "offset_deg", 5.0),
@@ -384,15 +384,25 @@ pub static FAULTS: &[Fault] = &[
         false,
         &[],
     ),
-    Fault {
-        effect: Some("light_level"),
-        ..unnamed(Readings, "meter_gain", Change::MeterGain, 0.05)
-    },
-    Fault {
-        effect: Some("light_level"),
-        ..unnamed(Readings, "lamp_flux", Change::LampFlux, 0.05)
-    },
-    unnamed(Readings, "wider_lobe", Change::WiderLobe, 0.1),
+    flaw(
+        Readings,
+        "light_level of the meter",
+        "light_level",
+        Change::MeterGain,
+        0.1,
+        true,
+        &[],
+    ),
+    flaw(
+        Readings,
+        "light_level of the lamp",
+        "light_level",
+        Change::LampFlux,
+        0.1,
+        true,
+        &[],
+    ),
+    nameless(Readings, "wider_lobe", Change::WiderLobe, 0.1),
     flaw(
         Maps,
         "ambient_light",

@@ -45,6 +45,10 @@ impl Forward for Still<'_> {
     fn predict(&self, _: &[f64], hypotheses: &[Hypothesis]) -> Option<DVector<f64>> {
         self.0.predict(&vec![0.0; self.0.nuisances()], hypotheses)
     }
+
+    fn read_out(&self, effect: usize, amplitude: f64, prediction: &DVector<f64>) -> Option<DVector<f64>> {
+        self.0.read_out(effect, amplitude, prediction)
+    }
 }
 
 /// The effect other than `truth` that comes nearest to `change`; none where no other changes these values at all.
@@ -68,17 +72,22 @@ pub fn nearest(known: &Known, rows: &[Row], change: &DVector<f64>, truth: Option
         let mut columns = dictionary.columns(&candidate.columns.clone().collect::<Vec<_>>());
         whitener.apply(&mut columns);
         let along = columns.tr_mul(&left);
-        let amplitudes = inverse_of_normal(&columns.tr_mul(&columns), 1e-14) * &along;
-        let mut linear: Vec<f64> = amplitudes
-            .iter()
-            .zip(&searchable.limits)
-            .map(|(amplitude, (low, high))| amplitude.clamp(*low, *high))
-            .collect();
-        if searchable.never_negative {
-            linear[0] = linear[0].max(0.05 * searchable.step_of(shape, 0));
-        }
+        let (linear, explained) = if searchable.one_by_one {
+            // Its response does not grow with the amplitude: each shape is one value.
+            let value = searchable.step_of(shape, 0);
+            let change = columns.column(0) * value;
+            (vec![value], left.norm_squared() - (&left - change).norm_squared())
+        } else {
+            let amplitudes = inverse_of_normal(&columns.tr_mul(&columns), 1e-14) * &along;
+            let within = amplitudes.iter().zip(&searchable.limits);
+            let mut linear: Vec<f64> = within.map(|(value, (low, high))| value.clamp(*low, *high)).collect();
+            if searchable.never_negative {
+                linear[0] = linear[0].max(0.05 * searchable.step_of(shape, 0));
+            }
+            (linear, amplitudes.dot(&along))
+        };
         let shape = searchable.shapes[shape].clone();
-        proposed.push((amplitudes.dot(&along), Hypothesis { effect, linear, shape }));
+        proposed.push((explained, Hypothesis { effect, linear, shape }));
     }
     proposed.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut taken = vec![0; forward.effects().len()];

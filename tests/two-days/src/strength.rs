@@ -1,12 +1,12 @@
 //! How strong a change is above what is known: noise, and the model's own uncertainty.
 //!
 //! The strength is the length of what the room shows with the fault less what it shows without, whitened by the
-//! covariance of the stated noise and of the errors that the model's file states, those of single directions and those
-//! of all ([`AssumedModel`]).
+//! covariance of the stated noise and of what the model's file states of its own uncertainty: that of single directions
+//! (`common_errors`) and that of level, shape, interpolation and emitter (`known`).
 
 use isolux_diagnose::assumed::{AssumedModel, Part};
 use isolux_diagnose::forward::Forward;
-use isolux_diagnose::reference::Errors;
+use isolux_diagnose::reference::{Errors, joined};
 use isolux_diagnose::rounding::Rounding;
 use isolux_diagnose::whitener::Whitener;
 use isolux_diagnose::whitening::Sequence;
@@ -38,7 +38,8 @@ impl Known {
         };
         let assumed = AssumedModel::new(model.clone(), vec![part]);
         let level = assumed.predict(&vec![0.0; assumed.nuisances()], &[])?;
-        let mut errors = assumed.common_errors();
+        let row_scale = DVector::from_iterator(u.len(), u.iter().map(|u| 1.0 / u));
+        let mut errors = joined(assumed.common_errors(), &row_scale);
         let known = Forward::known(&assumed);
         errors.extend(known.iter().map(|one| one.column.iter().copied().enumerate().collect()));
         if relative {
@@ -48,7 +49,7 @@ impl Known {
         Some(Self {
             assumed,
             level,
-            row_scale: DVector::from_iterator(u.len(), u.iter().map(|u| 1.0 / u)),
+            row_scale,
             errors,
             sequence: Sequence::by_time(&vec![0; u.len()], &vec![f64::NAN; u.len()]),
             alone: Rounding::default(),
