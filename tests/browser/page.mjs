@@ -108,7 +108,7 @@ function events(run) {
 }
 
 await inBrowser(async (browser) => {
-  const first = await serve(["serve", ".", "--no-browser", "--speed", "600"]);
+  const first = await serve(["serve", ".", "--no-browser", "--speed", "300"]);
   first.child.removeAllListeners("exit");
   step("the wrong Host, Origin, cookie and code are refused");
   await refusals(first.port, first.url);

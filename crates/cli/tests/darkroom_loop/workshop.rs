@@ -366,10 +366,13 @@ impl Workshop {
         let beside = Path::new(from)
             .parent()
             .filter(|folder| Path::new(to).parent() != Some(folder));
-        let mut text = text.replace(
-            "emitter = { shape = \"disc\", diameter_mm = 1.0 }",
-            "emitter = { shape = \"leds\", radius_mm = [22.0, 28.0, 34.0], count = [20, 20, 20], aim_deg = 0.0 }",
-        );
+        let rings =
+            "emitter = { shape = \"leds\", radius_mm = [22.0, 28.0, 34.0], count = [20, 20, 20], aim_deg = 0.0 }";
+        let emitter = text
+            .lines()
+            .find(|line| line.starts_with("emitter = "))
+            .unwrap_or("no emitter");
+        let mut text = text.replace(emitter, rings);
         assert!(text.contains("\"leds\""), "{from}: {text}");
         if let Some(folder) = beside {
             for key in ["distribution", "spectrum"] {
