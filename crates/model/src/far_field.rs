@@ -163,7 +163,12 @@ mod tests {
             ))
         };
         let [linear, smooth] = [Interpolation::Linear, Interpolation::Smooth].map(of);
-        let keys = [("depth_rel", 0.1), ("gamma_deg", 40.0), ("width_deg", 30.0)];
+        let keys = [
+            ("depth_rel", 0.1),
+            ("azimuth_deg", 0.0),
+            ("gamma_deg", 40.0),
+            ("width_deg", 30.0),
+        ];
         let shade = vec![Effect::from_keys("self_absorption", keys).unwrap()];
         for gamma in [25.0, 45.0, 55.0] {
             let bare = |model: &Model| model.distribution().unwrap().intensity_cd_at(90.0, gamma) / cosine(gamma) - 1.0;

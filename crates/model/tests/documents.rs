@@ -42,7 +42,7 @@ fn what_is_wrong_is_said_with_file_and_line() {
     starts(&format!("{HEAD}flux = 3\n"), "m.toml:5:1: unknown field `flux`");
     starts(
         &format!("{HEAD}interpolation = \"cubic\"\n"),
-        "m.toml:5:17: unknown variant `cubic`, expected `linear` or `smooth`",
+        "m.toml:5:17: `luminaire.interpolation`: unknown variant `cubic`, expected `linear` or `smooth`",
     );
     starts(
         &format!("{HEAD}flux_lm = -3\n"),
@@ -99,6 +99,12 @@ fn what_is_wrong_is_said_with_file_and_line() {
 #[test]
 fn a_model_is_written_whole_and_read_back_the_same() {
     let folder = Folder::new();
+    // Steps so wide that straight lines have another flux than the light.
+    std::fs::write(
+        folder.path("d.csv"),
+        "gamma_deg,intensity_cd\n0,300\n30,260\n60,150\n90,0\n",
+    )
+    .unwrap();
     let text = format!(
         "{HEAD}interpolation = \"smooth\"\nflux_lm = 337.0\nler_lm_per_w = 255.1\n[luminaire.trust]\nshape = \"smooth\"\nc_harmonics = [2]\n\
          [luminaire.u]\nintensity_rel = 0.01\n[luminaire.provenance]\nrun = \"day\"\nreadings_sha256 = \"abc\"\n\
@@ -113,7 +119,7 @@ fn a_model_is_written_whole_and_read_back_the_same() {
     assert_eq!(model.u_scale(), UncertaintyScale::Fit);
     // The flux is that of the light, not that of straight lines between the file's directions.
     assert!((model.luminaire().grid().flux_lm() - 337.0).abs() < 1e-9);
-    assert!((model.luminaire().distribution().flux_lm() - 337.0).abs() > 1e-3);
+    assert!((model.luminaire().distribution().flux_lm() - 337.0).abs() > 1.0);
     let refined = Refined {
         ln_shape: vec![0.01, -0.02],
         gamma_max_deg: 70.0,

@@ -151,9 +151,10 @@ impl<'d> Surface<'d> {
     }
 }
 
-/// `from` and the angles that cut the `width` after it into `parts`.
+/// `from` and the angles that cut the `width` after it into `parts`, at least one.
 fn cut(from: f64, width: f64, parts: f64) -> impl Iterator<Item = f64> {
-    (0..parts.max(1.0) as usize).map(move |part| from + width * (part as f64 / parts))
+    let parts = parts.max(1.0);
+    (0..parts as usize).map(move |part| from + width * (part as f64 / parts))
 }
 
 #[cfg(test)]
@@ -207,6 +208,16 @@ mod tests {
         let truth = sampled(every(1.0, 360.0), gamma(0.05), lamp).flux_lm();
         let off = [&coarse, &smooth].map(|d| d.flux_lm() / truth - 1.0);
         assert!(off[0] > 5e-4 && off[1].abs() < 1e-5, "{off:?}");
+    }
+
+    #[test]
+    fn a_rotational_lamp_is_smooth_too() {
+        let lobe = |_: f64, gamma: f64| 1000.0 * gamma.to_radians().cos().powi(3);
+        let coarse = sampled(vec![0.0], [every(2.0, 90.0), vec![90.0]].concat(), lobe);
+        let smooth = coarse.on_smooth_grid();
+        assert!(smooth.is_rotational());
+        let [coarse, smooth] = [&coarse, &smooth].map(|d| largest_error(d, lobe));
+        assert!(coarse > 1e-2 && smooth < 2e-4, "{coarse} {smooth}");
     }
 
     #[test]
