@@ -33,6 +33,7 @@ pub enum Interpolation {
 }
 
 impl Interpolation {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde asks")]
     pub(crate) fn is_linear(&self) -> bool {
         *self == Self::Linear
     }

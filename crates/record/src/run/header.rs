@@ -269,7 +269,7 @@ impl RunHeader {
 
     /// Seconds from the start of the run to a UTC; none where one of both is no time.
     pub fn seconds(&self, utc: &str) -> Option<f64> {
-        let [start, at] = [&self.started_utc, utc].map(|utc| utc.parse::<Timestamp>());
+        let [start, at] = [&self.started_utc, utc].map(str::parse::<Timestamp>);
         Some(at.ok()?.duration_since(start.ok()?).as_secs_f64())
     }
 

@@ -66,8 +66,8 @@ impl Line {
             let row = self.lower[i];
             self.right[i] /= row[0];
             let solved = self.right[i];
-            for k in 1..=BAND.min(i) {
-                self.right[i - k] -= row[k] * solved;
+            for (k, entry) in row.iter().enumerate().take(BAND.min(i) + 1).skip(1) {
+                self.right[i - k] -= entry * solved;
             }
         }
         let changes = self.right.iter().zip(&self.u).map(|(z, u)| z * u);

@@ -152,7 +152,7 @@ impl Frame {
         }
     }
 
-    fn legend(&self, svg: &mut Svg, unit: &str, entries: &[(&str, Stroke<'_>)]) {
+    fn legend(svg: &mut Svg, unit: &str, entries: &[(&str, Stroke<'_>)]) {
         const ENTRY: f64 = 138.0;
         let y = HEIGHT - 12.0;
         svg.text((16.0, y), Anchor::Start, colour::INK, unit);
@@ -202,7 +202,7 @@ pub fn polar(distribution: &IntensityDistribution, options: &PolarOptions) -> St
     }
     frame.values(&mut svg);
     let entries: Vec<_> = shown.iter().rev().map(|(_, entry)| *entry).collect();
-    frame.legend(&mut svg, unit, &entries);
+    Frame::legend(&mut svg, unit, &entries);
     svg.finish()
 }
 
@@ -251,7 +251,7 @@ pub fn polar_so_far(so_far: &PolarSoFar) -> String {
         svg.circle(frame.at(gamma, cd), 5.0, colour::NOW, None);
     }
     frame.values(&mut svg);
-    frame.legend(&mut svg, "cd", &entries);
+    Frame::legend(&mut svg, "cd", &entries);
     svg.finish()
 }
 

@@ -28,7 +28,7 @@ impl Session<'_> {
     }
 
     /// After the wait the reference point gives what it should.
-    pub(super) fn lamp_is_back(&mut self, waiting: &Waiting, taken: &Taken) -> Result<(), ScanError> {
+    pub(super) fn lamp_is_back(&mut self, waiting: Waiting, taken: &Taken) -> Result<(), ScanError> {
         let Taken::Readings(readings) = taken else {
             return Ok(());
         };

@@ -232,8 +232,8 @@ impl<'a> Session<'a> {
     }
 
     /// Seconds since the run began.
-    pub fn time_s(&self, at: Instant) -> Option<f64> {
-        Some(microseconds(self.clock.seconds(at)))
+    pub fn time_s(&self, at: Instant) -> f64 {
+        microseconds(self.clock.seconds(at))
     }
 
     /// Seconds since the lamp was switched on; none before that.

@@ -37,7 +37,7 @@ impl Session<'_> {
             block: block.name.clone(),
             point: visit.point,
             kind: block.kind,
-            time_s: self.time_s(light.middle),
+            time_s: Some(self.time_s(light.middle)),
             lamp_s: self.lamp_s(light.middle),
             c_deg: pose.c_deg,
             gamma_deg: pose.gamma_deg,

@@ -60,7 +60,7 @@ impl Session<'_> {
             match outcome {
                 Ok(taken) => {
                     if let Some(waiting) = waiting.take() {
-                        self.lamp_is_back(&waiting, &taken)?;
+                        self.lamp_is_back(waiting, &taken)?;
                     }
                     self.keep(taken)?;
                     if now == *visit {
@@ -215,7 +215,7 @@ impl Session<'_> {
             index: 0,
             block: block.name.clone(),
             kind: block.kind,
-            time_s: self.time_s(light.middle()),
+            time_s: Some(self.time_s(light.middle())),
             c_deg: pose.c_deg,
             gamma_deg: pose.gamma_deg,
             distance_mm: self.distance_mm,
