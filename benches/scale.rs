@@ -88,8 +88,10 @@ fn size(folder: &Path, planes: usize, gammas: usize) -> Outcome<()> {
         std::fs::write(folder.join("bench/plan.toml"), plan(planes, gammas))?;
         scan = Some(isolux(&["scan", "bench/station.toml", "bench/plan.toml", "--out", "run"])?.expect(0)?);
     }
-    let readings = std::fs::read(folder.join("run/readings.csv"))?;
-    let readings = readings.iter().filter(|byte| **byte == b'\n').count() - 1;
+    let readings = std::fs::read_to_string(folder.join("run/readings.csv"))?
+        .lines()
+        .count()
+        - 1;
     print!("{readings:>9} ");
     match scan {
         Some(scan) => print!("{:>8.0} µs", 1e6 * scan.seconds / readings as f64),

@@ -266,9 +266,8 @@ pub async fn under(
         now_utc,
         wall_clock: lasting.is_some().then_some(wall_clock),
     };
-    let outcome = engine
-        .run(devices, plan, &mut run, &control.cancel, resumed.as_ref())
-        .await;
+    // The states of a scan are too many for the stack of whoever waits for it.
+    let outcome = Box::pin(engine.run(devices, plan, &mut run, &control.cancel, resumed.as_ref())).await;
     if let Err(error) = &outcome {
         tracing::error!(%error, "the scan ended early");
     }

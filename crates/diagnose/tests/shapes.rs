@@ -112,7 +112,9 @@ fn change(rows: &mut Vec<Reading>, what: usize, random: &mut ChaCha8Rng) {
         }
     }
     if what == 6 {
-        rows.iter_mut().for_each(|row| row.index = None);
+        for row in rows.iter_mut() {
+            row.index = None;
+        }
     }
 }
 
@@ -173,7 +175,7 @@ fn any_record_is_answered_and_its_order_changes_nothing() {
         let mut rows = whole(&mut random);
         // Each alone first, the last being none, then with another.
         let what = [round % (CHANGES + 1), random.random_range(0..CHANGES)];
-        for &one in &what[..1 + usize::from(round > CHANGES)] {
+        for &one in &what[..=usize::from(round > CHANGES)] {
             change(&mut rows, one, &mut random);
         }
         let mut other = rows.clone();

@@ -163,7 +163,10 @@ mod tests {
     use proptest::prelude::*;
 
     fn every(step: f64, end: f64) -> Vec<f64> {
-        (0..).map(|i| f64::from(i) * step).take_while(|at| *at < end).collect()
+        (0..=(end / step) as i32)
+            .map(|i| f64::from(i) * step)
+            .filter(|at| *at < end)
+            .collect()
     }
 
     fn sampled(c_deg: Vec<f64>, gamma_deg: Vec<f64>, f: impl Fn(f64, f64) -> f64) -> IntensityDistribution {

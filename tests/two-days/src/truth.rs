@@ -42,6 +42,7 @@ impl Places {
 
     /// Places beside these where nobody looked: half-planes and γ between those that were read; maps at other distances
     /// and tilts.
+    #[must_use]
     pub fn kept_back(&self) -> Self {
         match self {
             Self::Readings(readings) => {

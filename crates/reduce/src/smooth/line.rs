@@ -103,7 +103,9 @@ mod tests {
             let mut gradient: Vec<f64> = (0..30).map(|i| (x[i] - shown[i]) / u[i].powi(2)).collect();
             for row in &rows {
                 let value = value(&x, row) / 0.7;
-                row.iter().for_each(|(node, weight)| gradient[*node] += weight * value);
+                for (node, weight) in row {
+                    gradient[*node] += weight * value;
+                }
             }
             x.iter_mut()
                 .zip(gradient)

@@ -131,7 +131,7 @@ fn any_record_is_answered_and_its_order_changes_nothing() {
         let mut rows = run(whole()).readings.rows;
         let changes = [round % CHANGES, (random.uniform() * CHANGES as f64) as u64];
         // Each alone first, then with another.
-        for &what in &changes[..1 + usize::from(round >= CHANGES)] {
+        for &what in &changes[..=usize::from(round >= CHANGES)] {
             change(&mut rows, what, &mut random);
         }
         for accept_drift in [None, Some("any".to_owned())] {
