@@ -24,9 +24,12 @@ pub const NULLS: usize = 2000;
 /// Relative error allowed to the formula of an effect: the laws of the virtual darkroom, which differ from the model's,
 /// depart by a few per cent. Halved 0, doubled 8.
 pub const MODEL_FORM: f64 = 0.03;
-/// A further effect, or what has no name, must reach this share of the first one's significance: what [`MODEL_FORM`]
-/// lets the first one leave.
-pub const SECOND_SHARE: f64 = MODEL_FORM;
+/// A further effect, or what has no name, must reach this share of the first one's significance, or
+/// [`CLEARLY`] more than [`MODEL_FORM`] lets the first one leave. Halved 0, doubled 0.
+pub const SECOND_SHARE: f64 = 0.2;
+/// In σ²: 10 σ. A weak effect below one of thousands of σ is an effect; one of 6 σ beside one of 40 σ may be what the
+/// first one's formula, or the smoothing of the model's distribution, leaves.
+pub const CLEARLY: f64 = 100.0;
 /// A fit that leaves more than this many times the variance of noise has not explained its data.
 pub const MISFIT: f64 = 2.0;
 /// Probability that the names of a set have together, of all that could make the disagreement.

@@ -44,7 +44,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
                 .map(|i| self.explained_by(&pair, &pair_fit, i))
                 .fold(0.0, f64::max);
             let needed = least_gain
-                .max(self.problem.settings.second_share.powi(2) * stronger)
+                .max(self.problem.settings.further(stronger))
                 .max((self.problem.settings.model_form).powi(2) * stronger + FURTHER_GAIN);
             if gain > needed && weaker > needed {
                 let estimate = self.again(&pair_fit);
@@ -90,7 +90,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
                 .map(|i| self.explained_by(&members, &fitted, i))
                 .fold(0.0, f64::max);
             let gained = (fitted.chi2 - next.chi2) / self.noise.scale.powi(2);
-            if gained < self.problem.settings.second_share.powi(2) * strongest || gained < FURTHER_GAIN {
+            if gained < self.problem.settings.further(strongest) || gained < FURTHER_GAIN {
                 break;
             }
             members.clone_from(&next.hypotheses);
@@ -144,7 +144,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         let gram = product(&columns, &columns);
         let single = z.iter().map(nalgebra::Matrix::norm_squared).fold(0.0, f64::max);
         // A pair that gains less would not be taken, and its refits cost the most.
-        let enough = single + least_gain.max(0.5 * self.problem.settings.second_share.powi(2) * single);
+        let enough = single + least_gain.max(0.5 * self.problem.settings.further(single));
         let mut best: Vec<(f64, usize, usize)> = (0..places.len())
             .into_par_iter()
             .flat_map_iter(|a| {

@@ -25,8 +25,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         if p_value(best.ln_evidence, &self.nulls) > self.problem.settings.significance {
             return None;
         }
-        (best.explained > self.problem.settings.second_share.powi(2) * strongest)
-            .then_some((kept[best.candidate], best.explained))
+        (best.explained > self.problem.settings.further(strongest)).then_some((kept[best.candidate], best.explained))
     }
 
     /// The best rival in the scan of a fit, significant or not.

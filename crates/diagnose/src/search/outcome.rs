@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use crate::calibration::{MODEL_FORM, NULLS, SECOND_SHARE, SIGNIFICANCE};
+use crate::calibration::{CLEARLY, MODEL_FORM, NULLS, SECOND_SHARE, SIGNIFICANCE};
 use crate::fit::Fit;
 use crate::forward::Hypothesis;
 use crate::known::{Known, Moved};
@@ -28,6 +28,13 @@ pub struct Settings {
     pub second_share: f64,
     /// Whether one factor on the stated uncertainties is fitted.
     pub fit_scale: bool,
+}
+
+impl Settings {
+    /// What a further effect must explain at least, in σ², beside one that explains `strongest`.
+    pub fn further(&self, strongest: f64) -> f64 {
+        (self.second_share.powi(2) * strongest).min(self.model_form.powi(2) * strongest + CLEARLY)
+    }
 }
 
 impl Default for Settings {

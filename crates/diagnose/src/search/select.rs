@@ -189,7 +189,7 @@ impl<F: Forward + ?Sized> Selected<'_, '_, F> {
         if let Some(left) = left.filter(|_| !names.members.is_empty()) {
             let strengths = estimate.strengths(&names.members, &names.fit);
             let strongest = strengths.iter().copied().fold(0.0, f64::max);
-            if left <= estimate.problem.settings.second_share.powi(2) * strongest {
+            if left <= estimate.problem.settings.further(strongest) {
                 // As small as what the formula of a name may leave.
                 noise_test = noise_test.map(NoiseTest::without_findings);
             } else {
