@@ -1,7 +1,7 @@
 //! Whether this program ran all the time: a stopped process, a computer that slept, a disk that held everything up.
 //!
 //! Two clocks show it. The one that deadlines are counted in goes on while a process is stopped: a look at it every
-//! [`EVERY`] that comes late by [`LEAST`] shows that nothing was done meanwhile. It stands still while the computer
+//! `EVERY` that comes late by `LEAST` shows that nothing was done meanwhile. It stands still while the computer
 //! sleeps (Linux, macOS): then a clock that counts the sleep is ahead of it.
 
 use std::sync::{Arc, Mutex, PoisonError};
