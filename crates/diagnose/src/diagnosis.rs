@@ -275,11 +275,13 @@ fn stated(model: &Model, known: &[KnownEntry]) -> Vec<String> {
                 .to_owned(),
         );
     }
-    let assumed: Vec<String> = known
+    let mut assumed: Vec<String> = known
         .iter()
         .filter(|one| one.assumed)
         .map(|one| format!("{} ±{}{}", one.what, digits(one.u, 2), unit(one.unit)))
         .collect();
+    // Orders of one pattern have one name.
+    assumed.dedup();
     if !assumed.is_empty() {
         notes.push(format!(
             "the model's file does not state how uncertain these are, and they were assumed (standard uncertainties): {}",
