@@ -229,9 +229,11 @@ await inBrowser(async (browser) => {
 
   step("the runs of the folder are on cards with their light");
   await page.click("#views a[href='#/start']");
-  const light = await page.waitForSelector("#runs li[data-run=day] .light svg", { timeout: PATIENCE });
-  // Aborted early there may be one half-plane alone.
-  assert.ok(await light.evaluate((svg) => svg.childElementCount > 0 && svg.getBoundingClientRect().width > 0), "its light is drawn");
+  // The list may be drawn anew at any moment; aborted early there may be one half-plane alone.
+  await page.waitForFunction(() => {
+    const svg = document.querySelector("#runs li[data-run=day] .light svg");
+    return svg !== null && svg.querySelectorAll("path").length >= 1 && svg.getBoundingClientRect().width > 80;
+  }, null, { timeout: PATIENCE });
   assert.match(await page.locator("#runs li[data-run=day]").textContent(), /interrupted/);
   assert.ok(await page.isHidden("#steps"));
   await page.click("#runs li[data-run=day] button");
