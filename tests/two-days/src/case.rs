@@ -270,7 +270,8 @@ fn judge(
     Ok(())
 }
 
-/// Share of the gap that is gone where nobody looked; none where the fault hardly shows there.
+/// Share of the gap that is gone where nobody looked; none where the fault hardly shows there beside what the first
+/// day's model leaves anyway.
 fn removed(
     kept_back: &Places,
     (given, after): (&Model, &Model),
@@ -292,7 +293,7 @@ fn removed(
         (truth - predicted).norm_squared()
     };
     let (before, floor, after) = (left(given, &truth), left(given, &plain), left(after, &truth));
-    (before > floor + 16.0).then(|| (before - after) / (before - floor))
+    (before > 1.1 * floor + 16.0).then(|| (before - after) / (before - floor))
 }
 
 impl Case {

@@ -149,7 +149,7 @@ fn scan_in(room: &Darkroom, known: &Darkroom, plan: &Plan, hasty: bool, folder: 
         let mut devices = source.open(&catalogue).await?;
         let now = jiff::Timestamp::UNIX_EPOCH;
         let place = Place::take(Target::New(folder), false)?;
-        scan::on(
+        Box::pin(scan::on(
             &source,
             &mut devices,
             plan,
@@ -159,7 +159,7 @@ fn scan_in(room: &Darkroom, known: &Darkroom, plan: &Plan, hasty: bool, folder: 
             &Cancel::new(),
             now,
             &Silent,
-        )
+        ))
         .await
     })?;
     Ok(())

@@ -1,6 +1,7 @@
 //! The lamps, and the rooms in which they stand.
 
-use isolux_darkroom::{Darkroom, Room};
+use isolux_darkroom::camera::Unit;
+use isolux_darkroom::{Darkroom, MapPose, Room, SensorFrame};
 
 /// A kind of lamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -56,13 +57,32 @@ impl Lamp {
                 lamp.aim_spread_deg = 1.0;
             }
         }
-        // The camera is set so that the lamp at 500 mm comes near its full scale, as in the built-in room.
+        // The camera is set so that none of the maps of a day reaches its full scale: bins that do are left out by their
+        // noisy value, and what is left of their neighbours looks like a sensor that saturates.
         if self != Self::Ring {
-            let axial_cd = Room::new(room.clone()).intensity_cd(0.0, 0.0);
-            room.camera.full_scale_lx = (1.02 * axial_cd * 1e6 / 500.0_f64.powi(2)).round();
+            room.camera.full_scale_lx = 1.0;
+            let brightest = brightest(&Room::new(room.clone()));
+            room.camera.full_scale_lx = (1.05 * brightest).round();
         }
         room
     }
+}
+
+/// The largest signal in the middle of maps at the distances of a designed series, exposed as it is.
+fn brightest(room: &Room) -> f64 {
+    let frame = SensorFrame {
+        size_mm: [1.0, 1.0],
+        bins: [1, 1],
+    };
+    let signal = |distance_mm: f64| {
+        let pose = MapPose {
+            distance_mm,
+            exposure: (distance_mm / 500.0).powi(2),
+            ..MapPose::default()
+        };
+        room.sensor_map(&frame, &pose, Unit::Relative)[0]
+    };
+    [500.0, 300.0, 150.0].map(signal).into_iter().fold(0.0, f64::max)
 }
 
 #[cfg(test)]
