@@ -23,7 +23,7 @@ const SMALL: f64 = 1e-3;
 pub type Errors = Vec<Vec<(usize, f64)>>;
 
 /// Entries of an error that changes more than this share of the rows: it goes with others like it.
-const WIDE: f64 = 0.125;
+const WIDE: f64 = 0.02;
 
 /// The terms: the short ones each whitened with those before it, the wide ones together after them.
 #[derive(Debug, Clone, Default)]

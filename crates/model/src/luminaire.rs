@@ -9,6 +9,7 @@ use isolux_spectrum::Spectrum;
 use serde::{Deserialize, Serialize};
 
 use crate::emitter::Emitter;
+use crate::prepared::SeenLight;
 
 /// What links illuminance and irradiance.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,6 +77,7 @@ pub struct Luminaire {
     spectral: Spectral,
     lookup: Lookup,
     pub(crate) floor: FloorMemory,
+    pub(crate) seen: SeenMemory,
 }
 
 impl Luminaire {
@@ -100,6 +102,7 @@ impl Luminaire {
             spectral,
             lookup,
             floor: FloorMemory::default(),
+            seen: SeenMemory::default(),
         }
     }
 
@@ -279,6 +282,36 @@ impl FloorMemory {
             memory.insert(key, light);
             light
         })
+    }
+}
+
+/// The light of the emitter's nodes at the places of sensors, once computed.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SeenMemory(Arc<Mutex<HashMap<Vec<u64>, Arc<SeenLight>>>>);
+
+impl SeenMemory {
+    /// Node lights kept, 32 bytes each: those of a hundred maps of 24 × 24 bins.
+    const LARGEST: usize = 2_000_000;
+
+    pub fn get_or(&self, key: Vec<u64>, compute: impl FnOnce() -> SeenLight) -> Arc<SeenLight> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        known.unwrap_or_else(|| {
+            let seen = Arc::new(compute());
+            let mut memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let held: usize = memory.values().map(|seen| seen.len()).sum();
+            if held + seen.len() > Self::LARGEST {
+                memory.clear();
+            }
+            memory.insert(key, seen.clone());
+            seen
+        })
+    }
+}
+
+impl PartialEq for SeenMemory {
+    /// Memory is no part of what a luminaire is.
+    fn eq(&self, _: &Self) -> bool {
+        true
     }
 }
 

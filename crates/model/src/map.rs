@@ -99,15 +99,16 @@ impl Model {
                 exposure = law(values, exposure);
             }
             let lamp: f64 = chain.lamp.iter().map(|(law, values)| law(values, map.time_s)).product();
-            let light_lx = |&index: &usize| {
-                if map.capped {
-                    return 0.0;
+            let mut lights = vec![if map.capped { 0.0 } else { background_lx }; indices.len()];
+            if map.lamp && !map.capped {
+                let places: Vec<DVec2> = indices
+                    .iter()
+                    .map(|&index| DVec2::from_array(maps.place_mm(index)))
+                    .collect();
+                for (light_lx, from_lamp_lx) in lights.iter_mut().zip(bench.lamp_lx(&places)) {
+                    *light_lx += from_lamp_lx * lamp;
                 }
-                let place = DVec2::from_array(maps.place_mm(index));
-                let from_lamp = if map.lamp { bench.lamp_lx(place) * lamp } else { 0.0 };
-                from_lamp + background_lx
-            };
-            let mut lights: Vec<f64> = indices.iter().map(light_lx).collect();
+            }
             for (law, values) in &chain.blur {
                 lights = blur(
                     &lights,
@@ -256,31 +257,40 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Mean over a bin about `middle` of the lamp's illuminance times the sensor's factors, the lamp being stable.
-    fn lamp_lx(&self, middle: DVec2) -> f64 {
-        let sum: f64 = self
-            .nodes
+    /// Mean over a bin about each of `middles` of the lamp's illuminance times the sensor's factors, the lamp being
+    /// stable.
+    fn lamp_lx(&self, middles: &[DVec2]) -> Vec<f64> {
+        let of_bin = |middle: &DVec2| {
+            let middle = *middle;
+            self.nodes
+                .iter()
+                .map(move |node| middle + 0.5 * self.bin_mm * DVec2::from_array(*node))
+        };
+        let places: Vec<DVec2> = middles.iter().flat_map(of_bin).collect();
+        let points_mm: Vec<DVec3> = places
             .iter()
-            .map(|node| {
-                let place = middle + 0.5 * self.bin_mm * DVec2::from_array(*node);
-                let point_mm = self.rotation * place.extend(0.0) + self.centre_mm;
-                let illuminance_lx = self.prepared.illuminance_lx(point_mm, self.facing);
-                if self.chain.pixel.is_empty() {
-                    return illuminance_lx;
-                }
+            .map(|place| self.rotation * place.extend(0.0) + self.centre_mm)
+            .collect();
+        let seen = self.prepared.seen(&points_mm, self.facing);
+        let mut illuminance_lx = self.prepared.illuminances_lx(&points_mm, &seen);
+        if !self.chain.pixel.is_empty() {
+            for ((light, place), point_mm) in illuminance_lx.iter_mut().zip(&places).zip(&points_mm) {
                 let pixel = Pixel {
                     x_mm: place.x,
                     y_mm: place.y,
                     half_width_mm: 0.5 * self.size_mm.x,
                     cos_incidence: point_mm.dot(self.facing) / point_mm.length(),
                 };
-                self.chain
-                    .pixel
-                    .iter()
-                    .fold(illuminance_lx, |light, (law, values)| light * law(values, &pixel))
-            })
-            .sum();
-        sum / self.nodes.len() as f64
+                for (law, values) in &self.chain.pixel {
+                    *light *= law(values, &pixel);
+                }
+            }
+        }
+        let nodes = self.nodes.len();
+        illuminance_lx
+            .chunks(nodes)
+            .map(|bin| bin.iter().sum::<f64>() / nodes as f64)
+            .collect()
     }
 }
 

@@ -1,5 +1,7 @@
 //! Light of the whole emitter at a point: the sum that every prediction needs.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::effects::{Act, Ray, Values};
@@ -15,6 +17,19 @@ use crate::sector::Sectors;
 const POINT_LIKE: f64 = 5e-6;
 
 type PathLaw = fn(&Values, f64) -> f64;
+
+/// Light of one node at one point, from the luminaire as its file gives it: no effects, nothing refitted.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct NodeLight {
+    c_deg: f64,
+    gamma_deg: f64,
+    length_mm: f64,
+    /// 0 where the node is behind the plane.
+    bare_lx: f64,
+}
+
+/// Light of every node at every point of a plane, as [`PreparedModel::seen`] gives it.
+pub(crate) type SeenLight = Vec<NodeLight>;
 
 /// A model made ready to be asked for illuminance many times.
 pub(crate) struct PreparedModel<'m> {
@@ -85,12 +100,8 @@ impl<'m> PreparedModel<'m> {
         }
     }
 
-    /// Intensity in cd of the far field towards `direction`, of any length, at these angles.
-    fn intensity_cd_at(&self, c_deg: f64, gamma_deg: f64, direction: DVec3) -> f64 {
-        let intensity_cd = self.luminaire.intensity_cd(c_deg, gamma_deg);
-        if self.plain {
-            return intensity_cd;
-        }
+    /// Factor on the far field towards `direction`, of any length, at these angles.
+    fn factor_at(&self, c_deg: f64, gamma_deg: f64, direction: DVec3) -> f64 {
         let mut factor = self.model.refined().factor(c_deg, gamma_deg);
         if !self.directions.is_empty() {
             let ray = Ray {
@@ -102,7 +113,7 @@ impl<'m> PreparedModel<'m> {
                 factor *= law(values, &ray);
             }
         }
-        intensity_cd * factor
+        factor
     }
 
     /// Illuminance in lx at `point_mm` on a plane whose normal reversed is `facing`: light along `facing` is normal.
@@ -115,27 +126,64 @@ impl<'m> PreparedModel<'m> {
     }
 
     fn whole_lx(&self, point_mm: DVec3, facing: DVec3) -> f64 {
-        let reach = self.extent_mm / point_mm.length();
-        if self.lobe.is_none() && reach * reach < POINT_LIKE {
-            return self.of_node(&self.centre, point_mm, facing);
-        }
-        self.nodes
+        self.nodes_at(point_mm)
             .iter()
             .map(|node| node.weight * self.of_node(node, point_mm, facing))
             .sum()
     }
 
-    /// What each direction of the distribution has to do with [`illuminance_lx`](Self::illuminance_lx): its number
-    /// (`[ic * ng + ig]`) and the derivative in lx/cd, added up by `sink`.
-    pub fn shares(&self, point_mm: DVec3, facing: DVec3, mut sink: impl FnMut(usize, f64)) {
+    /// The parts of the emitter that a point tells apart.
+    fn nodes_at(&self, point_mm: DVec3) -> &[Node] {
         let reach = self.extent_mm / point_mm.length();
-        let nodes = if self.lobe.is_none() && reach * reach < POINT_LIKE {
+        if self.lobe.is_none() && reach * reach < POINT_LIKE {
             std::slice::from_ref(&self.centre)
         } else {
             &self.nodes
+        }
+    }
+
+    /// What of the light at `points_mm` of a plane neither effects nor refitted parameters change, kept for the next
+    /// model of the same luminaire: a diagnosis asks for the same places hundreds of times.
+    pub fn seen(&self, points_mm: &[DVec3], facing: DVec3) -> Arc<SeenLight> {
+        let place = |place: DVec3| place.to_array().map(f64::to_bits);
+        let mut key = vec![u64::from(self.around)];
+        key.extend(place(facing));
+        for node in &self.nodes {
+            key.extend(place(node.position_mm).into_iter().chain(place(node.axis)));
+            key.push(node.weight.to_bits());
+        }
+        key.push(u64::from(self.lobe.is_some()));
+        key.extend(points_mm.iter().flat_map(|point| place(*point)));
+        self.luminaire.seen.get_or(key, || {
+            let mut seen = Vec::with_capacity(points_mm.len());
+            for &point_mm in points_mm {
+                let nodes = self.nodes_at(point_mm).iter();
+                seen.extend(nodes.map(|node| self.bare(node, point_mm, facing)));
+            }
+            seen
+        })
+    }
+
+    /// [`illuminance_lx`](Self::illuminance_lx) at every point, from what was [`seen`](Self::seen) there.
+    pub fn illuminances_lx(&self, points_mm: &[DVec3], seen: &SeenLight) -> Vec<f64> {
+        let mut seen = seen.iter();
+        let at = |point: &DVec3| {
+            let nodes = self.nodes_at(*point).iter().zip(&mut seen);
+            let whole: f64 = nodes
+                .map(|(node, light)| node.weight * self.changed_lx(node, light, *point))
+                .sum();
+            self.sectors
+                .as_ref()
+                .map_or(whole, |sectors| whole * sectors.left_at(*point))
         };
+        points_mm.iter().map(at).collect()
+    }
+
+    /// What each direction of the distribution has to do with [`illuminance_lx`](Self::illuminance_lx): its number
+    /// (`[ic * ng + ig]`) and the derivative in lx/cd, added up by `sink`.
+    pub fn shares(&self, point_mm: DVec3, facing: DVec3, mut sink: impl FnMut(usize, f64)) {
         let left = self.sectors.as_ref().map_or(1.0, |sectors| sectors.left_at(point_mm));
-        for node in nodes {
+        for node in self.nodes_at(point_mm) {
             let path = point_mm - node.position_mm;
             let (c_deg, gamma_deg) = angles_deg(path);
             let bare_cd = self.luminaire.intensity_cd(c_deg, gamma_deg);
@@ -151,20 +199,41 @@ impl<'m> PreparedModel<'m> {
     }
 
     fn of_node(&self, node: &Node, point_mm: DVec3, facing: DVec3) -> f64 {
+        self.changed_lx(node, &self.bare(node, point_mm, facing), point_mm)
+    }
+
+    fn bare(&self, node: &Node, point_mm: DVec3, facing: DVec3) -> NodeLight {
         let path = point_mm - node.position_mm;
         let square = path.length_squared();
         let along = path.dot(facing);
         if along <= 0.0 {
+            return NodeLight::default();
+        }
+        let length_mm = square.sqrt();
+        let (c_deg, gamma_deg) = self.angles_deg(path);
+        let mut bare_lx = self.luminaire.intensity_cd(c_deg, gamma_deg) * along / (square * length_mm) * 1e6;
+        if let Some(lobe) = &self.lobe {
+            bare_lx *= lobe.share_at(node.axis, path / length_mm, gamma_deg);
+        }
+        NodeLight {
+            c_deg,
+            gamma_deg,
+            length_mm,
+            bare_lx,
+        }
+    }
+
+    /// The light of a node with what is refitted and the effects on its direction and path.
+    fn changed_lx(&self, node: &Node, light: &NodeLight, point_mm: DVec3) -> f64 {
+        if light.bare_lx == 0.0 {
             return 0.0;
         }
-        let length = square.sqrt();
-        let (c_deg, gamma_deg) = self.angles_deg(path);
-        let mut illuminance_lx = self.intensity_cd_at(c_deg, gamma_deg, path) * along / (square * length) * 1e6;
-        if let Some(lobe) = &self.lobe {
-            illuminance_lx *= lobe.share_at(node.axis, path / length, gamma_deg);
+        let mut illuminance_lx = light.bare_lx;
+        if !self.plain {
+            illuminance_lx *= self.factor_at(light.c_deg, light.gamma_deg, point_mm - node.position_mm);
         }
         for (law, values) in &self.paths {
-            illuminance_lx *= law(values, length);
+            illuminance_lx *= law(values, light.length_mm);
         }
         illuminance_lx
     }
