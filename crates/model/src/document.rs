@@ -110,6 +110,10 @@ pub struct Uncertainty {
     /// The same in candela, however little light there is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction_cd: Option<f64>,
+    /// Distance in mm from which the intensities were measured, as illuminance times its square: what another emitter
+    /// shows there is in them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured_at_mm: Option<f64>,
     /// What was neither measured nor stated: a number that is computed from this luminaire has no complete uncertainty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
@@ -138,6 +142,7 @@ impl Uncertainty {
             ("direction_rel", self.direction_rel, 1e3),
             ("direction_cd", self.direction_cd, 1e9),
             ("luminous_diameter_mm", self.luminous_diameter_mm, 1e5),
+            ("measured_at_mm", self.measured_at_mm, 1e7),
         ]
         .into_iter()
         .filter_map(|(key, value, most)| Some((key, value?, most)))

@@ -5,6 +5,7 @@
 //! stated of an effect (`[effect.u]`) counts too. Where a measured luminaire does not state its level or its γ, they
 //! are taken as wide as a careless measurement leaves them, and [`KnownError::assumed`] says so.
 
+use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 
 use crate::effect::Effect;
@@ -12,6 +13,7 @@ use crate::effects::Role;
 use crate::emitter::Emitter;
 use crate::luminaire::Luminaire;
 use crate::model::Model;
+use crate::prepared::PreparedModel;
 use crate::refined::Refined;
 
 /// Relative standard uncertainty of the level where a measured luminaire does not state it.
@@ -24,9 +26,14 @@ const GAMMA_DEG: f64 = 0.5;
 const RINGS: usize = 4;
 const CONCENTRATION: f64 = 0.5;
 /// LEDs that stand for a ring.
-const LEDS: usize = 24;
-/// Standard uncertainty of the inward aim of the parts of a luminous area.
-const AIM_DEG: f64 = 1.0;
+const LEDS: usize = 12;
+/// Standard uncertainty of the inward aim of the parts of a luminous area: those of ring lights lean by none to some eight
+/// degrees, and the far field does not show by how much.
+const AIM_DEG: f64 = 4.0;
+/// Standard uncertainty of the square of the aim, in squares of [`AIM_DEG`]: √3 for a normal law.
+const AIM_BEND: f64 = 1.732_050_807_568_877_2;
+/// The same of the aim along a diameter against that across it: twenty-four LEDs whose aims differ by 1.5°.
+const AIM_UNEVEN_DEG: f64 = 0.5;
 /// Relative amplitude of the light around the luminous area, in each of the first orders: sixty LEDs whose flux differs
 /// by 5 %.
 const AROUND_REL: f64 = 0.01;
@@ -34,10 +41,13 @@ const AROUND_ORDERS: [f64; 2] = [1.0, 2.0];
 
 /// Relative standard uncertainty of the light on the axis at `distance_mm` from a luminous area of which the diameter
 /// alone is known, for a lobe of exponent n. The axis sees −½(n + 3)·r²/d², r² being the mean square radius; by the law
-/// of the shares it is R²/2 with a standard deviation of R²/√(12·(1 + concentration)).
+/// of the shares it is R²/2 with a standard deviation of R²/√(12·(1 + concentration)). Parts at r that lean inwards by ψ
+/// add n·ψ·r/d.
 pub fn luminous_area_rel(diameter_mm: f64, lobe_exponent: f64, distance_mm: f64) -> f64 {
-    let square = (0.5 * diameter_mm / distance_mm).powi(2);
-    0.5 * (lobe_exponent + 3.0) * square / (12.0 * (1.0 + CONCENTRATION)).sqrt()
+    let reach = 0.5 * diameter_mm / distance_mm;
+    let shares = 0.5 * (lobe_exponent + 3.0) * reach * reach / (12.0 * (1.0 + CONCENTRATION)).sqrt();
+    let aim = lobe_exponent * AIM_DEG.to_radians() * reach / 2_f64.sqrt();
+    shares.hypot(aim)
 }
 
 /// One thing that the model knows with a standard uncertainty, and what it changes.
@@ -51,12 +61,23 @@ pub struct KnownError {
     pub unit: &'static str,
     /// Whether the file does not state it and it was taken as wide as usual.
     pub assumed: bool,
-    /// One standard uncertainty changes a prediction by `per_u` times what `off` predicts more than `from`.
-    pub off: Model,
-    /// The model that `off` is compared with.
-    pub from: Model,
-    /// Factor of that difference.
-    pub per_u: f64,
+    /// One standard uncertainty changes a prediction by the sum of what these models predict, each times its factor. The
+    /// factors make 0.
+    pub change: Vec<(f64, Model)>,
+}
+
+impl KnownError {
+    /// What one standard uncertainty changes, where `predict` is what a model predicts; none where it predicts nothing.
+    pub fn change_of<P>(&self, predict: impl Fn(&Model) -> Option<P>) -> Option<P>
+    where
+        P: std::ops::Mul<f64, Output = P> + std::ops::Add<P, Output = P>,
+    {
+        let terms = self
+            .change
+            .iter()
+            .map(|(factor, model)| Some(predict(model)? * *factor));
+        terms.reduce(|sum, term| Some(sum? + term?)).flatten()
+    }
 }
 
 impl Model {
@@ -77,9 +98,7 @@ impl Model {
             u,
             unit,
             assumed: false,
-            off,
-            from: direct.clone(),
-            per_u: 1.0,
+            change: vec![(1.0, off), (-1.0, direct.clone())],
         };
         if let Some(u) = self.uncertainty() {
             if !self.refits_shape() {
@@ -139,10 +158,26 @@ impl Model {
         Some(self.with_luminaire(Luminaire::new(moved, emitter, spectral)))
     }
 
-    fn with_emitter(&self, emitter: Emitter) -> Self {
+    /// The same light at the distance at which it was measured, from another emitter.
+    fn with_emitter(&self, emitter: Emitter, measured: Option<&Measured>) -> Self {
         let luminaire = self.luminaire();
-        let (distribution, spectral) = (luminaire.grid().clone(), luminaire.spectral().clone());
-        self.with_luminaire(Luminaire::new(distribution, emitter, spectral))
+        let with = |distribution: IntensityDistribution| {
+            let spectral = luminaire.spectral().clone();
+            self.with_luminaire(Luminaire::new(distribution, emitter.clone(), spectral))
+        };
+        let far = with(luminaire.grid().clone());
+        let corrected = measured.and_then(|measured| {
+            let factor = measured.factor(&far)?;
+            let grid = luminaire.grid();
+            let (cs, gammas) = (grid.c_deg(), grid.gamma_deg());
+            let directions = cs.iter().flat_map(|c| gammas.iter().map(move |gamma| (*c, *gamma)));
+            let values = directions
+                .zip(grid.intensity_cd())
+                .map(|((c, gamma), cd)| cd * factor.intensity_cd_at(c, gamma))
+                .collect();
+            IntensityDistribution::new(cs.to_vec(), gammas.to_vec(), values).ok()
+        });
+        corrected.map_or(far, with)
     }
 
     /// Where in a luminous area of this diameter the light leaves, how its parts are aimed and how evenly they are lit:
@@ -154,15 +189,15 @@ impl Model {
         {
             return Vec::new();
         }
-        let of = |what: &str, u: f64, unit: &'static str, off: Self, from: Self, per_u: f64| KnownError {
+        let of = |what: &str, u: f64, unit: &'static str, change: Vec<(f64, Self)>| KnownError {
             what: what.to_owned(),
             u,
             unit,
             assumed: true,
-            off,
-            from,
-            per_u,
+            change,
         };
+        let measured = Measured::of(self);
+        let measured = measured.as_ref();
         let mut known = Vec::new();
         for ring in 0..RINGS {
             let edge_mm = |k: usize| diameter_mm * k as f64 / RINGS as f64;
@@ -187,60 +222,86 @@ impl Model {
                 ),
                 u_share,
                 "",
-                self.with_emitter(emitter),
-                self.clone(),
-                per_u,
+                vec![(per_u, self.with_emitter(emitter, measured)), (-per_u, self.clone())],
             ));
         }
+        known.extend(
+            self.aim_errors(diameter_mm, measured)
+                .into_iter()
+                .map(|(what, u_deg, change)| of(what, u_deg, "°", change)),
+        );
         // The ring with the mean square radius of the whole area.
         let radius_mm = diameter_mm / 8_f64.sqrt();
-        let aimed = |aim_deg: f64| {
-            self.with_emitter(Emitter::Leds {
+        for order in AROUND_ORDERS {
+            for wave in [f64::cos, f64::sin] {
+                let uneven = |amplitude: f64| {
+                    let weight = |azimuth: f64| 1.0 + amplitude * wave(order * azimuth);
+                    self.with_emitter(uneven_circle(radius_mm, weight), measured)
+                };
+                let change = vec![(1.0, uneven(AROUND_REL)), (-1.0, uneven(0.0))];
+                known.push(of("how even the luminous area is", AROUND_REL, "", change));
+            }
+        }
+        known
+    }
+
+    /// The inward aim of the parts of a luminous area: on two circles that stand for an even area together, on one of
+    /// them more than on the other, its square, and otherwise along one diameter than across. What, its standard
+    /// uncertainty in degrees, and the [`KnownError::change`].
+    fn aim_errors(&self, diameter_mm: f64, measured: Option<&Measured>) -> Vec<(&'static str, f64, Vec<(f64, Self)>)> {
+        // Gauss–Legendre of order 2 in the square of the radius.
+        let circle_mm = |sign: f64| 0.5 * diameter_mm * (0.5 * (1.0 + sign / 3_f64.sqrt())).sqrt();
+        let (inner_mm, outer_mm) = (circle_mm(-1.0), circle_mm(1.0));
+        let circle = |radius_mm: f64, aim_deg: f64| {
+            let emitter = Emitter::Leds {
                 position_mm: Vec::new(),
                 weight: Vec::new(),
                 radius_mm: vec![radius_mm],
                 count: vec![LEDS],
                 aim_deg,
-            })
+            };
+            self.with_emitter(emitter, measured)
         };
-        let even = aimed(0.0);
-        known.push(of(
-            "the inward aim of the parts",
-            AIM_DEG,
-            "°",
-            aimed(AIM_DEG),
-            even.clone(),
-            1.0,
-        ));
-        let places: Vec<(f64, Vec<f64>)> = (0..LEDS)
-            .map(|led| {
-                let azimuth = std::f64::consts::TAU * led as f64 / LEDS as f64;
-                (azimuth, vec![radius_mm * azimuth.cos(), radius_mm * azimuth.sin()])
-            })
-            .collect();
-        for order in AROUND_ORDERS {
-            for wave in [f64::cos, f64::sin] {
+        let lean = |factor: f64, radius_mm: f64| {
+            let half = 0.5 * factor;
+            [(half, circle(radius_mm, AIM_DEG)), (-half, circle(radius_mm, -AIM_DEG))]
+        };
+        let both = |inner: f64, outer: f64| [lean(inner, inner_mm), lean(outer, outer_mm)].concat();
+        let bend = vec![
+            (0.5 * AIM_BEND, circle(outer_mm, AIM_DEG)),
+            (0.5 * AIM_BEND, circle(outer_mm, -AIM_DEG)),
+            (-AIM_BEND, circle(outer_mm, 0.0)),
+        ];
+        let mut errors = vec![
+            ("the inward aim of the parts", AIM_DEG, both(0.5, 0.5)),
+            ("where the parts lean inwards", AIM_DEG, both(-1.0, 1.0)),
+            ("the square of the inward aim", AIM_DEG, bend),
+        ];
+        for from_deg in [0.0, 45.0] {
+            let pair = |at_deg: f64, aim_deg: f64| {
+                let place = |turn: f64| {
+                    let (sin, cos) = (at_deg + turn).to_radians().sin_cos();
+                    vec![outer_mm * cos, outer_mm * sin]
+                };
                 let emitter = Emitter::Leds {
-                    position_mm: places.iter().map(|(_, place)| place.clone()).collect(),
-                    weight: places
-                        .iter()
-                        .map(|(azimuth, _)| 1.0 + AROUND_REL * wave(order * azimuth))
-                        .collect(),
+                    position_mm: vec![place(0.0), place(180.0)],
+                    weight: Vec::new(),
                     radius_mm: Vec::new(),
                     count: Vec::new(),
-                    aim_deg: 0.0,
+                    aim_deg,
                 };
-                known.push(of(
-                    "how even the luminous area is",
-                    AROUND_REL,
-                    "",
-                    self.with_emitter(emitter),
-                    even.clone(),
-                    1.0,
-                ));
-            }
+                self.with_emitter(emitter, measured)
+            };
+            let across = from_deg + 90.0;
+            let change = vec![
+                (0.25, pair(from_deg, AIM_UNEVEN_DEG)),
+                (-0.25, pair(from_deg, -AIM_UNEVEN_DEG)),
+                (-0.25, pair(across, AIM_UNEVEN_DEG)),
+                (0.25, pair(across, -AIM_UNEVEN_DEG)),
+            ];
+            errors.push(("how evenly the parts lean", AIM_UNEVEN_DEG, change));
         }
-        known
+        errors
     }
 
     /// Amplitudes of effects that state their uncertainty.
@@ -265,13 +326,81 @@ impl Model {
                     u: stated,
                     unit: parameter.unit,
                     assumed: false,
-                    off: self.with_effects(effects),
-                    from: self.clone(),
-                    per_u: 1.0,
+                    change: vec![(1.0, self.with_effects(effects)), (-1.0, self.clone())],
                 });
             }
         }
         known
+    }
+}
+
+/// What the emitter of a model shows where its intensities were measured: another emitter that is to agree with that
+/// measurement has another far field.
+struct Measured {
+    distance_mm: f64,
+    c_deg: Vec<f64>,
+    gamma_deg: Vec<f64>,
+    illuminance_lx: Vec<f64>,
+}
+
+impl Measured {
+    /// None where the file does not say at which distance it was measured.
+    fn of(model: &Model) -> Option<Self> {
+        let distribution = model.luminaire().distribution();
+        let mut measured = Self {
+            distance_mm: model.uncertainty()?.measured_at_mm.filter(|mm| *mm > 0.0)?,
+            c_deg: distribution.c_deg().to_vec(),
+            gamma_deg: distribution.gamma_deg().to_vec(),
+            illuminance_lx: Vec::new(),
+        };
+        measured.illuminance_lx = measured.shown_lx(model);
+        Some(measured)
+    }
+
+    /// The light of the luminaire alone in every direction of the file, `[ic * ng + ig]`.
+    fn shown_lx(&self, model: &Model) -> Vec<f64> {
+        let bare = model.with_effects(Vec::new()).with_refined(Refined::default());
+        let prepared = PreparedModel::new(&bare);
+        let directions = self
+            .c_deg
+            .iter()
+            .flat_map(|c| self.gamma_deg.iter().map(move |gamma| (c, gamma)));
+        let lux = |(c_deg, gamma_deg): (&f64, &f64)| {
+            let ((sin, cos), (sin_c, cos_c)) = (gamma_deg.to_radians().sin_cos(), c_deg.to_radians().sin_cos());
+            let out = DVec3::new(sin * cos_c, sin * sin_c, cos);
+            prepared.illuminance_lx(self.distance_mm * out, out)
+        };
+        directions.map(lux).collect()
+    }
+
+    /// By what the far field of `other` is to be multiplied in each direction to agree; none where there is nothing to
+    /// be done.
+    fn factor(&self, other: &Model) -> Option<IntensityDistribution> {
+        let factor = |(own, other): (&f64, f64)| if *own > 0.0 && other > 0.0 { own / other } else { 1.0 };
+        let factors = self
+            .illuminance_lx
+            .iter()
+            .zip(self.shown_lx(other))
+            .map(factor)
+            .collect();
+        IntensityDistribution::new(self.c_deg.clone(), self.gamma_deg.clone(), factors).ok()
+    }
+}
+
+/// LEDs evenly on a circle, weighted by their azimuth in rad.
+fn uneven_circle(radius_mm: f64, weight: impl Fn(f64) -> f64) -> Emitter {
+    let azimuths: Vec<f64> = (0..LEDS)
+        .map(|led| std::f64::consts::TAU * led as f64 / LEDS as f64)
+        .collect();
+    Emitter::Leds {
+        position_mm: azimuths
+            .iter()
+            .map(|at| vec![radius_mm * at.cos(), radius_mm * at.sin()])
+            .collect(),
+        weight: azimuths.iter().map(|at| weight(*at)).collect(),
+        radius_mm: Vec::new(),
+        count: Vec::new(),
+        aim_deg: 0.0,
     }
 }
 
@@ -318,11 +447,8 @@ mod tests {
     fn change_rel(model: &Model, what: &str, at: &ReadingCoordinates) -> Vec<f64> {
         let known = model.known_errors();
         let of = known.iter().filter(|one| one.what.contains(what));
-        of.map(|one| {
-            let difference = one.off.predict_reading(at) - one.from.predict_reading(at);
-            one.per_u * difference / model.predict_reading(at)
-        })
-        .collect()
+        of.map(|one| one.change_of(|off| Some(off.predict_reading(at))).unwrap() / model.predict_reading(at))
+            .collect()
     }
 
     #[test]
@@ -358,11 +484,9 @@ mod tests {
         let model = model("[luminaire.u]\nintensity_rel = 0.004\ngamma_deg = 0.05\nluminous_diameter_mm = 60.0\n");
         let (near, far) = (at(0.0, 300.0), at(0.0, 10_000.0));
         let total = |at| {
-            change_rel(&model, "share", at)
-                .iter()
-                .map(|x| x * x)
-                .sum::<f64>()
-                .sqrt()
+            let shares = change_rel(&model, "share", at);
+            let aim = change_rel(&model, "aim", at);
+            shares.iter().chain(&aim).map(|x| x * x).sum::<f64>().sqrt()
         };
         let expected = luminous_area_rel(60.0, f64::from(N), 300.0);
         assert!(
@@ -370,6 +494,6 @@ mod tests {
             "{} {expected}",
             total(&near)
         );
-        assert!(total(&far) < 1e-4);
+        assert!(total(&far) < 1e-3);
     }
 }

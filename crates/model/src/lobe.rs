@@ -19,8 +19,11 @@ const FINE_DEG: f64 = STEP_DEG / FINER as f64;
 /// Azimuths in half a turn; the integrand is smooth and even.
 const AZIMUTHS: usize = 16;
 const ITERATIONS: usize = 10;
-/// Half width of the smoothing in steps of the table.
-const SMOOTHING: isize = 4;
+/// Half width of the smoothing in steps of the table, at least and at most.
+const SMOOTHING: (usize, usize) = (4, 16);
+/// The same as a share of the angle at which half the peak is left: what is narrower than that in the file of such a
+/// lobe is noise, and undoing an average makes it grow.
+const SMOOTHING_SHARE: f64 = 0.25;
 
 /// The lobe of one LED and the sum of all.
 #[derive(Debug, Clone)]
@@ -84,6 +87,9 @@ impl Lobe {
         // Multiplicative iteration keeps the lobe positive; the correction is smoothed, because undoing an average
         // would otherwise blow up the corners that the file's grid has between its angles.
         let mut lobe = target.clone();
+        let peak = target.iter().fold(0.0_f64, |peak, value| peak.max(*value));
+        let bright = target.iter().rposition(|value| *value >= 0.5 * peak).unwrap_or(0);
+        let half_width = ((SMOOTHING_SHARE * bright as f64) as usize).clamp(SMOOTHING.0, SMOOTHING.1) as isize;
         for _ in 0..ITERATIONS {
             let sum = sum_of(&lobe);
             let ratio: Vec<f64> = target
@@ -92,7 +98,7 @@ impl Lobe {
                 .map(|(target, sum)| if *sum > 0.0 && *target > 0.0 { target / sum } else { 1.0 })
                 .collect();
             for (index, value) in lobe.iter_mut().enumerate() {
-                *value *= smoothed(&ratio, index);
+                *value *= smoothed(&ratio, index, half_width);
             }
         }
         // Finer tables, so that the LEDs' shares add up to one between the angles of the fit, too.
@@ -159,8 +165,8 @@ fn mean_over_c(distribution: &IntensityDistribution, gamma_deg: f64) -> f64 {
         / 24.0
 }
 
-/// Mean over ± `SMOOTHING` steps, mirrored at both poles.
-fn smoothed(table: &[f64], index: usize) -> f64 {
+/// Mean over ± `half_width` steps, mirrored at both poles.
+fn smoothed(table: &[f64], index: usize, half_width: isize) -> f64 {
     let at = |place: isize| {
         let mirrored = place.unsigned_abs();
         table[if mirrored < NODES {
@@ -169,7 +175,7 @@ fn smoothed(table: &[f64], index: usize) -> f64 {
             2 * (NODES - 1) - mirrored
         }]
     };
-    (-SMOOTHING..=SMOOTHING).map(|k| at(index as isize + k)).sum::<f64>() / (2 * SMOOTHING + 1) as f64
+    (-half_width..=half_width).map(|k| at(index as isize + k)).sum::<f64>() / (2 * half_width + 1) as f64
 }
 
 /// The same table with `FINER` times as many steps, by cubic convolution.

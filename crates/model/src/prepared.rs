@@ -51,7 +51,7 @@ impl<'m> PreparedModel<'m> {
     pub fn new(model: &'m Model) -> Self {
         let emitter = model.emitter();
         let nodes = emitter.nodes(match emitter {
-            Emitter::Disc { .. } => 2,
+            Emitter::Disc { .. } | Emitter::Ring { .. } => 2,
             _ => 4,
         });
         let lobe = model.lobe();

@@ -92,7 +92,7 @@ pub fn known(model: &Model, parts: &[Part]) -> Vec<Known> {
     };
     let known = model.known_errors();
     let on_rows = |one: &KnownError| {
-        let column = one.per_u * (predicted(&one.off)? - predicted(&one.from)?);
+        let column = one.change_of(predicted)?;
         column.iter().all(|value| value.is_finite()).then(|| Known {
             what: one.what.clone(),
             u: one.u,

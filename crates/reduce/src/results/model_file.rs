@@ -99,6 +99,7 @@ fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
     if let Some(diameter_mm) = diameter_mm {
         text.push_str(&format!("luminous_diameter_mm = {diameter_mm:?}\n"));
     }
+    text.push_str(&format!("measured_at_mm = {:?}\n", reduction.distance_mm));
     text
 }
 
