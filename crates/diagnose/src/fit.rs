@@ -21,6 +21,9 @@ pub struct Fit {
     pub chi2: f64,
     /// Whitened derivative to every parameter: nuisance first, then each effect's linear and free shape parameters.
     pub jacobian: DMatrix<f64>,
+    /// Where what the model knows of itself was left when it was read out, as a change of every row; empty where
+    /// nothing is read out.
+    pub change: DVector<f64>,
 }
 
 /// One free parameter.
@@ -151,6 +154,7 @@ pub fn fit<F: Forward + ?Sized>(
         residual,
         chi2,
         jacobian,
+        change: DVector::zeros(0),
     })
 }
 

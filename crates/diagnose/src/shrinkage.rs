@@ -155,6 +155,7 @@ mod tests {
             residual: DVector::zeros(9),
             chi2: 0.0,
             jacobian: DMatrix::from_diagonal_element(9, 9, 1000.0),
+            change: DVector::zeros(0),
         }
     }
 

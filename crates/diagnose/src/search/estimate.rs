@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::calibration::{CORRELATED_U, MOST_CORRELATED};
 use crate::fit::{Fit, fit};
 use crate::forward::{Forward, Hypothesis};
-use crate::known::Moved;
+use crate::known::{Moved, ReadOut};
 use crate::reference::Reference;
 use crate::rounding::Rounding;
 use crate::shrinkage::Held;
@@ -81,7 +81,11 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         let n = problem.measured.len();
         let raw = &problem.measured - &fitted.prediction;
         let rounding = Rounding::new(problem.rows, fitted.prediction.as_slice());
-        let parameters = problem.parameter_columns(fitted);
+        let forward = ReadOut {
+            forward: problem.forward,
+            change: &fitted.change,
+        };
+        let parameters = problem.parameter_columns(&forward, fitted);
         let unweighted = Whitener::new(sequence, &rounding, u.map(|u| 1.0 / u), 0.0, errors);
         let basis = problem.smooth_directions(&unweighted, &parameters);
         let mut residual = unweighted.vector(&raw);
@@ -150,14 +154,61 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
     }
 
     pub(super) fn fit(&self, members: &[Hypothesis]) -> Option<Fit> {
-        fit(
-            self.problem.forward,
-            &self.problem.measured,
-            &self.whitener(),
-            &self.start,
-            &self.problem.tangents,
-            members,
-        )
+        self.fit_with(members, |forward, members| {
+            fit(
+                forward,
+                &self.problem.measured,
+                &self.whitener(),
+                &self.start,
+                &self.problem.tangents,
+                members,
+            )
+        })
+    }
+
+    /// A fit by `law`, repeated where an effect reads out the light until what the model knows of itself stays where it
+    /// is: a sensor that is full hides how bright the light was that filled it.
+    fn fit_with(
+        &self,
+        members: &[Hypothesis],
+        law: impl Fn(&ReadOut<'_, F>, &[Hypothesis]) -> Option<Fit>,
+    ) -> Option<Fit> {
+        /// Repetitions at most, and the change in σ of any row below which there is none.
+        const MOST: usize = 12;
+        const SETTLED: f64 = 0.1;
+        let effects = self.problem.forward.effects();
+        let reads_out = members.iter().any(|one| effects[one.effect].one_by_one);
+        let mut change = DVector::zeros(0);
+        if reads_out && !self.problem.known.is_empty() {
+            change = DVector::zeros(self.problem.measured.len());
+        }
+        let mut members = members.to_vec();
+        for _ in 1..MOST {
+            let forward = ReadOut {
+                forward: self.problem.forward,
+                change: &change,
+            };
+            let mut fitted = law(&forward, &members)?;
+            let settled = change.is_empty();
+            let next = if settled {
+                change.clone()
+            } else {
+                self.change_beside(&forward, &fitted)
+            };
+            if settled || (&next - &change).component_div(&self.problem.u).amax() < SETTLED {
+                fitted.change = change;
+                return Some(fitted);
+            }
+            members.clone_from(&fitted.hypotheses);
+            change = next;
+        }
+        let forward = ReadOut {
+            forward: self.problem.forward,
+            change: &change,
+        };
+        let mut fitted = law(&forward, &members)?;
+        fitted.change = change;
+        Some(fitted)
     }
 
     /// Where the readings put what the model knows of itself, beside a fit.
@@ -166,20 +217,59 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         Moved::of(&self.problem.known, &self.whitener(), &left)
     }
 
+    /// Where the readings that were read out as they are put what the model knows of itself: those at the level of a full
+    /// sensor know nothing of the light. Where that leaves too few, all count.
+    fn change_beside(&self, forward: &ReadOut<'_, F>, fitted: &Fit) -> DVector<f64> {
+        /// Share of the rows that must be left.
+        const LEAST: f64 = 0.1;
+        let effects = self.problem.forward.effects();
+        let mut changed = vec![false; self.problem.measured.len()];
+        let (last, before): (Vec<_>, Vec<_>) = fitted
+            .hypotheses
+            .iter()
+            .cloned()
+            .partition(|one| effects[one.effect].one_by_one);
+        let light = self.problem.forward.predict(&fitted.nuisance, &before);
+        for (one, light) in last.iter().zip(light.iter().cycle()) {
+            if let Some(read) = forward.read_out(one.effect, one.linear[0], light) {
+                let off = (read - light).component_div(&self.problem.u);
+                for (changed, off) in changed.iter_mut().zip(off.iter()) {
+                    *changed |= off.abs() > 1e-6;
+                }
+            }
+        }
+        let left = changed.iter().filter(|changed| !**changed).count();
+        if left as f64 <= LEAST * changed.len() as f64 || left == changed.len() {
+            return self.moved(fitted).change;
+        }
+        let whole = self.whitener();
+        let mut row_scale = whole.row_scale.clone();
+        for (scale, _) in row_scale.iter_mut().zip(&changed).filter(|(_, changed)| **changed) {
+            *scale = 0.0;
+        }
+        let beside = Whitener::new(
+            self.problem.sequence,
+            &self.rounding,
+            row_scale,
+            whole.rho,
+            &self.problem.errors,
+        );
+        let left = &self.problem.measured - &fitted.prediction;
+        Moved::of(&self.problem.known, &beside, &left).change
+    }
+
     /// A fit whose refitted terms are held.
     pub(super) fn fit_held(&self, members: &[Hypothesis], weights: &[f64]) -> Option<Fit> {
-        let forward = Held {
-            forward: self.problem.forward,
-            weights,
-        };
-        fit(
-            &forward,
-            &self.problem.measured,
-            &self.whitener(),
-            &self.start,
-            &self.problem.tangents,
-            members,
-        )
+        self.fit_with(members, |forward, members| {
+            fit(
+                &Held { forward, weights },
+                &self.problem.measured,
+                &self.whitener(),
+                &self.start,
+                &self.problem.tangents,
+                members,
+            )
+        })
     }
 
     /// Columns of the dictionary, whitened with the present noise.

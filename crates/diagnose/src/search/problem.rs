@@ -114,15 +114,15 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
     }
 
     /// Unwhitened derivatives to nuisance and amplitudes.
-    pub(super) fn parameter_columns(&self, fitted: &Fit) -> DMatrix<f64> {
+    pub(super) fn parameter_columns(&self, forward: &impl Forward, fitted: &Fit) -> DMatrix<f64> {
         let base = &fitted.prediction;
         let mut columns: Vec<DVector<f64>> = self.tangents.column_iter().map(nalgebra::Matrix::into_owned).collect();
         for (i, member) in fitted.hypotheses.iter().enumerate() {
             for j in 0..member.linear.len() {
                 let mut tried = fitted.hypotheses.clone();
-                let step = self.forward.effects()[member.effect].step_at(j, member.linear[j]);
+                let step = forward.effects()[member.effect].step_at(j, member.linear[j]);
                 tried[i].linear[j] += step;
-                if let Some(changed) = self.forward.predict(&fitted.nuisance, &tried) {
+                if let Some(changed) = forward.predict(&fitted.nuisance, &tried) {
                     columns.push((changed - base) / step);
                 }
             }

@@ -3,7 +3,7 @@
 use crate::basis::Basis;
 use crate::fit::{Fit, derivatives};
 use crate::forward::{Forward, Hypothesis};
-use crate::known::Moved;
+use crate::known::{Moved, ReadOut};
 use crate::noise::{self, Left, NoiseTest};
 use crate::whitener::Whitener;
 
@@ -52,7 +52,11 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         );
         let left = &self.problem.measured - &fitted.prediction;
         let raw = &left - Moved::of(&self.problem.known, &whitener, &left).change;
-        let refitted = Basis::spanning(&derivatives(self.problem.forward, &whitener, fitted)?, 1e-9);
+        let forward = ReadOut {
+            forward: self.problem.forward,
+            change: &fitted.change,
+        };
+        let refitted = Basis::spanning(&derivatives(&forward, &whitener, fitted)?, 1e-9);
         let mut whitened = whitener.vector(&left);
         refitted.project_out_vector(&mut whitened);
         Some(Left {
