@@ -22,6 +22,7 @@ pub mod identify;
 pub mod init;
 pub mod inspect;
 pub mod investigate;
+pub mod keep_awake;
 pub mod live;
 pub mod log;
 pub mod manual;

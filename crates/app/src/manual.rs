@@ -14,7 +14,8 @@ use tokio::time::Instant;
 
 use crate::bench::Source;
 use crate::catalogue::Catalogue;
-use crate::progress::{Event, Progress, left_words};
+use crate::keep_awake::keep_awake;
+use crate::progress::{Event, Progress, Silent, left_words};
 use crate::scan::spread_words;
 use crate::session::{self, Session};
 use crate::signals::OnSignals;
@@ -344,6 +345,8 @@ pub(crate) fn one_step<T>(
         let session = Session::of(&source.station, &source.file, progress)?;
         let cancel = OnSignals::listen()?;
         session.claim(&source.station, force).await?;
+        // A step by hand is short: where the system refuses, nobody has to read of it each time.
+        let _awake = keep_awake(!in_memory, &Silent);
         let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
         let devices = source.open(&catalogue).await?;
         let outcome = tokio::select! {

@@ -13,6 +13,7 @@ use jiff::Timestamp;
 use crate::bench::Source;
 use crate::catalogue::Catalogue;
 use crate::control::Control;
+use crate::keep_awake::keep_awake;
 use crate::live::State;
 use crate::owner::TakeOver;
 pub use crate::progress::duration;
@@ -132,6 +133,7 @@ pub fn run_in(
         let session = Session::of(&source.station, &source.file, progress)?;
         let _signals = OnSignals::ending(&control.cancel)?;
         let taken = session.claim(&source.station, force).await?;
+        let _awake = keep_awake(!in_memory, progress);
         let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
         let mut devices = source.open(&catalogue).await?;
         let now = Timestamp::now();

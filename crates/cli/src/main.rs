@@ -22,6 +22,9 @@ struct Arguments {
     /// Log to standard error what drivers do; twice: the bytes of every link too. ISOLUX_LOG chooses more finely.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
+    /// Let the computer go to sleep while axes move or a scan runs; without this it is kept awake.
+    #[arg(long, global = true)]
+    let_sleep: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -46,6 +49,9 @@ fn main() -> ExitCode {
         screen::report_failure(&failure);
         std::process::exit(i32::from(failure.kind.exit_code()));
     });
+    if arguments.let_sleep {
+        isolux_app::keep_awake::let_sleep();
+    }
     let directives = std::env::var(log::VARIABLE).ok();
     let began = log::begin(arguments.verbose, directives.as_deref());
     match began.and_then(|()| commands::run(arguments.command)) {
