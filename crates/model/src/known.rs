@@ -9,7 +9,7 @@ use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 
 use crate::effect::Effect;
-use crate::effects::Role;
+use crate::effects::{Role, by_name};
 use crate::emitter::Emitter;
 use crate::luminaire::Luminaire;
 use crate::model::Model;
@@ -25,6 +25,7 @@ const GAMMA_DEG: f64 = 0.5;
 /// lie two standard uncertainties away from it ([`luminous_area_rel`]).
 const RINGS: usize = 4;
 const CONCENTRATION: f64 = 0.5;
+const WARM_UP: &str = "lamp_warmup";
 /// LEDs that stand for a ring.
 const LEDS: usize = 12;
 /// Standard uncertainty of the inward aim of the parts of a luminous area: those of ring lights lean by none to some eight
@@ -34,6 +35,11 @@ const AIM_DEG: f64 = 4.0;
 const AIM_BEND: f64 = 1.732_050_807_568_877_2;
 /// The same of the aim along a diameter against that across it: twenty-four LEDs whose aims differ by 1.5°.
 const AIM_UNEVEN_DEG: f64 = 0.5;
+/// Largest factor between two emitters' far fields.
+const MOST_CORRECTED: f64 = 1.5;
+/// What is left of a lamp's warm-up when it counts as stable (0.5 % in 15 min at most: EN 13032-1, LM-79), as amplitudes
+/// at switch-on and time constants in s: each leaves 0.1 % after half an hour.
+const WARM_UP_REST: [[f64; 2]; 2] = [[0.02, 600.0], [0.003, 1800.0]];
 /// Relative amplitude of the light around the luminous area, in each of the first orders: sixty LEDs whose flux differs
 /// by 5 %.
 const AROUND_REL: f64 = 0.01;
@@ -128,6 +134,18 @@ impl Model {
             }
         }
         known.extend(self.effect_errors());
+        if self.uncertainty().is_some() && !self.effects().iter().any(|effect| effect.name() == WARM_UP) {
+            for values in WARM_UP_REST {
+                let Some(rest) = by_name(WARM_UP).and_then(|spec| Effect::new(spec, &values).ok()) else {
+                    continue;
+                };
+                let warm = direct.with_effects([direct.effects(), &[rest]].concat());
+                known.push(KnownError {
+                    assumed: true,
+                    ..entry("the rest of the lamp's warm-up", values[0], "", warm)
+                });
+            }
+        }
         known
     }
 
@@ -376,7 +394,15 @@ impl Measured {
     /// By what the far field of `other` is to be multiplied in each direction to agree; none where there is nothing to
     /// be done.
     fn factor(&self, other: &Model) -> Option<IntensityDistribution> {
-        let factor = |(own, other): (&f64, f64)| if *own > 0.0 && other > 0.0 { own / other } else { 1.0 };
+        // Where there is next to no light the one is many times the other, and it does not matter.
+        let factor = |(own, other): (&f64, f64)| {
+            let factor = own / other;
+            if (1.0 / MOST_CORRECTED..=MOST_CORRECTED).contains(&factor) {
+                factor
+            } else {
+                1.0
+            }
+        };
         let factors = self
             .illuminance_lx
             .iter()
