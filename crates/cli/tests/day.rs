@@ -189,7 +189,7 @@ fn the_day_ends_with_files_that_agree_with_what_was_read() {
             .unwrap_or_else(|| panic!("{key} in {comparison}"))
     };
     assert!(gap("gap_rel").abs() < 0.006, "{comparison}");
-    assert!((gap("luminous_area_rel") - 0.0052).abs() < 0.0005, "{comparison}");
+    assert!((gap("luminous_area_rel") - 0.0199).abs() < 0.001, "{comparison}");
 
     // What the model predicts is what was read, kind by kind.
     let model = "day/results/luminaire.model.toml";

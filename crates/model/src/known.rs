@@ -522,4 +522,40 @@ mod tests {
         );
         assert!(total(&far) < 1e-3);
     }
+
+    #[test]
+    fn where_the_light_was_measured_no_emitter_changes_it() {
+        const U: &str = "[luminaire.u]\nluminous_diameter_mm = 60.0\n";
+        let (far, told) = (model(U), model(&format!("{U}measured_at_mm = 3700.0\n")));
+        for what in ["inward aim", "share"] {
+            let most = |model: &Model, at: &ReadingCoordinates| {
+                let changes = change_rel(model, what, at);
+                changes.into_iter().map(f64::abs).fold(0.0, f64::max)
+            };
+            // Between two directions of the file, too.
+            let (there, near) = (at(21.0, 3700.0), at(21.0, 500.0));
+            assert!(
+                most(&told, &there) < 0.1 * most(&far, &there),
+                "{what}: {} of {}",
+                most(&told, &there),
+                most(&far, &there)
+            );
+            assert!(most(&far, &there) > 2e-5, "{what}: {}", most(&far, &there));
+            assert!(most(&told, &near) > 1e-3, "{what}: {}", most(&told, &near));
+        }
+    }
+
+    #[test]
+    fn the_rest_of_a_warm_up_is_a_tenth_of_a_per_cent_after_half_an_hour() {
+        let model = model("[luminaire.u]\nintensity_rel = 0.004\n");
+        let warm = ReadingCoordinates {
+            lamp_s: Some(1800.0),
+            ..at(20.0, 3700.0)
+        };
+        for change in change_rel(&model, "warm-up", &warm) {
+            assert!((change / 1e-3 - 1.0).abs() < 0.15, "{change}");
+        }
+        let own = "[luminaire.u]\nintensity_rel = 0.004\n[[effect]]\nname = \"lamp_warmup\"\namplitude_rel = 0.03\ntime_constant_s = 400.0\n";
+        assert!(change_rel(&self::model(own), "warm-up", &warm).is_empty());
+    }
 }

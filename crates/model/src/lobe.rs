@@ -246,4 +246,39 @@ mod tests {
             }
         }
     }
+
+    /// The file of a measured lamp has noise, which must not grow in the lobe of LEDs that lean.
+    #[test]
+    fn noise_of_the_file_stays_small_in_the_lobe() {
+        let gamma: Vec<f64> = (0..=45).map(|i| 2.0 * f64::from(i)).collect();
+        let file = |noise_rel: f64| {
+            let value = |(i, gamma): (usize, &f64)| {
+                let noise = (i as f64 * 12.9898).sin() * 2_f64.sqrt() * noise_rel;
+                1000.0 * gamma.to_radians().cos().powi(8) * (1.0 + noise)
+            };
+            let values = gamma.iter().enumerate().map(value).collect();
+            IntensityDistribution::new(vec![0.0], gamma.clone(), values).unwrap()
+        };
+        let ring = Emitter::Leds {
+            position_mm: vec![],
+            weight: vec![],
+            radius_mm: vec![28.0],
+            count: vec![12],
+            aim_deg: 8.0,
+        };
+        let nodes = ring.nodes(1);
+        let [clean, noisy] = [0.0, 1e-3].map(|noise| Lobe::fit(&file(noise), &nodes, 8.0, true).unwrap());
+        // The light of all LEDs on a sensor at 500 mm, where each is seen from another direction.
+        let worst = (0..15)
+            .map(|x| {
+                let point = DVec3::new(10.0 * f64::from(x), 0.0, 500.0);
+                let sum = |lobe: &Lobe| -> f64 {
+                    let share = |node: &Node| lobe.share(node.axis, (point - node.position_mm).normalize());
+                    nodes.iter().map(share).sum()
+                };
+                (sum(&noisy) / sum(&clean) - 1.0).abs()
+            })
+            .fold(0.0, f64::max);
+        assert!(worst < 0.012, "{worst}");
+    }
 }
