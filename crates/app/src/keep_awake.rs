@@ -72,6 +72,7 @@ fn ask() -> Result<mpsc::Sender<()>, String> {
 }
 
 #[cfg(test)]
+#[expect(clippy::used_underscore_binding, reason = "what is only held is only looked at here")]
 mod tests {
     use std::cell::RefCell;
 

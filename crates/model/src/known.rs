@@ -207,13 +207,6 @@ impl Model {
         {
             return Vec::new();
         }
-        let of = |what: &str, u: f64, unit: &'static str, change: Vec<(f64, Self)>| KnownError {
-            what: what.to_owned(),
-            u,
-            unit,
-            assumed: true,
-            change,
-        };
         let measured = Measured::of(self);
         let measured = measured.as_ref();
         let mut known = Vec::new();
@@ -232,7 +225,7 @@ impl Model {
             };
             let per_u = (share / (1.0 + CONCENTRATION)).sqrt();
             let u_share = (share * (1.0 - share) / (1.0 + CONCENTRATION)).sqrt();
-            known.push(of(
+            known.push(assumed(
                 &format!(
                     "the share of the light from {:.0} to {:.0} mm of radius",
                     0.5 * edge_mm(ring),
@@ -243,11 +236,7 @@ impl Model {
                 vec![(per_u, self.with_emitter(emitter, measured)), (-per_u, self.clone())],
             ));
         }
-        known.extend(
-            self.aim_errors(diameter_mm, measured)
-                .into_iter()
-                .map(|(what, u_deg, change)| of(what, u_deg, "°", change)),
-        );
+        known.extend(self.aim_errors(diameter_mm, measured));
         // The ring with the mean square radius of the whole area.
         let radius_mm = diameter_mm / 8_f64.sqrt();
         for order in AROUND_ORDERS {
@@ -257,16 +246,15 @@ impl Model {
                     self.with_emitter(uneven_circle(radius_mm, weight), measured)
                 };
                 let change = vec![(1.0, uneven(AROUND_REL)), (-1.0, uneven(0.0))];
-                known.push(of("how even the luminous area is", AROUND_REL, "", change));
+                known.push(assumed("how even the luminous area is", AROUND_REL, "", change));
             }
         }
         known
     }
 
     /// The inward aim of the parts of a luminous area: on two circles that stand for an even area together, on one of
-    /// them more than on the other, its square, and otherwise along one diameter than across. What, its standard
-    /// uncertainty in degrees, and the [`KnownError::change`].
-    fn aim_errors(&self, diameter_mm: f64, measured: Option<&Measured>) -> Vec<(&'static str, f64, Vec<(f64, Self)>)> {
+    /// them more than on the other, its square, and otherwise along one diameter than across.
+    fn aim_errors(&self, diameter_mm: f64, measured: Option<&Measured>) -> Vec<KnownError> {
         // Gauss–Legendre of order 2 in the square of the radius.
         let circle_mm = |sign: f64| 0.5 * diameter_mm * (0.5 * (1.0 + sign / 3_f64.sqrt())).sqrt();
         let (inner_mm, outer_mm) = (circle_mm(-1.0), circle_mm(1.0));
@@ -291,9 +279,9 @@ impl Model {
             (-AIM_BEND, circle(outer_mm, 0.0)),
         ];
         let mut errors = vec![
-            ("the inward aim of the parts", AIM_DEG, both(0.5, 0.5)),
-            ("where the parts lean inwards", AIM_DEG, both(-1.0, 1.0)),
-            ("the square of the inward aim", AIM_DEG, bend),
+            assumed("the inward aim of the parts", AIM_DEG, "°", both(0.5, 0.5)),
+            assumed("where the parts lean inwards", AIM_DEG, "°", both(-1.0, 1.0)),
+            assumed("the square of the inward aim", AIM_DEG, "°", bend),
         ];
         for from_deg in [0.0, 45.0] {
             let pair = |at_deg: f64, aim_deg: f64| {
@@ -317,7 +305,7 @@ impl Model {
                 (-0.25, pair(across, AIM_UNEVEN_DEG)),
                 (0.25, pair(across, -AIM_UNEVEN_DEG)),
             ];
-            errors.push(("how evenly the parts lean", AIM_UNEVEN_DEG, change));
+            errors.push(assumed("how evenly the parts lean", AIM_UNEVEN_DEG, "°", change));
         }
         errors
     }
@@ -349,6 +337,17 @@ impl Model {
             }
         }
         known
+    }
+}
+
+/// An error that the file does not state.
+fn assumed(what: &str, u: f64, unit: &'static str, change: Vec<(f64, Model)>) -> KnownError {
+    KnownError {
+        what: what.to_owned(),
+        u,
+        unit,
+        assumed: true,
+        change,
     }
 }
 
