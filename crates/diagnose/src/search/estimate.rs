@@ -183,32 +183,24 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
             change = DVector::zeros(self.problem.measured.len());
         }
         let mut members = members.to_vec();
-        for _ in 1..MOST {
+        let mut repeated = 0;
+        loop {
             let forward = ReadOut {
                 forward: self.problem.forward,
                 change: &change,
             };
-            let mut fitted = law(&forward, &members)?;
-            let settled = change.is_empty();
-            let next = if settled {
-                change.clone()
-            } else {
-                self.change_beside(&forward, &fitted)
-            };
-            if settled || (&next - &change).component_div(&self.problem.u).amax() < SETTLED {
-                fitted.change = change;
-                return Some(fitted);
+            let fitted = law(&forward, &members)?;
+            repeated += 1;
+            if change.is_empty() || repeated == MOST {
+                return Some(Fit { change, ..fitted });
+            }
+            let next = self.change_beside(&forward, &fitted);
+            if (&next - &change).component_div(&self.problem.u).amax() < SETTLED {
+                return Some(Fit { change, ..fitted });
             }
             members.clone_from(&fitted.hypotheses);
             change = next;
         }
-        let forward = ReadOut {
-            forward: self.problem.forward,
-            change: &change,
-        };
-        let mut fitted = law(&forward, &members)?;
-        fitted.change = change;
-        Some(fitted)
     }
 
     /// Where the readings put what the model knows of itself, beside a fit.
