@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::far_field::FarField;
 use crate::illuminator::Illuminator;
 use crate::mount::Mounted;
 
@@ -11,6 +12,10 @@ pub struct Floor {
     albedo: f64,
     height_mm: f64,
 }
+
+/// Distance in radii of the lamp from which its light is taken as that of a point: the inverse-square law is then right
+/// to about a percent of light that is itself a few thousandths of a reading.
+const FAR_RADII: f64 = 15.0;
 
 /// Columns of patches gathered under the lamp, columns gathered under the detector, and rows across the bench.
 const PATCHES: [usize; 3] = [44, 14, 40];
@@ -23,11 +28,12 @@ impl Floor {
 
     /// Illuminance on a detector at `detector_mm` with the unit normal `normal` (bench frame), lx.
     ///
-    /// Each patch takes the light of the lamp and sends it on as luminance ρE/π; both paths lose to the air.
-    /// `along` weights the light of one patch by the detector's response to its incidence cosine.
+    /// Each patch takes the light of the lamp and sends it on as luminance ρE/π; both paths lose to the air. `far` is the
+    /// lamp as it is seen from far away. `response` weights the light of one patch by the detector's response to its incidence cosine.
     pub fn illuminance_lx(
         &self,
         lamp: &Illuminator,
+        far: &FarField,
         mounted: &Mounted,
         detector_mm: DVec3,
         normal: DVec3,
@@ -36,7 +42,7 @@ impl Floor {
     ) -> f64 {
         let up = mounted.direction_to_luminaire(DVec3::Z);
         let mut sum = 0.0;
-        for patch in Patches::new(self.height_mm, detector_mm.x) {
+        for patch in patches(self.height_mm, detector_mm.x) {
             let path = detector_mm - patch.centre_mm;
             let distance_mm = path.length();
             let direction = path / distance_mm;
@@ -48,7 +54,11 @@ impl Floor {
             if !lamp.may_light(in_lamp_frame) {
                 continue;
             }
-            let received: f64 = lamp.rays_to(in_lamp_frame).map(|ray| ray.illuminance_lx(up)).sum();
+            let received: f64 = if in_lamp_frame.length() > FAR_RADII * lamp.reach_mm() {
+                far.ray_to(in_lamp_frame, transmittance_per_mm).illuminance_lx(up)
+            } else {
+                lamp.rays_to(in_lamp_frame).map(|ray| ray.illuminance_lx(up)).sum()
+            };
             let luminance = self.albedo * received / std::f64::consts::PI;
             let solid_angle = patch.area_mm2 * direction.z / (distance_mm * distance_mm);
             let air = (-transmittance_per_mm * distance_mm).exp();
@@ -64,57 +74,31 @@ struct Patch {
 }
 
 /// Patches that are small under the lamp and under the detector and grow between and beyond.
-struct Patches {
-    height_mm: f64,
-    distance_mm: f64,
-    next: usize,
-}
-
-impl Patches {
-    fn new(height_mm: f64, distance_mm: f64) -> Self {
-        Self {
-            height_mm,
-            distance_mm,
-            next: 0,
-        }
-    }
-
-    /// Place and length of cell `k` of `n` of a line that is stretched like h·tan about 0: even steps of the angle seen
-    /// from height h, which is where the light is.
-    fn stretched(k: usize, n: usize, height: f64, low: f64, high: f64) -> (f64, f64) {
-        let (a, b) = ((low / height).atan(), (high / height).atan());
-        let edge = |i: usize| height * (a + (b - a) * i as f64 / n as f64).tan();
-        let (from, to) = (edge(k), edge(k + 1));
-        let middle = height * (a + (b - a) * (k as f64 + 0.5) / n as f64).tan();
-        (middle, to - from)
-    }
-}
-
-impl Iterator for Patches {
-    type Item = Patch;
-
-    fn next(&mut self) -> Option<Patch> {
-        let [near_lamp, near_detector, ny] = PATCHES;
-        if self.next >= (near_lamp + near_detector) * ny {
-            return None;
-        }
-        let (ix, iy) = (self.next / ny, self.next % ny);
-        self.next += 1;
-        // A hall: what comes from beyond is a ten-thousandth.
-        let reach = 40.0 * self.height_mm;
-        let half = 0.5 * self.distance_mm;
-        let (x, dx) = if ix < near_lamp {
-            Self::stretched(ix, near_lamp, self.height_mm, -reach, half)
-        } else {
-            let (from_detector, dx) = Self::stretched(ix - near_lamp, near_detector, self.height_mm, -half, 0.0);
-            (self.distance_mm + from_detector, dx)
-        };
-        let (y, dy) = Self::stretched(iy, ny, self.height_mm, -reach, reach);
-        Some(Patch {
-            centre_mm: DVec3::new(x, y, -self.height_mm),
+fn patches(height_mm: f64, distance_mm: f64) -> impl Iterator<Item = Patch> {
+    let [near_lamp, near_detector, across] = PATCHES;
+    // A hall: what comes from beyond is a ten-thousandth.
+    let reach = 40.0 * height_mm;
+    let half = 0.5 * distance_mm;
+    let under_detector = stretched(near_detector, height_mm, -half, 0.0);
+    let columns: Vec<(f64, f64)> = stretched(near_lamp, height_mm, -reach, half)
+        .chain(under_detector.map(|(from_detector, dx)| (distance_mm + from_detector, dx)))
+        .collect();
+    let rows: Vec<(f64, f64)> = stretched(across, height_mm, -reach, reach).collect();
+    columns.into_iter().flat_map(move |(x, dx)| {
+        let patch = move |(y, dy)| Patch {
+            centre_mm: DVec3::new(x, y, -height_mm),
             area_mm2: dx * dy,
-        })
-    }
+        };
+        rows.clone().into_iter().map(patch)
+    })
+}
+
+/// Places and lengths of the `n` cells of a line that is stretched like h·tan about 0: even steps of the angle seen from
+/// height h, which is where the light is.
+fn stretched(n: usize, height: f64, low: f64, high: f64) -> impl Iterator<Item = (f64, f64)> {
+    let (a, b) = ((low / height).atan(), (high / height).atan());
+    let at = move |steps: f64| height * (a + (b - a) * steps / n as f64).tan();
+    (0..n).map(move |k| (at(k as f64 + 0.5), at(k as f64 + 1.0) - at(k as f64)))
 }
 
 #[cfg(test)]
@@ -142,7 +126,7 @@ mod tests {
         ] {
             let mounted = Mounted::at(0.0, gamma_deg, 0.0, &Flaws::default());
             let detector = DVec3::X * distance;
-            let got = floor.illuminance_lx(&lamp, &mounted, detector, -DVec3::X, 0.0, |c| c);
+            let got = floor.illuminance_lx(&lamp, &FarField::new(&lamp), &mounted, detector, -DVec3::X, 0.0, |c| c);
             let step = 100.0;
             let mut expected = 0.0;
             let mut x = -25_000.0 + step / 2.0;

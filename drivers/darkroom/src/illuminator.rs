@@ -146,6 +146,11 @@ impl Illuminator {
         })
     }
 
+    /// The largest distance of an LED from the light centre, mm.
+    pub fn reach_mm(&self) -> f64 {
+        self.reach_mm
+    }
+
     /// False if no LED can light the point `point_mm` (luminaire frame), because it lies behind all of them.
     pub fn may_light(&self, point_mm: DVec3) -> bool {
         point_mm.z > -self.behind_per_mm * point_mm.length() - self.reach_mm

@@ -12,6 +12,7 @@ pub mod camera;
 pub mod climate;
 pub mod document;
 pub mod electrical;
+pub mod far_field;
 mod fault;
 pub mod flaws;
 pub mod floor;

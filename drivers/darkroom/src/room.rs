@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::document::{Darkroom, DarkroomError};
+use crate::far_field::FarField;
 use crate::floor::Floor;
 use crate::illuminator::{Illuminator, Ray};
 use crate::meter;
@@ -51,7 +52,7 @@ pub struct Observation {
 pub struct Room {
     document: Darkroom,
     lamp: Illuminator,
-    floor: Option<Floor>,
+    floor: Option<(Floor, FarField)>,
     spectrum: LampSpectrum,
 }
 
@@ -72,9 +73,10 @@ impl Room {
     /// Builds the room that the document describes.
     pub fn new(document: Darkroom) -> Self {
         let floor = &document.flaws.floor_reflection;
+        let lamp = Illuminator::new(&document.lamp, &document.flaws, document.seed);
         Self {
-            lamp: Illuminator::new(&document.lamp, &document.flaws, document.seed),
-            floor: Floor::new(floor.albedo, floor.height_mm),
+            floor: Floor::new(floor.albedo, floor.height_mm).map(|floor| (floor, FarField::new(&lamp))),
+            lamp,
             spectrum: LampSpectrum::default(),
             document,
         }
@@ -139,13 +141,13 @@ impl Room {
 
     /// Illuminance that the floor returns to the meter, warm lamp, lx.
     pub fn floor_lx(&self, o: &Observation) -> f64 {
-        let Some(floor) = &self.floor else { return 0.0 };
+        let Some((floor, far)) = &self.floor else { return 0.0 };
         let flaws = &self.document.flaws;
         let mounted = Mounted::at(o.c_deg, o.gamma_deg, o.travel, flaws);
         let detector = DVec3::X * self.true_distance_mm(o);
         let air = flaws.air_absorption.coefficient_per_m / 1000.0;
         let f2 = flaws.cosine_f2.coefficient_rel;
-        floor.illuminance_lx(&self.lamp, &mounted, detector, -DVec3::X, air, |cos| {
+        floor.illuminance_lx(&self.lamp, far, &mounted, detector, -DVec3::X, air, |cos| {
             cos * optics::directional_response(f2, cos)
         })
     }
