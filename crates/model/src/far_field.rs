@@ -32,7 +32,7 @@ impl Model {
     /// [`DistributionError`] if a factor is not finite.
     pub fn distribution(&self) -> Result<IntensityDistribution, DistributionError> {
         let directions = self.directions();
-        if directions.are_unity() {
+        if directions.are_unity() && !self.luminaire().is_corrected() {
             return Ok(self.luminaire().grid().clone());
         }
         let base = self.luminaire().grid();
@@ -46,7 +46,8 @@ impl Model {
         let mut intensity_cd = Vec::with_capacity(c_deg.len() * gamma_deg.len());
         for c in &c_deg {
             for gamma in &gamma_deg {
-                intensity_cd.push(base.intensity_cd_at(*c, *gamma) * directions.factor(*c, *gamma));
+                let factor = directions.factor(*c, *gamma) * self.luminaire().correction_at(*c, *gamma);
+                intensity_cd.push(base.intensity_cd_at(*c, *gamma) * factor);
             }
         }
         IntensityDistribution::new(c_deg, gamma_deg, intensity_cd)

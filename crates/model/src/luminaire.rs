@@ -70,12 +70,13 @@ impl Interpolation {
 /// Intensity distribution (absolute, scaled to `flux_lm` where that is given), emitter and spectrum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Luminaire {
-    distribution: IntensityDistribution,
+    distribution: Arc<IntensityDistribution>,
     /// Bilinear between its directions, which are the distribution's own and for a smooth interpolation more.
-    grid: IntensityDistribution,
+    grid: Arc<IntensityDistribution>,
     emitter: Emitter,
     spectral: Spectral,
     lookup: Lookup,
+    correction: Option<Correction>,
     pub(crate) floor: FloorMemory,
     pub(crate) seen: SeenMemory,
 }
@@ -96,13 +97,25 @@ impl Luminaire {
         let grid = interpolation.grid_of(&distribution);
         let lookup = Lookup::new(&distribution, &grid);
         Self {
-            distribution,
-            grid,
+            distribution: Arc::new(distribution),
+            grid: Arc::new(grid),
             emitter,
             spectral,
             lookup,
+            correction: None,
             floor: FloorMemory::default(),
             seen: SeenMemory::default(),
+        }
+    }
+
+    /// The same light from another emitter, its far field multiplied by `factor` in each direction.
+    pub(crate) fn with_emitter(&self, emitter: Emitter, factor: Option<IntensityDistribution>) -> Self {
+        Self {
+            emitter,
+            correction: factor.map(Correction::new),
+            floor: FloorMemory::default(),
+            seen: SeenMemory::default(),
+            ..self.clone()
         }
     }
 
@@ -112,7 +125,7 @@ impl Luminaire {
     }
 
     /// The grid whose bilinear interpolant is the light: the distribution's own, or a finer one where the
-    /// interpolation is smooth.
+    /// interpolation is smooth. Of a luminaire [`with_emitter`](Self::with_emitter) it lacks the factor.
     pub fn grid(&self) -> &IntensityDistribution {
         &self.grid
     }
@@ -138,7 +151,18 @@ impl Luminaire {
 
     /// Intensity in cd towards (C, γ), γ ≥ 0; bilinear on the grid, the mean over C at the poles.
     pub(crate) fn intensity_cd(&self, c_deg: f64, gamma_deg: f64) -> f64 {
-        self.lookup.at(&self.grid, c_deg, gamma_deg)
+        self.lookup.at(&self.grid, c_deg, gamma_deg) * self.correction_at(c_deg, gamma_deg)
+    }
+
+    /// The factor of [`with_emitter`](Self::with_emitter); 1 where there is none.
+    pub(crate) fn correction_at(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        self.correction
+            .as_ref()
+            .map_or(1.0, |correction| correction.at(c_deg, gamma_deg))
+    }
+
+    pub(crate) fn is_corrected(&self) -> bool {
+        self.correction.is_some()
     }
 
     /// The directions of the file between which (C, γ) lies, by their number `[ic * ng + ig]`, with their bilinear
@@ -319,6 +343,26 @@ impl PartialEq for FloorMemory {
     /// Memory is no part of what a luminaire is.
     fn eq(&self, _: &Self) -> bool {
         true
+    }
+}
+
+/// A factor on the light of each direction, bilinear on a grid of its own.
+#[derive(Debug, Clone, PartialEq)]
+struct Correction {
+    factor: Arc<IntensityDistribution>,
+    lookup: Lookup,
+}
+
+impl Correction {
+    fn new(factor: IntensityDistribution) -> Self {
+        Self {
+            lookup: Lookup::new(&factor, &factor),
+            factor: Arc::new(factor),
+        }
+    }
+
+    fn at(&self, c_deg: f64, gamma_deg: f64) -> f64 {
+        self.lookup.at(&self.factor, c_deg, gamma_deg)
     }
 }
 
