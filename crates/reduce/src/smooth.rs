@@ -17,12 +17,17 @@
 //! half-plane differs from it, with its own. Taken of each half-plane by itself, the sum bends a curvature that all
 //! half-planes have by as much as one of them is uncertain, which is more than their mean is.
 //!
+//! Around a circle the lowest orders of what the half-planes differ stay as they were read: their differences between
+//! neighbours are smaller than noise gives them, and smoothing would bend them by more than they are uncertain, while
+//! they hold little of the noise.
+//!
 //! What the half-planes differ is smoothed along every meridian and then around every circle of equal γ: the product of
 //! the two smoothings in place of the one that has both sums at once (L. Xiao, Y. Li, D. Ruppert, J. R. Stat. Soc. B
 //! 75, 577, 2013). Each line is then a system of its own with a narrow band, and the time grows with the number of
 //! directions; `docs/decisions/0026-smoothing-by-lines.md` has what the product costs in accuracy. The bounds w are
 //! applied to the sum of all, at the end.
 
+mod circle;
 mod differences;
 mod light;
 mod line;
@@ -31,7 +36,8 @@ mod nodes;
 use isolux_photometry::IntensityDistribution;
 
 use crate::grid::{Grid, Smoothing};
-use differences::{Meridians, Term, around_circle};
+use circle::Circle;
+use differences::{Meridians, Term};
 use light::{Difference, variances};
 use line::Line;
 use nodes::Nodes;
@@ -66,12 +72,21 @@ fn smooth(grid: &Grid) -> Result<(IntensityDistribution, Smoothing), SmoothError
     let nodes = Nodes::of(grid);
     let raw = &grid.distribution;
     let meridians = Meridians::of(raw.c_deg(), raw.gamma_deg());
-    let of_means = means(&nodes, &meridians).ok_or(SmoothError)?;
-    let of_places = deviations(&nodes, &meridians, raw.c_deg()).ok_or(SmoothError)?;
+    let (of_means, shares) = means(&nodes, &meridians).ok_or(SmoothError)?;
+    let (of_places, mut own_share) = deviations(&nodes, &meridians, raw.c_deg()).ok_or(SmoothError)?;
+    if nodes.planes == 1 {
+        let mut mean = MeanShare::default();
+        shares
+            .iter()
+            .zip(&nodes.rings)
+            .for_each(|(share, ring)| mean.add(*share, ring.mean_cd));
+        own_share[0] = mean.value();
+    }
     let mut facts = Smoothing {
         rms_cd: 0.0,
         max_cd: 0.0,
         max_of_half_width: 0.0,
+        own_share,
     };
     let mut smoothed = nodes.raw_cd.clone();
     for (place, (value, change)) in smoothed.iter_mut().zip(&of_places).enumerate() {
@@ -90,8 +105,8 @@ fn smooth(grid: &Grid) -> Result<(IntensityDistribution, Smoothing), SmoothError
     Ok((distribution, facts))
 }
 
-/// By how much the mean of all half-planes changes at every γ.
-fn means(nodes: &Nodes, meridians: &Meridians) -> Option<Vec<f64>> {
+/// By how much the mean of all half-planes changes at every γ, and the share that it has in itself.
+fn means(nodes: &Nodes, meridians: &Meridians) -> Option<(Vec<f64>, Vec<f64>)> {
     let rings = &nodes.rings;
     let mut differences = vec![Difference::default(); nodes.gammas];
     for window in meridians.of_all() {
@@ -120,15 +135,17 @@ fn means(nodes: &Nodes, meridians: &Meridians) -> Option<Vec<f64>> {
     line.solve()
 }
 
-/// By how much what each half-plane differs from the mean changes at every place.
-fn deviations(nodes: &Nodes, meridians: &Meridians, c_deg: &[f64]) -> Option<Vec<f64>> {
+/// By how much what each half-plane differs from the mean changes at every place, and the mean share of a place's own
+/// reading along the meridians and around the circles.
+fn deviations(nodes: &Nodes, meridians: &Meridians, c_deg: &[f64]) -> Option<(Vec<f64>, [f64; 2])> {
     let mut change = vec![0.0; nodes.raw_cd.len()];
+    let mut own = [1.0; 2];
     if nodes.planes > 1 {
         let read = nodes.deviations_cd();
         let mut smooth = read.clone();
-        along_meridians(nodes, meridians, &mut smooth)?;
-        if let Some(weights) = around_circle(c_deg) {
-            around_circles(nodes, &weights, &read, &mut smooth)?;
+        own[0] = along_meridians(nodes, meridians, &mut smooth)?;
+        if let Some(circle) = Circle::of(c_deg) {
+            own[1] = around_circles(nodes, &circle, &read, &mut smooth)?;
         }
         // Where one half-plane is less certain than another the mean moves too, which was smoothed already.
         for (change, (smooth, read)) in change.iter_mut().zip(smooth.iter().zip(&read)) {
@@ -136,11 +153,35 @@ fn deviations(nodes: &Nodes, meridians: &Meridians, c_deg: &[f64]) -> Option<Vec
         }
         nodes.centre(&mut change);
     }
-    Some(change)
+    Some((change, own))
 }
 
-/// Smooths the deviations along every meridian, on both sides of the poles at once where both were measured.
-fn along_meridians(nodes: &Nodes, meridians: &Meridians, deviation_cd: &mut [f64]) -> Option<()> {
+/// The mean of shares, weighted by the light at their places.
+#[derive(Default)]
+struct MeanShare {
+    sum: f64,
+    weights: f64,
+}
+
+impl MeanShare {
+    fn add(&mut self, share: f64, intensity_cd: f64) {
+        self.sum += share * intensity_cd.abs();
+        self.weights += intensity_cd.abs();
+    }
+
+    fn value(&self) -> f64 {
+        if self.weights > 0.0 {
+            self.sum / self.weights
+        } else {
+            1.0
+        }
+    }
+}
+
+/// Smooths the deviations along every meridian, on both sides of the poles at once where both were measured. The mean
+/// share of a place in itself.
+fn along_meridians(nodes: &Nodes, meridians: &Meridians, deviation_cd: &mut [f64]) -> Option<f64> {
+    let mut mean = MeanShare::default();
     let gammas = nodes.gammas;
     let share = 1.0 / nodes.planes as f64;
     let place = |ic: usize, term: Term| -> Option<usize> {
@@ -203,25 +244,30 @@ fn along_meridians(nodes: &Nodes, meridians: &Meridians, deviation_cd: &mut [f64
                 }
             }
         }
-        for (place, change) in places.into_iter().zip(line.solve()?) {
+        let (changes, shares) = line.solve()?;
+        for (place, (change, share)) in places.into_iter().zip(changes.into_iter().zip(shares)) {
             deviation_cd[place] += change;
+            mean.add(share, nodes.raw_cd[place]);
         }
     }
-    Some(())
+    Some(mean.value())
 }
 
-/// Smooths the deviations around every circle of equal γ; the variance of the light is that of what was read.
-fn around_circles(nodes: &Nodes, weights: &[[f64; 4]], read_cd: &[f64], deviation_cd: &mut [f64]) -> Option<()> {
+/// Smooths the deviations around every circle of equal γ but for their lowest orders; the variance of the light is that
+/// of what was read. The mean share of a place in itself.
+fn around_circles(nodes: &Nodes, circle: &Circle, read_cd: &[f64], deviation_cd: &mut [f64]) -> Option<f64> {
     let (planes, gammas) = (nodes.planes, nodes.gammas);
     let place = |ic: usize, ig: usize| ic % planes * gammas + ig;
+    let rings = || (0..gammas).filter(|ig| !nodes.rings[*ig].pole);
+    let of = |values: &[f64], ig: usize| -> Vec<f64> { (0..planes).map(|ic| values[place(ic, ig)]).collect() };
     let mut differences = vec![Difference::default(); deviation_cd.len()];
-    for (ic, weights) in weights.iter().enumerate() {
-        for ig in (0..gammas).filter(|ig| !nodes.rings[*ig].pole) {
+    for ig in rings() {
+        let fine = circle.without_kept(of(read_cd, ig));
+        for (ic, weights) in circle.differences.iter().enumerate() {
             let difference = &mut differences[place(ic + 1, ig)];
             for (k, weight) in weights.iter().enumerate() {
-                let place = place(ic + k, ig);
-                difference.value += weight * read_cd[place];
-                difference.noise2 += (weight * nodes.u_cd[place]).powi(2);
+                difference.value += weight * fine[(ic + k) % planes];
+                difference.noise2 += (weight * nodes.u_cd[place(ic + k, ig)]).powi(2);
             }
         }
     }
@@ -235,23 +281,29 @@ fn around_circles(nodes: &Nodes, weights: &[[f64; 4]], read_cd: &[f64], deviatio
             2 * (planes - 1 - ic) + 1
         }
     };
-    for ig in (0..gammas).filter(|ig| !nodes.rings[*ig].pole) {
+    let mut mean = MeanShare::default();
+    for ig in rings() {
+        let fine = circle.without_kept(of(deviation_cd, ig));
         let mut u_cd = vec![0.0; planes];
         (0..planes).for_each(|ic| u_cd[node(ic)] = nodes.u_cd[place(ic, ig)]);
         let mut line = Line::new(u_cd);
-        for (ic, weights) in weights.iter().enumerate() {
+        for (ic, weights) in circle.differences.iter().enumerate() {
             let variance = variances[place(ic + 1, ig)];
             if variance > 0.0 {
                 let terms = [0, 1, 2, 3].map(|k| (node(ic + k), weights[k]));
-                let values = (0..4).map(|k| weights[k] * deviation_cd[place(ic + k, ig)]);
-                let value = values.sum();
+                let value = (0..4).map(|k| weights[k] * fine[(ic + k) % planes]).sum();
                 line.add(terms, value, variance);
             }
         }
-        let change = line.solve()?;
-        (0..planes).for_each(|ic| deviation_cd[place(ic, ig)] += change[node(ic)]);
+        let (change, shares) = line.solve()?;
+        let kept = circle.kept_share();
+        for ic in 0..planes {
+            let at = place(ic, ig);
+            deviation_cd[at] += change[node(ic)];
+            mean.add(kept + (1.0 - kept) * shares[node(ic)], nodes.raw_cd[at]);
+        }
     }
-    Some(())
+    Some(mean.value())
 }
 
 #[cfg(test)]

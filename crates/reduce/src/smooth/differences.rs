@@ -1,10 +1,4 @@
-//! Third differences between neighbouring directions, along meridians and around circles of equal γ.
-
-/// Half-planes further apart than this do not tell of each other.
-const LARGEST_STEP_C_DEG: f64 = 45.0;
-
-/// Half-planes that a circle has at least, so that its differences are of different directions.
-const LEAST_PLANES: usize = 6;
+//! Third differences between neighbouring directions along meridians.
 
 /// One direction of a difference along a meridian.
 #[derive(Debug, Clone, Copy)]
@@ -83,23 +77,8 @@ impl Meridians {
     }
 }
 
-/// The weights of the differences around a circle, of each half-plane and its three next; none where the half-planes
-/// are too few or too far apart.
-pub fn around_circle(c_deg: &[f64]) -> Option<Vec<[f64; 4]>> {
-    let planes = c_deg.len();
-    let step = |ic: usize| (c_deg[(ic + 1) % planes] - c_deg[ic]).rem_euclid(360.0);
-    if planes < LEAST_PLANES || (0..planes).any(|ic| step(ic) > LARGEST_STEP_C_DEG) {
-        return None;
-    }
-    let weights = |ic: usize| {
-        let at = |k: usize| c_deg[(ic + k) % planes] + 360.0 * ((ic + k) / planes) as f64;
-        third_difference([at(0), at(1), at(2), at(3)])
-    };
-    Some((0..planes).map(weights).collect())
-}
-
 /// Divided difference over four places, scaled as if they were one apart: −1, 3, −3, 1 where they are evenly spaced.
-fn third_difference(along: [f64; 4]) -> [f64; 4] {
+pub fn third_difference(along: [f64; 4]) -> [f64; 4] {
     let step = (along[3] - along[0]) / 3.0;
     [0, 1, 2, 3].map(|k| {
         let others = (0..4).filter(|other| *other != k);
@@ -141,11 +120,5 @@ mod tests {
         assert!(sum(&|x| 3.0 - x + 2.0 * x * x).abs() < 1e-9);
         // Its scale: 6 steps³ for x³, the step being a third of all.
         assert!((sum(&|x| x.powi(3)) / 6e3 - 1.0).abs() < 1e-12);
-        assert_eq!(around_circle(&[0.0, 10.0, 20.0]), None);
-        assert_eq!(around_circle(&[0.0, 40.0, 80.0, 120.0, 160.0, 200.0]), None);
-        let round: Vec<f64> = (0..8).map(|i| 45.0 * f64::from(i)).collect();
-        for weights in around_circle(&round).unwrap() {
-            assert!((weights[3] - 1.0).abs() < 1e-12, "{weights:?}");
-        }
     }
 }

@@ -42,8 +42,9 @@ impl Line {
         }
     }
 
-    /// The changes x − y, by Cholesky's method; none where a number is too large or too small for it.
-    pub fn solve(mut self) -> Option<Vec<f64>> {
+    /// The changes x − y and the shares dx/dy that each direction's own y has in its x, by Cholesky's method; none where
+    /// a number is too large or too small for it.
+    pub fn solve(mut self) -> Option<(Vec<f64>, Vec<f64>)> {
         for i in 0..self.lower.len() {
             let reach = BAND.min(i);
             let mut row = self.lower[i];
@@ -71,7 +72,35 @@ impl Line {
             }
         }
         let changes = self.right.iter().zip(&self.u).map(|(z, u)| z * u);
-        Some(changes.collect())
+        Some((changes.collect(), self.diagonal_of_inverse()))
+    }
+
+    /// The diagonal of the inverse of L·Lᵀ, of which `lower` has the factor L: as far as the band reaches, each entry of
+    /// the inverse follows from those below it (K. Takahashi, J. Fagan, M.-S. Chin, 8th PICA Conference, 63, 1973).
+    fn diagonal_of_inverse(&self) -> Vec<f64> {
+        let count = self.lower.len();
+        // `inverse[i][k]` is the entry (i, i + k).
+        let mut inverse = vec![[0.0; BAND + 1]; count];
+        for i in (0..count).rev() {
+            let reach = BAND.min(count - 1 - i);
+            let pivot = self.lower[i][0];
+            for k in (0..=reach).rev() {
+                let below = (1..=reach).map(|p| {
+                    let (near, far) = (p.min(k), p.max(k));
+                    // The entry (i + p, i + k); that of the row itself is symmetric to one above.
+                    let entry = if k == 0 {
+                        inverse[i][p]
+                    } else {
+                        inverse[i + near][far - near]
+                    };
+                    self.lower[i + p][p] * entry
+                });
+                let own = if k == 0 { 1.0 / pivot } else { 0.0 };
+                let below: f64 = below.sum();
+                inverse[i][k] = (own - below) / pivot;
+            }
+        }
+        inverse.iter().map(|row| row[0]).collect()
     }
 }
 
@@ -97,7 +126,7 @@ mod tests {
         for row in &rows {
             line.add(*row, value(&shown, row), 0.7);
         }
-        let change = line.solve().unwrap();
+        let (change, shares) = line.solve().unwrap();
         let mut x = shown.clone();
         for _ in 0..200_000 {
             let mut gradient: Vec<f64> = (0..30).map(|i| (x[i] - shown[i]) / u[i].powi(2)).collect();
@@ -112,6 +141,16 @@ mod tests {
                 .for_each(|(x, gradient)| *x -= 0.005 * gradient);
         }
         assert!(change.iter().any(|change| change.abs() > 0.1), "{change:?}");
+        for i in [0, 7, 29] {
+            let mut moved = shown.clone();
+            moved[i] += 0.5;
+            let mut line = Line::new(u.clone());
+            for row in &rows {
+                line.add(*row, value(&moved, row), 0.7);
+            }
+            let share = 1.0 + (line.solve().unwrap().0[i] - change[i]) / 0.5;
+            assert!((share - shares[i]).abs() < 1e-9, "{i}: {share} {}", shares[i]);
+        }
         for i in 0..30 {
             assert!(
                 (shown[i] + change[i] - x[i]).abs() < 1e-9,
@@ -127,7 +166,8 @@ mod tests {
         let row = [(0, -1.0), (1, 3.0), (2, -3.0), (3, 1.0)];
         let mut line = Line::new(vec![1.0, 0.0, 1.0, 1.0]);
         line.add(row, 5.0, 1.0);
-        let change = line.solve().unwrap();
+        let (change, shares) = line.solve().unwrap();
+        assert_eq!(shares[1], 1.0);
         assert!(change[1] == 0.0 && change[2] > 0.0, "{change:?}");
         let mut line = Line::new(vec![1e200; 4]);
         line.add(row, 5.0, 1e-9);
