@@ -103,13 +103,21 @@ pub struct Uncertainty {
     /// Relative, of the luminous efficacy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ler_rel: Option<f64>,
-    /// Of each direction of the distribution on its own (the noise of its reading), relative to its intensity; adds in
-    /// squares to `direction_cd`.
+    /// Of each direction of the distribution on its own (the noise of its reading, before any smoothing), relative to
+    /// its intensity; adds in squares to `direction_cd`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction_rel: Option<f64>,
     /// The same in candela, however little light there is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction_cd: Option<f64>,
+    /// Where the intensities were smoothed: the share that the noise of a direction's own reading has in its smoothed
+    /// value, along γ and around C; its neighbours have the rest. In (0, 1]; without it directions are independent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction_share: Option<[f64; 2]>,
+    /// Age of the lamp in s when each half-plane of the distribution was read, where they were read one after the other:
+    /// what is not known of the lamp's change in time is wrong in them too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub half_plane_lamp_s: Option<Vec<f64>>,
     /// Distance in mm from which the intensities were measured, as illuminance times its square: what another emitter
     /// shows there is in them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -124,8 +132,8 @@ pub struct Uncertainty {
 }
 
 impl Uncertainty {
-    /// Standard uncertainty of one direction of intensity `intensity_cd` on its own, independent of every other
-    /// direction; 0 where nothing is stated.
+    /// Standard uncertainty of one direction of intensity `intensity_cd` on its own, as it was read, independent of
+    /// every other direction; 0 where nothing is stated.
     pub fn of_direction_cd(&self, intensity_cd: f64) -> f64 {
         (self.direction_rel.unwrap_or(0.0) * intensity_cd).hypot(self.direction_cd.unwrap_or(0.0))
     }
@@ -141,6 +149,8 @@ impl Uncertainty {
             ("ler_rel", self.ler_rel, 10.0),
             ("direction_rel", self.direction_rel, 1e3),
             ("direction_cd", self.direction_cd, 1e9),
+            ("direction_share", self.direction_share.map(|[along, _]| along), 1.0),
+            ("direction_share", self.direction_share.map(|[_, around]| around), 1.0),
             ("luminous_diameter_mm", self.luminous_diameter_mm, 1e5),
             ("measured_at_mm", self.measured_at_mm, 1e7),
         ]

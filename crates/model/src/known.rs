@@ -5,11 +5,11 @@
 //! stated of an effect (`[effect.u]`) counts too. Where a measured luminaire does not state its level or its γ, they
 //! are taken as wide as a careless measurement leaves them, and [`KnownError::assumed`] says so.
 
+mod lamp;
+
 use glam::DVec3;
 use isolux_photometry::IntensityDistribution;
 
-use crate::effect::Effect;
-use crate::effects::{Role, by_name};
 use crate::emitter::Emitter;
 use crate::luminaire::Luminaire;
 use crate::model::Model;
@@ -25,7 +25,6 @@ const GAMMA_DEG: f64 = 0.5;
 /// lie two standard uncertainties away from it ([`luminous_area_rel`]).
 const RINGS: usize = 4;
 const CONCENTRATION: f64 = 0.5;
-const WARM_UP: &str = "lamp_warmup";
 /// LEDs that stand for a ring.
 const LEDS: usize = 12;
 /// Standard uncertainty of the inward aim of the parts of a luminous area: those of ring lights lean by up to some eight
@@ -39,9 +38,6 @@ const AIM_UNEVEN_DEG: f64 = 0.5;
 const STEP_DEG: [f64; 2] = [15.0, 2.5];
 /// Largest factor between two emitters' far fields.
 const MOST_CORRECTED: f64 = 1.5;
-/// What is left of a lamp's warm-up when it counts as stable (0.5 % in 15 min at most: EN 13032-1, LM-79), as amplitudes
-/// at switch-on and time constants in s: each leaves 0.1 % after half an hour.
-const WARM_UP_REST: [[f64; 2]; 2] = [[0.02, 600.0], [0.003, 1800.0]];
 /// Relative amplitude of the light around the luminous area, in each of the first orders: sixty LEDs whose flux differs
 /// by 5 %.
 const AROUND_REL: f64 = 0.01;
@@ -136,18 +132,7 @@ impl Model {
             }
         }
         known.extend(self.effect_errors());
-        if self.uncertainty().is_some() && !self.effects().iter().any(|effect| effect.name() == WARM_UP) {
-            for values in WARM_UP_REST {
-                let Some(rest) = by_name(WARM_UP).and_then(|spec| Effect::new(spec, &values).ok()) else {
-                    continue;
-                };
-                let warm = direct.with_effects([direct.effects(), &[rest]].concat());
-                known.push(KnownError {
-                    assumed: true,
-                    ..entry("the rest of the lamp's warm-up", values[0], "", warm)
-                });
-            }
-        }
+        known.extend(direct.warm_up_errors());
         known
     }
 
@@ -297,35 +282,6 @@ impl Model {
             errors.push(assumed("how evenly the parts lean", AIM_UNEVEN_DEG, "°", change));
         }
         errors
-    }
-
-    /// Amplitudes of effects that state their uncertainty.
-    fn effect_errors(&self) -> Vec<KnownError> {
-        let mut known = Vec::new();
-        for (place, effect) in self.effects().iter().enumerate() {
-            let Some(u) = &effect.notes.u else { continue };
-            for (key, parameter) in effect.spec().parameters.iter().enumerate() {
-                let stated = u.get(parameter.key).and_then(toml::Value::as_float);
-                let Some(stated) = stated.filter(|u| *u > 0.0 && parameter.role == Role::Amplitude) else {
-                    continue;
-                };
-                let mut values = effect.values().to_vec();
-                values[key] += stated;
-                let Ok(moved) = Effect::new(effect.spec(), &values) else {
-                    continue;
-                };
-                let mut effects = self.effects().to_vec();
-                effects[place] = moved;
-                known.push(KnownError {
-                    what: format!("{} of {}", parameter.key, effect.name()),
-                    u: stated,
-                    unit: parameter.unit,
-                    assumed: false,
-                    change: vec![(1.0, self.with_effects(effects)), (-1.0, self.clone())],
-                });
-            }
-        }
-        known
     }
 }
 
@@ -542,6 +498,59 @@ mod tests {
             assert!(most(&unstated, &there) > 1e-5, "{what}: {}", most(&unstated, &there));
             assert!(most(&stated, &near) > 1e-3, "{what}: {}", most(&stated, &near));
         }
+    }
+
+    /// Half-planes that were read at different ages of the lamp.
+    #[test]
+    fn a_half_plane_that_is_read_again_at_the_same_age_has_the_same_drift() {
+        const AGES_S: [f64; 4] = [2000.0, 3800.0, 5600.0, 7400.0];
+        let keep = tempfile::tempdir().unwrap();
+        let path = Utf8PathBuf::try_from(keep.path().join("lamp.model.toml")).unwrap();
+        let gammas: Vec<String> = (0..=90).map(|gamma| gamma.to_string()).collect();
+        let plane: Vec<String> = (0..=90)
+            .map(|gamma| (300.0 * f64::from(gamma).to_radians().cos().powi(N)).to_string())
+            .collect();
+        let planes = [
+            plane.join(" "),
+            plane.join(" "),
+            plane.join(" "),
+            plane.join(" "),
+            plane.join(" "),
+        ];
+        let file = format!(
+            "IESNA:LM-63-2002\n[TEST] 1\n[TESTLAB] a\n[ISSUEDATE] b\n[MANUFAC] c\nTILT=NONE\n1 -1 1 91 5 1 2 0.1 0.1 0\n1 1 0\n\
+             {}\n0 90 180 270 360\n{}\n",
+            gammas.join(" "),
+            planes.join("\n")
+        );
+        std::fs::write(keep.path().join("lamp.ies"), file).unwrap();
+        let text = format!(
+            "format = \"isolux-model/1\"\n[luminaire]\ndistribution = \"lamp.ies\"\n\
+             [luminaire.u]\nintensity_rel = 0.004\nhalf_plane_lamp_s = {AGES_S:?}\n\
+             [[effect]]\nname = \"lamp_drift\"\nrate_per_h = -0.001\nreference_s = 4700.0\nu = {{ rate_per_h = 0.0003 }}\n"
+        );
+        let model = Model::parse(&path, &text).unwrap();
+        let read = |plane: usize, lamp_s: f64| ReadingCoordinates {
+            c_deg: 90.0 * plane as f64,
+            lamp_s: Some(lamp_s),
+            ..at(40.0, 3700.0)
+        };
+        for (plane, age_s) in AGES_S.into_iter().enumerate() {
+            let same = change_rel(&model, "rate_per_h", &read(plane, age_s))[0];
+            assert!(same.abs() < 1e-6, "{plane}: {same}");
+            let later = change_rel(&model, "rate_per_h", &read(plane, age_s + 3600.0))[0];
+            assert!((later / 0.0003 - 1.0).abs() < 0.01, "{plane}: {later}");
+        }
+        // Of the warm-up the straight line that was taken for drift stays: with both exponentials it is steeper at first.
+        let first = change_rel(&model, "warm-up", &read(0, 2000.0));
+        let excess = 0.02 * (-2000.0_f64 / 600.0).exp();
+        assert!(
+            first[0] > 0.2 * excess && first[0] < 0.8 * excess,
+            "{first:?} of {excess}"
+        );
+        let wrong = text.replace("7400.0]", "7400.0, 9000.0]");
+        let error = Model::parse(&path, &wrong).unwrap_err().to_string();
+        assert!(error.contains("5 ages for 4 half-planes"), "{error}");
     }
 
     #[test]

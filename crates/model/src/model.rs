@@ -22,6 +22,8 @@ use crate::refined::Refined;
 const MOST_FLUX_LM: f64 = 1e10;
 /// Most luminous efficacy of radiation: that of 555 nm, CIE S 023.
 const MOST_LER_LM_PER_W: f64 = 683.01;
+/// Longest that a lamp burned, in s: 30 years.
+const MOST_AGE_S: f64 = 1e9;
 
 /// A luminaire and the effects that are believed to act.
 #[derive(Debug, Clone)]
@@ -133,6 +135,22 @@ impl Model {
         }
         for (key, value, most) in document.u.iter().flat_map(Uncertainty::stated) {
             reader.within(&format!("luminaire.u.{key}"), value, 0.0, most)?;
+        }
+        if let Some(ages) = document.u.as_ref().and_then(|u| u.half_plane_lamp_s.as_ref()) {
+            const KEY: &str = "luminaire.u.half_plane_lamp_s";
+            for age_s in ages {
+                reader.within(KEY, *age_s, 0.0, MOST_AGE_S)?;
+            }
+            let planes = distribution.c_deg().len();
+            if ages.len() != planes {
+                return Err(fault(
+                    KEY,
+                    format!(
+                        "{} ages for {planes} half-planes: give one for each, in the order of C",
+                        ages.len()
+                    ),
+                ));
+            }
         }
         let trust = match (&document.trust, &document.u) {
             (Some(trust), _) => trust.clone(),

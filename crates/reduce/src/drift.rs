@@ -16,6 +16,10 @@ pub enum Drift {
     None {
         /// Relative standard uncertainty that a drift within it leaves.
         u_rel: f64,
+        /// What the relative change per hour may be: its root mean square.
+        u_rate_per_h: f64,
+        /// Middle of the visits, seconds since the lamp was switched on.
+        centre_s: f64,
     },
     /// A straight line in the time since the lamp was switched on.
     Linear {
@@ -201,8 +205,14 @@ impl Drift {
         }
         let with_level = |u_rel: f64| u_rel.hypot(u_level);
         Ok(match drift {
-            Self::None { u_rel } => Some(Self::None {
+            Self::None {
+                u_rel,
+                u_rate_per_h,
+                centre_s,
+            } => Some(Self::None {
                 u_rel: with_level(u_rel),
+                u_rate_per_h,
+                centre_s,
             }),
             Self::Linear {
                 rate_per_h,
@@ -272,6 +282,8 @@ impl Drift {
         // A drift that stays below twice its own uncertainty is spread evenly over ± slope·T/2: rectangular.
         Ok(Self::None {
             u_rel: u_line.hypot(slope.abs() * length_s / 2.0 / 3.0_f64.sqrt()),
+            u_rate_per_h: slope.hypot(u_slope) * 3600.0,
+            centre_s,
         })
     }
 
@@ -308,7 +320,7 @@ impl Drift {
     pub fn u_rel(&self) -> f64 {
         match self {
             Self::Unknown { u_rel }
-            | Self::None { u_rel }
+            | Self::None { u_rel, .. }
             | Self::Linear { u_rel, .. }
             | Self::Interpolated { u_rel, .. }
             | Self::ByBurning { u_rel, .. } => *u_rel,
@@ -375,7 +387,7 @@ mod tests {
         // 26 visits that are rounded alike are as good as one.
         let digit_rel = 0.01 / 12.0_f64.sqrt() / 3.37;
         assert!(
-            matches!(steady, Drift::None { u_rel } if (u_rel / digit_rel - 1.0).abs() < 1e-9),
+            matches!(steady, Drift::None { u_rel, .. } if (u_rel / digit_rel - 1.0).abs() < 1e-9),
             "{steady:?}"
         );
     }

@@ -129,6 +129,7 @@ impl Partial {
                     u_noise_cd: 0.0,
                     u_digit_cd: 0.0,
                     display: None,
+                    lamp_s: None,
                     ..*at
                 }
             }));

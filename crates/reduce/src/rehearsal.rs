@@ -31,6 +31,7 @@ pub fn rehearse(plan: &Plan, station: &Station) -> Result<IntensityDistribution,
                 u_noise_cd: 0.0,
                 u_digit_cd: 0.0,
                 display: None,
+                lamp_s: None,
             }
         })
         .collect();

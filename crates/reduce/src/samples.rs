@@ -30,6 +30,8 @@ pub struct Sample {
     /// What the display showed, in digits: equal displays are rounded alike. None where the scatter dithers the
     /// rounding.
     pub display: Option<i64>,
+    /// Mean age of the lamp, in s since it was switched on; none where a reading does not say it.
+    pub lamp_s: Option<f64>,
 }
 
 /// One lit reading made into an intensity.
@@ -147,6 +149,11 @@ fn mean(
         u_noise_cd: scatter / n.sqrt() * per_lx,
         u_digit_cd: rounding(digit, scatter, usable.len()) * per_lx,
         display: quiet.then(|| (raw / digit).round() as i64),
+        lamp_s: usable
+            .iter()
+            .map(|(row, _)| row.lamp_age_s())
+            .sum::<Option<f64>>()
+            .map(|sum| sum / n),
     }
 }
 

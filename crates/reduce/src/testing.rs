@@ -35,6 +35,7 @@ pub fn sample(c_deg: f64, gamma_deg: f64, intensity_cd: f64) -> Sample {
         u_noise_cd: 0.0,
         u_digit_cd: 0.0,
         display: None,
+        lamp_s: None,
     }
 }
 

@@ -1,10 +1,12 @@
 //! The model file of a run.
 
+use isolux_photometry::Symmetry;
 use isolux_record::Run;
 
 use super::file::{diameter_mm, file_name, hashes};
 use crate::budget::noise_of_directions;
 use crate::finding;
+use crate::grid::Grid;
 use crate::headline::NEAR_FIELD_AT_SENSOR;
 use crate::{Drift, Reduction};
 
@@ -28,6 +30,14 @@ pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8
     text.push_str(&format!(
         "direction_rel = {direction_rel:.8}\ndirection_cd = {direction_cd:.6}\n"
     ));
+    if let Some((_, facts)) = &reduction.grid.smoothed {
+        let [along, around] = facts.own_share;
+        text.push_str(&format!("direction_share = [{along:.4}, {around:.4}]\n"));
+    }
+    if let Some(ages) = half_plane_lamp_s(&reduction.grid) {
+        let ages: Vec<String> = ages.iter().map(|age| format!("{age:.0}.0")).collect();
+        text.push_str(&format!("half_plane_lamp_s = [{}]\n", ages.join(", ")));
+    }
     let common = &reduction.common;
     if common.gamma_deg > 0.0 {
         text.push_str(&format!("gamma_deg = {:?}\n", common.gamma_deg));
@@ -103,6 +113,31 @@ fn uncertainty_toml(reduction: &Reduction, diameter_mm: Option<f64>) -> String {
     text
 }
 
+/// Age of the lamp when each half-plane was read; none where they were not read one after the other, or the age is not
+/// known.
+fn half_plane_lamp_s(grid: &Grid) -> Option<Vec<f64>> {
+    if grid.assumed != Symmetry::None {
+        return None;
+    }
+    let gammas = grid.distribution.gamma_deg().len();
+    let (mut ages, mut within) = (Vec::new(), 0.0_f64);
+    for plane in grid.sample_of.chunks(gammas) {
+        let of: Option<Vec<f64>> = plane.iter().map(|&sample| grid.nodes[sample].lamp_s).collect();
+        let of = of?;
+        let (low, high) = of.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), age| {
+            (low.min(*age), high.max(*age))
+        });
+        within += (high - low) / grid.sample_of.len() as f64 * gammas as f64;
+        ages.push(of.iter().sum::<f64>() / gammas as f64);
+    }
+    let (low, high) = ages
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), age| {
+            (low.min(*age), high.max(*age))
+        });
+    (ages.len() > 1 && within < 0.5 * (high - low)).then_some(ages)
+}
+
 /// Offset and ambient light as the run measured them, and the drift of the lamp. A level within its uncertainty of
 /// nothing is still what was subtracted.
 fn bench_effects(reduction: &Reduction) -> Vec<String> {
@@ -119,17 +154,20 @@ fn bench_effects(reduction: &Reduction) -> Vec<String> {
     effects
 }
 
-/// The drift that was taken out of the readings, which the lamp still has. The intensities are those of its reference
-/// time.
+/// The drift that was taken out of the readings, which the lamp still has; where the visits show none, how much there may
+/// be. The intensities are those of its reference time.
 fn lamp_drift(drift: &Drift) -> Option<String> {
-    let Drift::Linear {
-        rate_per_h,
-        u_rate_per_h,
-        centre_s,
-        ..
-    } = drift
-    else {
-        return None;
+    let (rate_per_h, u_rate_per_h, centre_s) = match drift {
+        Drift::Linear {
+            rate_per_h,
+            u_rate_per_h,
+            centre_s,
+            ..
+        } => (*rate_per_h, u_rate_per_h, centre_s),
+        Drift::None {
+            u_rate_per_h, centre_s, ..
+        } if *u_rate_per_h > 0.0 => (0.0, u_rate_per_h, centre_s),
+        _ => return None,
     };
     Some(format!(
         "name = \"lamp_drift\"\nrate_per_h = {rate_per_h:.8}\nreference_s = {centre_s:.3}\n\n[effect.u]\n\

@@ -209,7 +209,7 @@ fn drift_words(drift: &Drift) -> String {
             "Drift: fewer than two visits to the reference, or not corrected; a stable lamp may change by a standard uncertainty of {} %.",
             significant(100.0 * u_rel, 2)
         ),
-        Drift::None { u_rel } => format!(
+        Drift::None { u_rel, .. } => format!(
             "Drift: none beyond the uncertainty of the visits; standard uncertainty left {} %.",
             significant(100.0 * u_rel, 2)
         ),
