@@ -60,9 +60,14 @@ impl Wide {
 }
 
 /// Orthonormal directions of columns and their squared singular values, those that change everything by less than
-/// [`NEGLIGIBLE_DIRECTION`] left out.
+/// [`NEGLIGIBLE_DIRECTION`] left out. From the products of the columns or of the rows, whichever are fewer.
 fn principal(columns: &DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
-    let gram = product(columns, columns);
+    let of_rows = columns.nrows() < columns.ncols();
+    let gram = if of_rows {
+        columns * columns.transpose()
+    } else {
+        product(columns, columns)
+    };
     let size = gram.nrows();
     if size == 0 || gram.iter().any(|value| !value.is_finite()) {
         return None;
@@ -74,7 +79,11 @@ fn principal(columns: &DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
         return None;
     }
     let square = DVector::from_iterator(kept.len(), kept.iter().map(|&k| eigen.eigenvalues[k]));
-    let mut directions = columns * eigen.eigenvectors.select_columns(&kept);
+    let vectors = eigen.eigenvectors.select_columns(&kept);
+    if of_rows {
+        return Some((vectors, square));
+    }
+    let mut directions = columns * vectors;
     for (mut column, square) in directions.column_iter_mut().zip(square.iter()) {
         column /= square.sqrt();
     }
@@ -266,33 +275,36 @@ mod tests {
 
     #[test]
     fn errors_that_touch_many_rows_are_whitened_by_their_few_sums() {
-        let (rows, directions) = (60, 20);
-        // Twenty directions that light all rows, nearly alike, and one short error.
-        let mut errors: Errors = (0..directions)
-            .map(|k| {
-                let value = |i: usize| 0.3 * (1.0 + 0.02 * (k * i) as f64 / rows as f64);
-                (0..rows).map(|i| (i, value(i))).collect()
-            })
-            .collect();
-        errors.push(vec![(3, 0.5), (4, -0.2)]);
-        let u = DVector::from_fn(rows, |i, _| 0.5 + 0.02 * i as f64);
-        let mut covariance = DMatrix::from_diagonal(&u.map(|u| u * u));
-        for error in &errors {
-            let mut b = DVector::zeros(rows);
-            for &(i, value) in error {
-                b[i] = value;
+        let rows = 60;
+        // Fewer directions than rows, and more.
+        for directions in [20, 150] {
+            // They light all rows, nearly alike; and one short error.
+            let mut errors: Errors = (0..directions)
+                .map(|k| {
+                    let value = |i: usize| 0.3 * (1.0 + 0.4 / directions as f64 * (k * i) as f64 / rows as f64);
+                    (0..rows).map(|i| (i, value(i))).collect()
+                })
+                .collect();
+            errors.push(vec![(3, 0.5), (4, -0.2)]);
+            let u = DVector::from_fn(rows, |i, _| 0.5 + 0.02 * i as f64);
+            let mut covariance = DMatrix::from_diagonal(&u.map(|u| u * u));
+            for error in &errors {
+                let mut b = DVector::zeros(rows);
+                for &(i, value) in error {
+                    b[i] = value;
+                }
+                covariance += &b * b.transpose();
             }
-            covariance += &b * b.transpose();
-        }
-        let row_scale = u.map(|u| 1.0 / u);
-        let few = joined(errors.clone(), &row_scale);
-        assert!(few.len() <= 4, "{}", few.len());
-        for errors in [errors, few] {
-            let reference = Reference::new(&errors, rows, &row_scale, |_| {});
-            let mut whitener = DMatrix::from_diagonal(&row_scale);
-            reference.whiten(&mut whitener);
-            let unit = &whitener * &covariance * whitener.transpose();
-            assert!((unit - DMatrix::identity(rows, rows)).amax() < 5e-3);
+            let row_scale = u.map(|u| 1.0 / u);
+            let few = joined(errors.clone(), &row_scale);
+            assert!(few.len() <= 4, "{}", few.len());
+            for errors in [errors, few] {
+                let reference = Reference::new(&errors, rows, &row_scale, |_| {});
+                let mut whitener = DMatrix::from_diagonal(&row_scale);
+                reference.whiten(&mut whitener);
+                let unit = &whitener * &covariance * whitener.transpose();
+                assert!((unit - DMatrix::identity(rows, rows)).amax() < 5e-3);
+            }
         }
     }
 
