@@ -39,11 +39,15 @@ impl Interpolation {
         *self == Self::Linear
     }
 
-    /// The grid whose bilinear interpolant is meant.
-    pub(crate) fn grid_of(self, distribution: &IntensityDistribution) -> IntensityDistribution {
+    /// The grid whose bilinear interpolant is meant; `u_cd` as in [`IntensityDistribution::on_smooth_grid`].
+    pub(crate) fn grid_of(
+        self,
+        distribution: &IntensityDistribution,
+        u_cd: &dyn Fn(f64) -> f64,
+    ) -> IntensityDistribution {
         match self {
             Self::Linear => distribution.clone(),
-            Self::Smooth => distribution.on_smooth_grid(),
+            Self::Smooth => distribution.on_smooth_grid(u_cd),
         }
     }
 
@@ -56,7 +60,8 @@ impl Interpolation {
         distribution: &IntensityDistribution,
         flux_lm: f64,
     ) -> Result<IntensityDistribution, DistributionError> {
-        let own = self.grid_of(distribution).flux_lm();
+        // In the unit of the file, in which no uncertainty is stated.
+        let own = self.grid_of(distribution, &not_known).flux_lm();
         if own <= 0.0 {
             return Err(DistributionError::NoFlux {
                 flux_lm: own,
@@ -65,6 +70,11 @@ impl Interpolation {
         }
         distribution.scaled(flux_lm / own)
     }
+}
+
+/// The uncertainty of a direction of which none is stated.
+fn not_known(_intensity_cd: f64) -> f64 {
+    0.0
 }
 
 /// Intensity distribution (absolute, scaled to `flux_lm` where that is given), emitter and spectrum.
@@ -87,14 +97,24 @@ impl Luminaire {
         Self::interpolated(distribution, Interpolation::Linear, emitter, spectral)
     }
 
-    /// A luminaire from its parts.
+    /// A luminaire from its parts, of whose directions no uncertainty is known.
     pub fn interpolated(
         distribution: IntensityDistribution,
         interpolation: Interpolation,
         emitter: Emitter,
         spectral: Spectral,
     ) -> Self {
-        let grid = interpolation.grid_of(&distribution);
+        let grid = interpolation.grid_of(&distribution, &not_known);
+        Self::on_grid(distribution, grid, emitter, spectral)
+    }
+
+    /// A luminaire whose light is bilinear on `grid`, which has the directions of `distribution`.
+    pub(crate) fn on_grid(
+        distribution: IntensityDistribution,
+        grid: IntensityDistribution,
+        emitter: Emitter,
+        spectral: Spectral,
+    ) -> Self {
         let lookup = Lookup::new(&distribution, &grid);
         Self {
             distribution: Arc::new(distribution),
@@ -466,7 +486,7 @@ mod tests {
         let distribution = IntensityDistribution::new(vec![0.0], gamma, intensity).unwrap();
         for how in [Interpolation::Linear, Interpolation::Smooth] {
             let luminaire = Luminaire::interpolated(distribution.clone(), how, Emitter::Point {}, Spectral::None);
-            let grid = how.grid_of(&distribution);
+            let grid = how.grid_of(&distribution, &not_known);
             for i in 0..1900 {
                 let gamma = i as f64 * 0.0501;
                 let (quick, slow) = (luminaire.intensity_cd(0.0, gamma), grid.intensity_cd_at(0.0, gamma));
@@ -483,7 +503,7 @@ mod tests {
         let distribution = IntensityDistribution::new(c, gamma, intensity).unwrap();
         for how in [Interpolation::Linear, Interpolation::Smooth] {
             let luminaire = Luminaire::interpolated(distribution.clone(), how, Emitter::Point {}, Spectral::None);
-            let grid = how.grid_of(&distribution);
+            let grid = how.grid_of(&distribution, &not_known);
             for i in 0..4000 {
                 let (c, gamma) = (i as f64 * 0.37 - 360.0, 0.01 + i as f64 * 0.0449);
                 let (quick, slow) = (luminaire.intensity_cd(c, gamma), grid.intensity_cd_at(c, gamma));

@@ -176,13 +176,10 @@ impl Model {
             })?;
             effects.push(effect);
         }
+        let u_cd = |cd: f64| document.u.as_ref().map_or(0.0, |u| u.of_direction_cd(cd));
+        let grid = document.interpolation.grid_of(&distribution, &u_cd);
         let model = Self {
-            luminaire: Arc::new(Luminaire::interpolated(
-                distribution,
-                document.interpolation,
-                emitter,
-                spectral,
-            )),
+            luminaire: Arc::new(Luminaire::on_grid(distribution, grid, emitter, spectral)),
             refined,
             effects,
             document: Arc::new(document),

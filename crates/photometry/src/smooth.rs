@@ -12,19 +12,23 @@ use crate::curve::{BEYOND, Curve};
 const OFF_REL: f64 = 5e-5;
 /// Intensities below this share of the largest count as this share: less light needs no finer grid.
 const SHARE: f64 = 0.01;
+/// Share of the standard uncertainty of one direction that a straight line may be off the curve where that is more: nothing
+/// is known better between directions than at them, and bends of their noise need no finer grid.
+const OF_U: f64 = 0.05;
 /// Most steps into which one of the grid is cut.
 const MOST_PARTS: f64 = 20.0;
 
 impl IntensityDistribution {
     /// The same light on a finer grid, whose bilinear interpolant is the smooth one of this grid to 0.01 % where there
-    /// is more than 1 % of the largest intensity.
+    /// is more than 1 % of the largest intensity, or to a tenth of `u_cd`, the standard uncertainty in cd of a direction
+    /// of so many cd, where that is more (0 where it is not known).
     ///
     /// At the directions of this grid the intensities are its own (at a pole their mean over C). Between them no largest
     /// or smallest value comes about that the directions do not show, and none below zero between two that are not.
     /// Angles of this grid are angles of the finer one.
     #[must_use]
-    pub fn on_smooth_grid(&self) -> Self {
-        let surface = Surface::of(self);
+    pub fn on_smooth_grid(&self, u_cd: &dyn Fn(f64) -> f64) -> Self {
+        let surface = Surface::of(self, u_cd);
         let c_deg = surface.finer_c();
         let meridians: Vec<Curve> = c_deg.iter().map(|c| surface.meridian(*c)).collect();
         let gamma_deg = surface.finer_gamma(&meridians);
@@ -46,10 +50,11 @@ struct Surface<'d> {
     /// That half-plane.
     only: &'d [f64],
     least_cd: f64,
+    u_cd: &'d dyn Fn(f64) -> f64,
 }
 
 impl<'d> Surface<'d> {
-    fn of(distribution: &'d IntensityDistribution) -> Self {
+    fn of(distribution: &'d IntensityDistribution, u_cd: &'d dyn Fn(f64) -> f64) -> Self {
         let (c_deg, gamma_deg) = (distribution.c_deg(), distribution.gamma_deg());
         let ring = |ig: usize| {
             let gamma = gamma_deg[ig];
@@ -78,6 +83,7 @@ impl<'d> Surface<'d> {
             rings,
             only: distribution.row(0),
             least_cd: SHARE * distribution.peak().intensity_cd,
+            u_cd,
         }
     }
 
@@ -142,7 +148,8 @@ impl<'d> Surface<'d> {
     /// by at most w²·|I''|/8.
     fn parts(&self, curve: &Curve, from: usize) -> f64 {
         let [low, high] = curve.ends(from);
-        let allowed_cd = OFF_REL * low.1.abs().min(high.1.abs()).max(self.least_cd);
+        let cd = low.1.abs().min(high.1.abs());
+        let allowed_cd = (OFF_REL * cd.max(self.least_cd)).max(OF_U * (self.u_cd)(cd));
         if allowed_cd <= 0.0 {
             return 1.0;
         }
@@ -161,6 +168,8 @@ fn cut(from: f64, width: f64, parts: f64) -> impl Iterator<Item = f64> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    const EXACT: fn(f64) -> f64 = |_| 0.0;
 
     fn every(step: f64, end: f64) -> Vec<f64> {
         (0..=(end / step) as i32)
@@ -205,7 +214,7 @@ mod tests {
     fn a_lamp_between_its_directions() {
         let gamma = |step: f64| [every(step, 90.0), vec![90.0]].concat();
         let coarse = sampled(every(15.0, 360.0), gamma(2.0), lamp);
-        let smooth = coarse.on_smooth_grid();
+        let smooth = coarse.on_smooth_grid(&EXACT);
         assert!(largest_error(&coarse, lamp) > 5e-3);
         assert!(largest_error(&smooth, lamp) < 2e-4, "{}", largest_error(&smooth, lamp));
         let truth = sampled(every(1.0, 360.0), gamma(0.05), lamp).flux_lm();
@@ -217,7 +226,7 @@ mod tests {
     fn a_rotational_lamp_is_smooth_too() {
         let lobe = |_: f64, gamma: f64| 1000.0 * gamma.to_radians().cos().powi(3);
         let coarse = sampled(vec![0.0], [every(2.0, 90.0), vec![90.0]].concat(), lobe);
-        let smooth = coarse.on_smooth_grid();
+        let smooth = coarse.on_smooth_grid(&EXACT);
         assert!(smooth.is_rotational());
         let [coarse, smooth] = [&coarse, &smooth].map(|d| largest_error(d, lobe));
         assert!(coarse > 1e-2 && smooth < 2e-4, "{coarse} {smooth}");
@@ -233,7 +242,7 @@ mod tests {
                 f64::from((c * gamma) as i32 % 97)
             }
         });
-        let smooth = given.on_smooth_grid();
+        let smooth = given.on_smooth_grid(&EXACT);
         for c in given.c_deg() {
             let plane = smooth.plane_at(*c).unwrap();
             for gamma in given.gamma_deg() {
@@ -251,7 +260,7 @@ mod tests {
     fn a_pole_has_one_value_and_no_tip() {
         let uneven = |c: f64, gamma: f64| lamp(c, gamma) + if gamma == 0.0 { 8.0 * (c / 90.0 - 1.5) } else { 0.0 };
         let given = sampled(vec![0.0, 90.0, 180.0, 270.0], every(2.0, 91.0), uneven);
-        let smooth = given.on_smooth_grid();
+        let smooth = given.on_smooth_grid(&EXACT);
         let mean = given.pole_cd(0.0);
         assert!((0..smooth.c_deg().len()).all(|plane| smooth.row(plane)[0] == mean));
         // Along the meridian C0–C180 the lamp bends evenly; straight lines have twice its bend at half a step.
@@ -269,7 +278,7 @@ mod tests {
             gamma if gamma < 30.0 => 1000.0,
             _ => 0.0,
         };
-        let smooth = sampled(every(30.0, 360.0), every(10.0, 91.0), edge).on_smooth_grid();
+        let smooth = sampled(every(30.0, 360.0), every(10.0, 91.0), edge).on_smooth_grid(&EXACT);
         for gamma in every(0.1, 90.0) {
             for c in every(7.0, 360.0) {
                 let value = smooth.intensity_cd_at(c, gamma);
@@ -280,19 +289,40 @@ mod tests {
         }
     }
 
+    /// The scatter of readings bends curves as no light does.
+    #[test]
+    fn scatter_needs_no_finer_grid_than_it_is_uncertain() {
+        let (u_cd, grid) = (0.1, |step: f64, end: f64| every(step, end));
+        let scatter = |c: f64, gamma: f64| u_cd * ((c * 7.0 + gamma * 131.0).sin() * 4e4).sin();
+        let read = sampled(grid(15.0, 360.0), grid(2.0, 181.0), |c, gamma| {
+            lamp(c, gamma) + scatter(c, gamma)
+        });
+        let (exact, known) = (read.on_smooth_grid(&EXACT), read.on_smooth_grid(&|_| u_cd));
+        let size = |of: &IntensityDistribution| of.intensity_cd().len();
+        assert!(4 * size(&known) < size(&exact), "{} {}", size(&known), size(&exact));
+        let mut largest: f64 = 0.0;
+        for i in 0..4000 {
+            let (c, gamma) = (f64::from(i) * 77.313 % 360.0, f64::from(i) * 0.045);
+            let [known, exact] = [&known, &exact].map(|of| of.intensity_cd_at(c, gamma));
+            let allowed = (2.0 * OF_U * u_cd).max(2.0 * OFF_REL * exact) + 2.0 * OFF_REL * exact.max(10.0);
+            largest = largest.max((known - exact).abs() / allowed);
+        }
+        assert!((0.1..1.0).contains(&largest), "{largest}");
+    }
+
     #[test]
     fn straight_light_needs_no_finer_grid() {
         let flat = sampled(every(90.0, 360.0), vec![10.0, 90.0, 120.0], |_, _| 5.0);
-        assert_eq!(flat.on_smooth_grid(), flat);
+        assert_eq!(flat.on_smooth_grid(&EXACT), flat);
         let dark = sampled(vec![0.0], vec![0.0, 90.0], |_, _| 0.0);
-        assert_eq!(dark.on_smooth_grid(), dark);
+        assert_eq!(dark.on_smooth_grid(&EXACT), dark);
     }
 
     proptest! {
         #[test]
         fn any_grid_has_a_finer_one(values in prop::collection::vec(-5.0..50.0f64, 15), first in 0.0..30.0f64) {
             let d = IntensityDistribution::new(vec![first, 40.0, 200.0], vec![0.0, 10.0, 30.0, 110.0, 180.0], values).unwrap();
-            let smooth = d.on_smooth_grid();
+            let smooth = d.on_smooth_grid(&EXACT);
             prop_assert!(smooth.c_deg().len() > 3 && smooth.gamma_deg().len() > 5);
             prop_assert!(smooth.c_deg().contains(&first) && smooth.gamma_deg().contains(&110.0));
         }

@@ -9,8 +9,7 @@ use isolux_report::day::DayResults;
 use isolux_sim::simulation::Method;
 
 use crate::progress::{Event, Progress};
-use crate::scene::{self, Changes};
-use crate::{Failure, simulate};
+use crate::{Failure, scene, simulate};
 
 /// Simulates the sensor with the model in the folder of results, and compares the axis.
 pub(super) fn light(
@@ -25,10 +24,11 @@ pub(super) fn light(
         total: None,
     });
     let model = results.join(isolux_reduce::file_name(&reduction, "luminaire.model.toml"));
+    let model = Model::load(&model).map_err(Failure::bad_input)?;
     let scene = match sensor {
         // Whatever model the scene names.
-        Some(file) => scene::lit_by(file, &Model::load(&model).map_err(Failure::bad_input)?)?,
-        None => scene::load(&model, &Changes::default())?,
+        Some(file) => scene::lit_by(file, &model)?,
+        None => scene::of_the_published_case(&model)?,
     };
     let mut simulation = simulate::solve(&scene, Method::Inverse)?;
     progress.event(Event::Ended(&format!(
@@ -61,18 +61,14 @@ pub(super) fn light(
 }
 
 /// What the spectroradiometer read on the axis against what the model of the day says there.
-fn compared(model: &Utf8Path, run: &Run, reduction: &Reduction) -> Result<Option<Comparison>, Failure> {
+fn compared(model: &Model, run: &Run, reduction: &Reduction) -> Result<Option<Comparison>, Failure> {
     // One pixel, small against everything, where the instrument's reference plane meets the axis.
     let simulated_w_m2 = |distance_mm: f64| -> Result<f64, Failure> {
-        let changes = Changes {
-            distance_mm: Some(distance_mm),
-            sensor_mm: Some([0.1, 0.1]),
-            pixels: Some([1, 1]),
-            ..Changes::default()
-        };
-        Ok(simulate::solve(&scene::load(model, &changes)?, Method::Inverse)?
-            .facts
-            .mean)
+        let mut scene = scene::of_the_published_case(model)?;
+        scene.sensor.pose.distance_mm = distance_mm;
+        scene.sensor.size_mm = [0.1, 0.1];
+        scene.sensor.pixels = [1, 1];
+        Ok(simulate::solve(&scene, Method::Inverse)?.facts.mean)
     };
     let luminous_diameter_mm = run.header.station.lamp().and_then(|lamp| lamp.diameter_mm);
     on_axis::on_axis(reduction, luminous_diameter_mm, simulated_w_m2)
