@@ -17,7 +17,7 @@ use crate::rules::Estimate;
 use crate::sensor::Sensor;
 
 /// Sides of the first tiles, in pixels.
-const TILE: usize = 256;
+const TILE: usize = 512;
 /// Below this side, each pixel is computed by itself.
 const SMALL: usize = 12;
 
