@@ -239,7 +239,9 @@ fn finish(
 
     let report = results.join("report.html");
     kept::step("report", &results, || {
-        files::write(&report, document(&day_results)?.html().as_bytes(), overwrite)
+        let document = document(&day_results)?;
+        files::write(&report, document.html().as_bytes(), overwrite)?;
+        report::renew_paper(&document, &results.join("report.pdf"), overwrite, progress)
     })?;
     Ok(Day {
         sentences: day_results.sentences(),

@@ -25,6 +25,8 @@ pub struct Reduced {
     pub folder: Utf8PathBuf,
     /// Names of the files written there.
     pub files: Vec<String>,
+    /// Reports beside them that are of other results.
+    pub outdated: Vec<&'static str>,
 }
 
 impl Reduced {
@@ -54,6 +56,13 @@ impl Reduced {
             ));
         }
         lines.extend(reduction.notes.iter().map(|note| format!("note: {note}")));
+        if !self.outdated.is_empty() {
+            lines.push(format!(
+                "note: {} beside these results: of earlier ones; `isolux report {} --force` makes the report again",
+                self.outdated.join(" and "),
+                self.run.path
+            ));
+        }
         lines.push(format!("{} in {}", self.files.join(", "), self.folder));
         lines
     }
@@ -104,6 +113,7 @@ pub fn run(run: &Utf8Path, request: &Request<'_>, overwrite: Overwrite) -> Resul
     for file in &made {
         files::refuse_existing(&folder.join(&file.name), overwrite)?;
     }
+    let outdated = outdated(&folder, &made);
     keep_model(&folder, kept)?;
     remove_raw(&folder, &made)?;
     for file in &made {
@@ -114,7 +124,21 @@ pub fn run(run: &Utf8Path, request: &Request<'_>, overwrite: Overwrite) -> Resul
         reduction,
         folder,
         files: made.into_iter().map(|file| file.name).collect(),
+        outdated,
     })
+}
+
+/// The reports in a folder whose results are about to become others; provenance.json names the program too, which is no
+/// result.
+fn outdated(folder: &Utf8Path, made: &[isolux_reduce::ResultFile]) -> Vec<&'static str> {
+    let others = made
+        .iter()
+        .filter(|file| !file.name.starts_with("provenance"))
+        .any(|file| std::fs::read(folder.join(&file.name)).ok().as_ref() != Some(&file.bytes));
+    ["report.html", "report.pdf"]
+        .into_iter()
+        .filter(|name| others && folder.join(name).is_file())
+        .collect()
 }
 
 /// With which options the results were made beside which `budget` lies; none where it is not there.

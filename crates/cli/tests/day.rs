@@ -304,6 +304,19 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
         paper.len()
     );
 
+    // Whoever makes the page anew makes the paper beside it anew.
+    let paper = || std::fs::read(folder.path("day/results/report.pdf")).unwrap();
+    folder.write("day/results/report.pdf", "of other results");
+    folder.isolux(&["run", "--resume", "day"], 0);
+    assert!(paper().starts_with(b"%PDF-"));
+    folder.write("day/results/report.pdf", "of other results");
+    std::fs::remove_file(folder.path("day/results/report.html")).unwrap();
+    let said = folder.isolux(&["report", "day"], 0);
+    assert!(said.contains("report.pdf is not of these results"), "{said}");
+    assert_eq!(paper(), b"of other results");
+    folder.isolux(&["report", "day", "--force"], 0);
+    assert!(paper() == again);
+
     // The page is of the reduction that lies in the folder; the diagnosis beside it is of the one before.
     let model = folder.read("day/results/luminaire.model.toml");
     let offset = "\n[[effect]]\nname = \"distance_offset\"\noffset_mm = 300.0\n";
@@ -315,8 +328,13 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
         &["--with", "day/results/with.model.toml"],
     ];
     for (k, change) in changes.into_iter().enumerate() {
-        let reduced = flux(&folder.isolux(&[&["reduce", "day", "--force"], change].concat(), 0));
+        let said = folder.isolux(&[&["reduce", "day", "--force"], change].concat(), 0);
+        let reduced = flux(&said);
         assert_ne!(reduced, first);
+        assert!(
+            said.contains("report.html and report.pdf beside these results: of earlier ones"),
+            "{said}"
+        );
         let out = format!("b{k}.html");
         folder.isolux(&["report", "day", "--out", &out], 0);
         let page = folder.read(&out);
