@@ -4,69 +4,14 @@ mod missing;
 mod partial;
 mod shapes;
 
-use camino::{Utf8Path, Utf8PathBuf};
-use isolux_record::readings::Readings;
-use isolux_record::run::{Run, RunHeader};
+use camino::Utf8Path;
+pub(crate) use isolux_any_record::STATION;
+use isolux_any_record::{PLAN, lamp, run};
+use isolux_record::run::Run;
 use isolux_record::{Plan, Quality, Reading, ReadingKind, Role, Station};
 
 use crate::testing::reading;
 use crate::{Correction, Drift, Options, ReduceError, Reduction, reduce};
-
-pub(crate) const STATION: &str = r#"format = "isolux-station/1"
-[bench]
-type = "turning_luminaire"
-distance_mm = 10000.0
-u_distance_mm = 5.0
-u_gamma_deg = 0.05
-[axis.c]
-open = "fake:c"
-counts_per_deg = "1000/1"
-zero_deg = 0.0
-sense = 1
-limit_deg = [-5.0, 365.0]
-speed_deg_s = 20.0
-accel_deg_s2 = 40.0
-[axis.gamma]
-open = "fake:gamma"
-counts_per_deg = "1000/1"
-zero_deg = 0.0
-sense = 1
-limit_deg = [-185.0, 185.0]
-speed_deg_s = 20.0
-accel_deg_s2 = 40.0
-[luxmeter]
-open = "fake:lux"
-calibration_factor = 1.0
-u_rel = 0.008
-"#;
-
-const PLAN: &str = "format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_deg = 0\ngamma_deg = 0\n";
-
-fn run(mut rows: Vec<Reading>) -> Run {
-    rows.iter_mut()
-        .enumerate()
-        .for_each(|(index, row)| row.index = index as u64);
-    Run {
-        path: Utf8PathBuf::from("run"),
-        header: RunHeader::new(
-            "test".to_owned(),
-            "2026-01-01T00:00:00Z".to_owned(),
-            Vec::new(),
-            None,
-            Station::parse(Utf8Path::new("s.toml"), STATION).unwrap(),
-            Plan::parse(Utf8Path::new("p.toml"), PLAN).unwrap(),
-        ),
-        readings: Readings::of(rows),
-        notices: Vec::new(),
-        spectra: Vec::new(),
-    }
-}
-
-/// I = 337·cos γ·(1 + 0.02·cos 2C·sin²γ) cd in front, nothing behind: flux 337·π lm.
-fn lamp(c_deg: f64, gamma_deg: f64) -> f64 {
-    let (gamma, c) = (gamma_deg.to_radians(), c_deg.to_radians());
-    337.0 * gamma.cos().max(0.0) * (1.0 + 0.02 * (2.0 * c).cos() * gamma.sin().powi(2))
-}
 
 fn rounded(lux: f64) -> f64 {
     (lux * 100.0).round() / 100.0

@@ -344,14 +344,13 @@ fn warm_up(events: &[Value]) -> Option<String> {
 
 /// Reference readings over time with their digit.
 fn reference(day_results: &DayResults) -> String {
-    let visits: Vec<(f64, f64, f64)> = day_results
-        .run
-        .readings
-        .rows
-        .iter()
+    let rows = day_results.run.readings.rows.iter();
+    let mut visits: Vec<(f64, f64, f64)> = rows
         .filter(|row| row.role == Role::Reference)
         .filter_map(|row| Some((row.time_s? / 60.0, row.illuminance_lx?, row.u_lx?)))
         .collect();
+    // In whatever order the rows are.
+    visits.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2)));
     let mean = visits.iter().map(|visit| visit.1).sum::<f64>() / visits.len().max(1) as f64;
     let relative = |lx: f64| 100.0 * (lx / mean - 1.0);
     let mut svg = Svg::figure("reference readings over time");

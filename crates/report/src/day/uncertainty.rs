@@ -44,6 +44,12 @@ pub fn section(day_results: &DayResults) -> Section {
 fn budget(section: &mut Section, name: &str, quantity: &Quantity) {
     section.subheading(format!("{name}: {}", value_words(quantity)));
     let total = quantity.u_of_parts * quantity.u_of_parts;
+    if !total.is_finite() {
+        section.paragraph(
+            "No budget: one of its parts is beyond the range of numbers, by times or uncertainties of the record that no bench has.",
+        );
+        return;
+    }
     let mut parts: Vec<(&str, f64)> = quantity.parts.iter().map(|(name, u)| (*name, *u)).collect();
     parts.sort_by(|a, b| b.1.total_cmp(&a.1));
     // Below this nothing of a part is seen in the sum, and its digits are those of the arithmetic.
@@ -55,12 +61,7 @@ fn budget(section: &mut Section, name: &str, quantity: &Quantity) {
             significant(u, 2)
         };
         let share = if total > 0.0 { 100.0 * u * u / total } else { 0.0 };
-        vec![
-            name,
-            digits,
-            format!("{:.3} %", 100.0 * u / quantity.value.abs()),
-            format!("{share:.1} %"),
-        ]
+        vec![name, digits, percent(u / quantity.value.abs()), format!("{share:.1} %")]
     };
     let mut rows: Vec<Vec<String>> = parts
         .into_iter()
@@ -72,7 +73,7 @@ fn budget(section: &mut Section, name: &str, quantity: &Quantity) {
             rows.push(vec![
                 "expanded uncertainty U, k = 2".to_owned(),
                 significant(K * u, 2),
-                format!("{:.3} %", 100.0 * K * u / quantity.value.abs()),
+                percent(K * u / quantity.value.abs()),
                 String::new(),
             ]);
         }
@@ -92,6 +93,15 @@ fn budget(section: &mut Section, name: &str, quantity: &Quantity) {
     );
     if !quantity.missing.is_empty() {
         section.paragraph(format!("Missing: {}.", quantity.missing.join("; ")));
+    }
+}
+
+/// A share in per cent, to a thousandth; one that is no share in few digits.
+fn percent(share: f64) -> String {
+    if share < 1e4 {
+        format!("{:.3} %", 100.0 * share)
+    } else {
+        format!("{:.1e} %", 100.0 * share)
     }
 }
 
