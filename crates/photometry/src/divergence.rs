@@ -67,13 +67,14 @@ impl IntensityDistribution {
 
     /// The opposite half-plane from its last γ down to 0, then this one up.
     fn profile(&self, plane: usize) -> Profile {
-        let opposite = self.c_deg()[plane] + 180.0;
+        let opposite_cd = self.half_plane_cd(self.c_deg()[plane] + 180.0);
         let gamma_deg = self.gamma_deg();
         let mut points: Vec<(f64, f64)> = gamma_deg
             .iter()
+            .zip(opposite_cd)
             .rev()
-            .filter(|&&gamma| gamma > 0.0)
-            .map(|&gamma| (-gamma, self.intensity_cd_at(opposite, gamma)))
+            .filter(|(gamma, _)| **gamma > 0.0)
+            .map(|(gamma, intensity_cd)| (-gamma, intensity_cd))
             .collect();
         let own = points.len();
         points.extend(gamma_deg.iter().copied().zip(self.row(plane).iter().copied()));
