@@ -5,7 +5,7 @@ use std::time::Duration;
 use isolux_device::{DeviceError, Identity, OpenError, Target};
 use isolux_protocol_ascii::{Lines, Reply};
 use isolux_protocol_scpi::{Answer, QueuedError, Request, Scpi};
-use isolux_transport::{Alone, Bus, BusError, Exchanged, Ports};
+use isolux_transport::{Bus, BusError, Exchanged, ExclusiveAccess, Ports};
 use tokio::time::Instant;
 
 use crate::profile::Manners;
@@ -115,7 +115,7 @@ impl Instrument {
     /// One exchange on a line that is kept.
     pub async fn exchange(
         &self,
-        line: &Alone<'_, Host>,
+        line: &ExclusiveAccess<'_, Host>,
         request: Request,
         deadline: Instant,
     ) -> Result<Exchanged<Reply<Answer>>, DeviceError> {

@@ -101,7 +101,7 @@ impl Source for ScpiMeter {
     /// One reading asked for and answered, and the line watched for as long as a second answer could come.
     async fn exchange(&self, deadline: Instant) -> Result<Exchange, DeviceError> {
         let query = &self.profile.query;
-        let line = self.instrument.bus().alone(deadline).await;
+        let line = self.instrument.bus().exclusive(deadline).await;
         let line = line.map_err(|error| error.during(self.instrument.name(), query))?;
         let unsolicited = self.instrument.bus().unsolicited();
         let request = Request {

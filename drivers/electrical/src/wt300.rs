@@ -118,7 +118,7 @@ impl Source for Wt300 {
     async fn exchange(&self, deadline: Instant) -> Result<Exchange, DeviceError> {
         let during = |error: BusError| error.during(self.name(), ACTION);
         let request = self.unit.request(Table::Input.ask(FIRST, REGISTERS), ACTION)?;
-        let line = self.unit.bus().alone(deadline).await.map_err(during)?;
+        let line = self.unit.bus().exclusive(deadline).await.map_err(during)?;
         let unsolicited = self.unit.unsolicited();
         let exchanged = line.exchange(request, ANSWER, deadline).await.map_err(during)?;
         let times = (exchanged.sent, Instant::now());

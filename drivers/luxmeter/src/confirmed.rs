@@ -7,12 +7,12 @@
 
 use std::time::Duration;
 
-use async_trait::async_trait;
-use isolux_conversation::Conversation;
-use isolux_device::{DeviceError, LuxOutcome, LuxRange, LuxReading, awake};
-use isolux_transport::{Alone, Bus, BusError, Exchanged, TRIES, worth_another_try};
-use tokio::sync::{Mutex, MutexGuard};
+use isolux_device::{DeviceError, LuxOutcome, LuxReading, awake};
+use isolux_transport::{BusError, TRIES, worth_another_try};
 use tokio::time::{Instant, sleep, sleep_until};
+
+use crate::language::{Failure, Language};
+use crate::meter::Meter;
 
 /// Exchanges of one reading within which two in a row must agree.
 const MOST_EXCHANGES: usize = 12;
@@ -24,96 +24,11 @@ const AGREEMENT: f64 = 0.005;
 /// Over and above the interval between two requests: the meter's clock is not this one.
 const MARGIN: Duration = Duration::from_millis(50);
 
-/// How a meter converts and answers.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Pace {
-    /// A new value appears this often; zero where a request begins a measurement of its own.
-    pub interval: Duration,
-    /// Light of so long before a request may be in its answer.
-    pub reach: Duration,
-    /// The longest that an exchange takes.
-    pub patience: Duration,
-    /// After each answer the line is watched for so long: the true answer to a request that an old one seemed to answer
-    /// has arrived by then.
-    pub guard: Duration,
-}
-
-/// A profile describes one range, which is always in use.
-///
-/// # Errors
-/// [`DeviceError::Unsupported`] for a fixed range.
-pub(crate) fn one_range(device: &str, range: LuxRange) -> Result<(), DeviceError> {
-    match range {
-        LuxRange::Auto => Ok(()),
-        LuxRange::Fixed(range) => Err(DeviceError::Unsupported {
-            device: device.to_owned(),
-            action: format!("use range {range}"),
-            reason: "a profile knows one range".to_owned(),
-        }),
-    }
-}
-
-/// A meter whose readings must be confirmed.
-#[async_trait]
-pub(crate) trait Meter: Send + Sync {
-    /// What it speaks.
-    type Language: Conversation;
-
-    /// Its handle on the port.
-    fn bus(&self) -> &Bus<Self::Language>;
-
-    /// Driver and target, for messages.
-    fn name(&self) -> &str;
-
-    /// How it converts and answers now.
-    fn pace(&self) -> Pace;
-
-    /// One reading asked for and answered, confirmed by nothing; began and ended as the pace says.
-    async fn exchange(&self, line: &Alone<'_, Self::Language>, deadline: Instant) -> Result<LuxReading, DeviceError>;
-
-    /// Proves by an answer that looks like no other that none is still on its way; tried once.
-    async fn put_in_step(&self, deadline: Instant) -> Result<(), DeviceError>;
-
-    /// Readings that differ by no more than this are the same to the meter, by its specification; digits aside.
-    fn indistinct_lx(&self, _: &LuxReading) -> f64 {
-        0.0
-    }
-
-    /// A request of `action` on the line that is kept.
-    async fn ask(
-        &self,
-        line: &Alone<'_, Self::Language>,
-        request: <Self::Language as Conversation>::Request,
-        action: &str,
-        deadline: Instant,
-    ) -> Result<Exchanged<<Self::Language as Conversation>::Answer>, DeviceError> {
-        let exchanged = line.exchange(request, self.pace().patience, deadline).await;
-        exchanged.map_err(|error| error.during(self.name(), action))
-    }
-
-    /// An answer that is none.
-    fn malformed(&self, action: &str, reason: &str, frame: Vec<u8>) -> DeviceError {
-        let reason = reason.to_owned();
-        BusError::Malformed { reason, frame }.during(self.name(), action)
-    }
-
-    /// The meter says that it is at fault.
-    fn fault(&self, action: &str, reason: String, evidence: Vec<u8>) -> DeviceError {
-        DeviceError::Fault {
-            device: self.name().to_owned(),
-            action: action.to_owned(),
-            reason,
-            evidence,
-        }
-    }
-}
+/// After each answer the line is watched for so long: a request and an answer take less, so the true answer to a request
+/// that an old one seemed to answer has arrived by then.
+const GUARD: Duration = Duration::from_millis(100);
 
 /// What is known of the line and of the readings before.
-#[derive(Debug, Default)]
-pub(crate) struct Confirmed {
-    state: Mutex<State>,
-}
-
 #[derive(Debug, Default)]
 pub(crate) struct State {
     /// When the last reading was asked for.
@@ -135,6 +50,14 @@ struct Exchange {
 }
 
 impl State {
+    /// A line in step, on which so many bytes have come unasked.
+    pub fn in_step(unsolicited: u64) -> Self {
+        Self {
+            unsolicited,
+            ..Self::default()
+        }
+    }
+
     /// What was read before no longer confirms anything.
     pub fn forget(&mut self) {
         self.earlier.clear();
@@ -142,11 +65,11 @@ impl State {
 
     /// Whether bytes have arrived that answer no request. They discard what was read: any answer since may be an old
     /// one.
-    fn surplus<M: Meter + ?Sized>(&mut self, meter: &M) -> bool {
-        let unsolicited = meter.bus().unsolicited();
+    fn surplus<L: Language>(&mut self, meter: &Meter<L>) -> bool {
+        let unsolicited = meter.link.bus.unsolicited();
         let surplus = unsolicited != self.unsolicited;
         if surplus {
-            let device = meter.name();
+            let device = &meter.link.name;
             tracing::warn!(device, "bytes arrived that nobody asked for: the line is drained");
             self.unsolicited = unsolicited;
             self.earlier.clear();
@@ -156,69 +79,50 @@ impl State {
     }
 
     /// One reading asked for and answered, and the line watched for as long as a second answer could come.
-    async fn exchange<M: Meter + ?Sized>(
-        &mut self,
-        meter: &M,
-        pace: Pace,
-        deadline: Instant,
-    ) -> Result<Exchange, DeviceError> {
-        let line = meter.bus().alone(deadline).await;
-        let line = line.map_err(|error| error.during(meter.name(), "read"))?;
+    async fn exchange<L: Language>(&mut self, meter: &Meter<L>, deadline: Instant) -> Result<Exchange, DeviceError> {
+        let line = meter.link.bus.exclusive(deadline).await;
+        let line = line.map_err(|error| error.during(&meter.link.name, "read"))?;
         // Another device may have had its turn in between.
         if self.surplus(meter) {
-            return Err(meter.malformed("read", "bytes arrived that nobody asked for", Vec::new()));
+            let failure = Failure::malformed("bytes arrived that nobody asked for");
+            return Err(meter.link.failure("read", failure, Vec::new()));
         }
         self.in_doubt = true;
         self.asked = Some(Instant::now());
         let reading = meter.exchange(&line, deadline).await?;
         self.in_doubt = false;
-        let asked = reading.began + pace.reach;
+        let asked = reading.began + meter.reach();
         self.asked = Some(asked);
-        sleep(pace.guard).await;
+        sleep(GUARD).await;
         if self.surplus(meter) {
-            let reason = "more bytes arrived than the answer to one request";
-            return Err(meter.malformed("read", reason, reading.evidence));
+            let failure = Failure::malformed("more bytes arrived than the answer to one request");
+            return Err(meter.link.failure("read", failure, reading.evidence));
         }
         Ok(Exchange {
             asked,
-            indistinct_lx: meter.indistinct_lx(&reading),
+            indistinct_lx: meter.language.indistinct_lx(&reading),
             reading,
         })
     }
 }
 
-impl Confirmed {
-    /// Keeps readings away while something is set; who changes what the meter shows calls [`State::forget`].
-    pub async fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().await
-    }
-
-    /// What has arrived by now was part of putting the meter into service.
-    pub async fn in_service<M: Meter + ?Sized>(&self, meter: &M) {
-        self.state.lock().await.unsolicited = meter.bus().unsolicited();
-    }
-
+impl<L: Language> Meter<L> {
     /// A reading of light after `not_before` that two exchanges agree on; see [`isolux_device::LuxMeter::read`].
-    pub async fn read<M: Meter + ?Sized>(
-        &self,
-        meter: &M,
-        not_before: Instant,
-        mut deadline: Instant,
-    ) -> Result<LuxReading, DeviceError> {
+    pub async fn confirmed(&self, not_before: Instant, mut deadline: Instant) -> Result<LuxReading, DeviceError> {
         let began = Instant::now();
         let patience = deadline.saturating_duration_since(began);
         let mut state = self.state.lock().await;
         let (mut damaged, mut exchanges) = (0, 0);
         let mut disagreed: Option<LuxReading> = None;
         loop {
-            state.surplus(meter);
-            let pace = meter.pace();
+            state.surplus(self);
+            let (interval, reach) = (self.language.timing().interval(), self.reach());
             let fresh = match state.asked {
-                Some(asked) if !pace.interval.is_zero() => asked + pace.interval + MARGIN,
+                Some(asked) if !interval.is_zero() => asked + interval + MARGIN,
                 _ => began,
             };
-            let at = fresh.max(not_before + pace.reach);
-            let late = at + pace.guard + MARGIN > deadline;
+            let at = fresh.max(not_before + reach);
+            let late = at + GUARD + MARGIN > deadline;
             if late && awake::missed(deadline) && !patience.is_zero() {
                 // Nobody waited for the meter meanwhile; what it said before may be of another light.
                 deadline = Instant::now() + patience;
@@ -231,32 +135,32 @@ impl Confirmed {
             if late {
                 sleep_until(deadline).await;
                 let (waited, received) = (began.elapsed(), Vec::new());
-                return Err(BusError::Timeout { waited, received }.during(meter.name(), "read"));
+                return Err(BusError::Timeout { waited, received }.during(&self.link.name, "read"));
             }
             let tried = if state.in_doubt {
                 // The meter answers in order: an answer of another kind proves that no reading is still on its way.
-                let Some(proved) = awake::until(deadline, meter.put_in_step(deadline)).await else {
+                let Some(proved) = awake::until(deadline, self.language.put_in_step(&self.link, deadline)).await else {
                     continue;
                 };
                 if proved.is_ok() {
                     state.in_doubt = false;
-                    state.unsolicited = meter.bus().unsolicited();
+                    state.unsolicited = self.link.bus.unsolicited();
                 }
                 proved.map(|()| None)
             } else {
                 sleep_until(at).await;
                 // Bytes that came while nothing was asked: the line is not in step with the requests.
-                if state.surplus(meter) {
+                if state.surplus(self) {
                     continue;
                 }
-                state.exchange(meter, pace, deadline).await.map(Some)
+                state.exchange(self, deadline).await.map(Some)
             };
             let error = match tried {
                 Ok(None) => continue,
                 Ok(Some(exchange)) => {
                     exchanges += 1;
                     // Those before count if their light, too, fell after `not_before`.
-                    state.earlier.retain(|before| before.asked >= not_before + pace.reach);
+                    state.earlier.retain(|before| before.asked >= not_before + reach);
                     let confirmed_by = exchange.confirmed(&state.earlier).map(|by| by.reading.outcome);
                     let (alone, mut reading) = (state.earlier.is_empty(), exchange.reading.clone());
                     reading.retries = damaged;

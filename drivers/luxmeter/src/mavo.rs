@@ -4,23 +4,15 @@
 //! `not_before` in a fixed range, three in automatic range, and more than one between two requests. A measurement is
 //! followed by the question for its range; both together are one exchange.
 
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use async_trait::async_trait;
-use isolux_device::{
-    DeviceError, Factories, Identity, Kind, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxOutcome, LuxRange,
-    LuxReading, OpenError, Target,
-};
-use isolux_protocol_ascii::{Lines, Number};
-use isolux_protocol_mavo::{Answer, ErrorCode, Mavo, Request};
-use isolux_transport::{Alone, Bus, Driver, LineSettings, Parity, Place, Ports, Probe, no_display, printable};
-use isolux_units::Lux;
-use tokio::time::Instant;
+use isolux_device::{Identity, Kind, LuxRange, OpenError, Target};
+use isolux_protocol_ascii::{Lines, Number, Reply};
+use isolux_protocol_mavo::{Answer, Mavo, Request};
+use isolux_transport::{Driver, LineSettings, Parity, Place, Probe, printable};
 
-use crate::confirmed::{Confirmed, Meter, Pace};
-
-const NAME: &str = "gossen-mavo-usb";
+use crate::language::{Converts, Failure, Language, Meaning, Said, Step, Timing};
+use crate::meter;
 
 /// Interface description, section 1.2.
 const LINE: LineSettings = LineSettings {
@@ -36,12 +28,9 @@ const UPDATE: Duration = Duration::from_secs(2);
 /// An answer takes some 30 ms at 9600 baud; the meter may finish a conversion first.
 const ANSWER: Duration = Duration::from_secs(3);
 
-/// Request and answer take less than this.
-const GUARD: Duration = Duration::from_millis(100);
-
 /// The MAVO-USB interface of Gossen.
 pub const GOSSEN_MAVO_USB: Driver = Driver {
-    name: NAME,
+    name: MavoUsb::NAME,
     speaks_to: "Gossen MAVOLUX 5032 with MAVO-USB",
     examples: &[(Kind::LuxMeter, "gossen-mavo-usb:/dev/ttyUSB0")],
     seen_with: "🧪 its virtual twin; exchanges printed in its description",
@@ -55,226 +44,125 @@ pub const GOSSEN_MAVO_USB: Driver = Driver {
             Some(format!("Gossen {}", name.trim()))
         },
     }],
-    place: |target, _| place(target),
-    display_lx: no_display,
-    factories: |ports| Factories {
-        lux_meter: Some(Arc::new(MavoDriver { ports })),
-        ..Factories::default()
-    },
+    place: meter::place::<MavoUsb>,
+    display_lx: meter::display_lx::<MavoUsb>,
+    factories: meter::factories::<MavoUsb>,
 };
 
-fn place(target: &Target) -> Result<Place, OpenError> {
-    target.only(&[])?;
-    let channel = String::new();
-    Ok(Place { channel, line: LINE })
-}
+struct MavoUsb;
 
-struct MavoDriver {
-    ports: Arc<Ports>,
-}
+impl Language for MavoUsb {
+    type Conversation = Lines<Mavo>;
 
-#[async_trait]
-impl LuxMeterFactory for MavoDriver {
-    async fn open_lux_meter(&self, target: &Target) -> Result<Box<dyn LuxMeter>, OpenError> {
-        let line = place(target)?.line;
-        let bus = self.ports.bus(target, line, Lines::<Mavo>::default).await?;
-        let identity = Identity {
-            driver: NAME,
-            target: target.to_string(),
-            model: String::new(),
-            serial: None,
-            firmware: None,
-        };
-        let mut meter = MavoUsb {
-            bus,
-            name: target.to_string(),
-            identity,
-            properties: LuxMeterProperties {
-                // They differ between the models, which the meter names by a number that no public document explains.
-                range_full_scale: Vec::new(),
-                update_interval: UPDATE,
-                integration: UPDATE,
-            },
-            wanted: Mutex::new(LuxRange::Auto),
-            confirmed: Confirmed::default(),
-        };
-        meter.begin().await?;
-        Ok(Box::new(meter))
-    }
-}
+    const NAME: &'static str = "gossen-mavo-usb";
 
-struct MavoUsb {
-    bus: Bus<Lines<Mavo>>,
-    name: String,
-    identity: Identity,
-    properties: LuxMeterProperties,
-    wanted: Mutex<LuxRange>,
-    confirmed: Confirmed,
-}
-
-impl MavoUsb {
-    /// Echo, identity, unit, automatic range.
-    async fn begin(&mut self) -> Result<(), DeviceError> {
-        self.set(Request::Echo, "ECHO ON").await?;
-        let (answer, bytes) = self.setting(Request::Identify, "*IDN?").await?;
-        let Answer::Identity(text) = answer else {
-            return Err(self.malformed("*IDN?", "no identity", bytes));
-        };
-        let fields: Vec<&str> = text.split(',').map(str::trim).collect();
-        let [maker, model, serial, _, firmware] = fields[..] else {
-            return Err(self.malformed(
-                "*IDN?",
-                "expected five fields: maker, type, serial, hardware, firmware",
-                bytes,
-            ));
-        };
-        self.identity.model = format!("{maker} {model}");
-        self.identity.serial = Some(serial.to_owned());
-        self.identity.firmware = Some(firmware.to_owned());
-        self.set(Request::Lux, "UNI:PHOT LX").await?;
-        self.set(Request::SetAuto(true), "RAN:AUTO ON").await?;
-        self.confirmed.in_service(self).await;
-        Ok(())
+    fn of(target: &Target) -> Result<Self, OpenError> {
+        target.only(&[])?;
+        Ok(Self)
     }
 
-    /// A request whose answer cannot be a reading; once more after `RAN?` where its answer is lost.
-    async fn setting(&self, request: Request, action: &str) -> Result<(Answer, Vec<u8>), DeviceError> {
-        let deadline = Instant::now() + 4 * ANSWER;
-        let asked = self
-            .bus
-            .ask_again(request, Some(Request::Range), ANSWER, deadline)
-            .await;
-        let reply = asked.map_err(|error| error.during(&self.name, action))?;
-        match reply.answer {
-            Answer::Error(code) => Err(self.refused(action, code, reply.bytes)),
-            answer => Ok((answer, reply.bytes)),
+    fn place(&self) -> Place {
+        let channel = String::new();
+        Place { channel, line: LINE }
+    }
+
+    fn conversation(&self, _: &Target) -> Lines<Mavo> {
+        Lines::default()
+    }
+
+    // Its ranges differ between the models, which it names by a number that no public document explains.
+
+    fn timing(&self) -> Timing {
+        Timing {
+            update_interval: UPDATE,
+            integration: UPDATE,
+            converts: Converts::AlwaysAndRepeats,
+            answer: ANSWER,
         }
     }
 
-    async fn set(&self, request: Request, action: &str) -> Result<(), DeviceError> {
-        match self.setting(request, action).await? {
-            (Answer::Done, _) => Ok(()),
-            (_, bytes) => Err(self.malformed(action, "not the answer to a setting", bytes)),
+    fn opening(&self) -> Vec<Step<Self>> {
+        vec![
+            (Request::Echo, "ECHO ON".to_owned()),
+            (Request::Identify, "*IDN?".to_owned()),
+            (Request::Lux, "UNI:PHOT LX".to_owned()),
+            (Request::SetAuto(true), "RAN:AUTO ON".to_owned()),
+        ]
+    }
+
+    fn choosing(&self, range: LuxRange) -> Result<Vec<Step<Self>>, String> {
+        match range {
+            LuxRange::Auto => Ok(vec![(Request::SetAuto(true), "RAN:AUTO ON".to_owned())]),
+            LuxRange::Fixed(number @ 1..=5) => Ok(vec![
+                (Request::SetAuto(false), "RAN:AUTO OFF".to_owned()),
+                (Request::SetRange(number - 1), format!("RAN {}", number - 1)),
+            ]),
+            LuxRange::Fixed(_) => Err("the meter has ranges 1 to 5 (0 to 4 in its own count)".to_owned()),
         }
     }
 
-    fn refused(&self, action: &str, code: ErrorCode, frame: Vec<u8>) -> DeviceError {
-        DeviceError::Refused {
-            device: self.name.clone(),
-            action: action.to_owned(),
-            reason: format!("error {}, {}", code.0, code.meaning()),
-            frame,
+    fn taken(&self, request: &Request, reply: &Reply<Answer>, identity: &mut Identity) -> Result<(), Failure> {
+        match (request, &reply.answer) {
+            (Request::Identify, Answer::Identity(text)) => {
+                let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+                let [maker, model, serial, _, firmware] = fields[..] else {
+                    let reason = "expected five fields: maker, type, serial, hardware, firmware";
+                    return Err(Failure::malformed(reason));
+                };
+                identity.model = format!("{maker} {model}");
+                identity.serial = Some(serial.to_owned());
+                identity.firmware = Some(firmware.to_owned());
+                Ok(())
+            }
+            (_, Answer::Done) => Ok(()),
+            (_, Answer::Error(code)) => Err(Failure::Refused(format!("error {}, {}", code.0, code.meaning()))),
+            _ => Err(Failure::malformed("not the answer to a setting")),
         }
     }
 
-    fn wanted(&self) -> LuxRange {
-        *self.wanted.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-#[async_trait]
-impl Meter for MavoUsb {
-    type Language = Lines<Mavo>;
-
-    fn bus(&self) -> &Bus<Lines<Mavo>> {
-        &self.bus
+    fn reading(&self, _: LuxRange) -> Vec<Step<Self>> {
+        vec![
+            (Request::Measure, "PHOT?".to_owned()),
+            (Request::Range, "RAN?".to_owned()),
+        ]
     }
 
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn pace(&self) -> Pace {
-        Pace {
-            interval: UPDATE,
-            // While the automatic range changes, the old value may be repeated for one interval more.
-            reach: if self.wanted() == LuxRange::Auto { 3 } else { 2 } * UPDATE,
-            patience: ANSWER,
-            guard: GUARD,
-        }
-    }
-
-    async fn exchange(&self, line: &Alone<'_, Lines<Mavo>>, deadline: Instant) -> Result<LuxReading, DeviceError> {
-        let measured = self.ask(line, Request::Measure, "PHOT?", deadline).await?;
-        let ended = Instant::now();
-        let range = self.ask(line, Request::Range, "RAN?", deadline).await?;
-        let evidence = [&measured.answer.bytes[..], &range.answer.bytes].concat();
-        let Answer::Range(range) = range.answer.answer else {
-            return Err(self.malformed("RAN?", "no range", evidence));
+    fn said(&self, wanted: LuxRange, answers: &[Reply<Answer>]) -> Result<Said, Failure> {
+        let [measured, range] = answers else {
+            return Err(Failure::malformed("no measurement with its range"));
+        };
+        let Answer::Range(range) = range.answer else {
+            return Err(Failure::malformed("no range"));
         };
         // Its numbers begin at 0; a reading's begin at 1, the most sensitive.
         let range = range + 1;
-        if matches!(self.wanted(), LuxRange::Fixed(wanted) if wanted != range) {
-            return Err(self.malformed("PHOT?", "the range that was asked for is not in use yet", evidence));
+        if matches!(wanted, LuxRange::Fixed(wanted) if wanted != range) {
+            return Err(Failure::malformed("the range that was asked for is not in use yet"));
         }
-        let (outcome, digit) = match measured.answer.answer {
+        let (meaning, digit_lx) = match &measured.answer {
             Answer::Measurement(measurement) => {
                 let Number { value, step } = measurement.lux;
-                (Lux::new(value).map(LuxOutcome::Measured), step)
+                (Meaning::Lux(value), step)
             }
-            Answer::Error(code) if code.is_over_range() => (Ok(LuxOutcome::OverRange), 1.0),
+            Answer::Error(code) if code.is_over_range() => (Meaning::OverRange, 1.0),
             // The request was damaged on its way to the meter.
-            Answer::Error(code) if code.is_transmission() => {
-                return Err(self.malformed("PHOT?", code.meaning(), evidence));
-            }
-            Answer::Error(code) => {
-                return Err(self.fault("PHOT?", format!("error {}, {}", code.0, code.meaning()), evidence));
-            }
-            _ => return Err(self.malformed("PHOT?", "no measurement", evidence)),
+            Answer::Error(code) if code.is_transmission() => return Err(Failure::malformed(code.meaning())),
+            Answer::Error(code) => (Meaning::Error(format!("error {}, {}", code.0, code.meaning())), 1.0),
+            _ => return Err(Failure::malformed("no measurement")),
         };
-        let unusable = |error: isolux_units::NotFinite| self.malformed("PHOT?", &error.to_string(), evidence.clone());
-        Ok(LuxReading {
-            outcome: outcome.map_err(unusable)?,
+        Ok(Said {
+            meaning,
+            digit_lx,
             range,
-            confirmed_by: None,
-            digit: Lux::new(digit).map_err(unusable)?,
-            began: measured.sent - self.pace().reach,
-            ended,
             caution: None,
-            retries: 0,
-            evidence,
         })
     }
 
-    async fn put_in_step(&self, deadline: Instant) -> Result<(), DeviceError> {
-        let asked = self.bus.ask_within(Request::Identify, ANSWER, deadline).await;
-        asked.map(|_| ()).map_err(|error| error.during(&self.name, "*IDN?"))
-    }
-}
-
-#[async_trait]
-impl LuxMeter for MavoUsb {
-    fn identity(&self) -> &Identity {
-        &self.identity
+    fn bytes(reply: &Reply<Answer>) -> &[u8] {
+        &reply.bytes
     }
 
-    fn properties(&self) -> &LuxMeterProperties {
-        &self.properties
-    }
-
-    async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError> {
-        self.confirmed.read(self, not_before, deadline).await
-    }
-
-    async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError> {
-        let mut state = self.confirmed.state().await;
-        match range {
-            LuxRange::Auto => self.set(Request::SetAuto(true), "RAN:AUTO ON").await?,
-            LuxRange::Fixed(number @ 1..=5) => {
-                self.set(Request::SetAuto(false), "RAN:AUTO OFF").await?;
-                self.set(Request::SetRange(number - 1), &format!("RAN {}", number - 1))
-                    .await?;
-            }
-            LuxRange::Fixed(number) => {
-                return Err(DeviceError::Unsupported {
-                    device: self.name.clone(),
-                    action: format!("use range {number}"),
-                    reason: "the meter has ranges 1 to 5 (0 to 4 in its own count)".to_owned(),
-                });
-            }
-        }
-        *self.wanted.lock().unwrap_or_else(PoisonError::into_inner) = range;
-        state.forget();
-        Ok(())
+    fn proof(&self) -> Option<Step<Self>> {
+        Some((Request::Identify, "*IDN?".to_owned()))
     }
 }

@@ -5,23 +5,16 @@
 //! `a_per_lx=4.2e-10`, the detector's sensitivity from its certificate, says where the ranges end in lx; nothing else
 //! depends on it.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use async_trait::async_trait;
-use isolux_device::{
-    DeviceError, Factories, Identity, Kind, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxOutcome, LuxRange,
-    LuxReading, OpenError, Target,
-};
-use isolux_protocol_ascii::Lines;
-use isolux_protocol_p9710::{Answer, ErrorCode, P9710, RANGES, Range, Request};
-use isolux_transport::{Alone, Bus, Driver, LineSettings, Parity, Place, Ports, Probe, printable};
-use isolux_units::Lux;
-use tokio::time::Instant;
+use isolux_device::{Identity, Kind, LuxRange, LuxReading, OpenError, Target};
+use isolux_protocol_ascii::{Lines, Reply};
+use isolux_protocol_p9710::{Answer, P9710, RANGES, Range, Request};
+use isolux_transport::{Driver, LineSettings, Parity, Place, Probe, printable};
 
-use crate::confirmed::{Confirmed, Meter, Pace};
-
-const NAME: &str = "gigahertz-p9710";
+use crate::language::{Converts, Failure, Language, Meaning, Said, Step, Timing};
+use crate::meter;
 
 /// Manual, section 15.1.
 const LINE: LineSettings = LineSettings {
@@ -46,12 +39,9 @@ const OFFSET: [f64; 8] = [5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 1e-3, 1e-2];
 /// Share of a range above which the stated percentage says what the range is in lx.
 const TELLING_PERCENT: f64 = 5.0;
 
-/// A second answer to the same request comes within this; an old one does not fit the request that is due.
-const GUARD: Duration = Duration::from_millis(100);
-
 /// The P-9710 of Gigahertz-Optik.
 pub const GIGAHERTZ_P9710: Driver = Driver {
-    name: NAME,
+    name: Optometer::NAME,
     speaks_to: "Gigahertz-Optik P-9710 lux meter",
     examples: &[(Kind::LuxMeter, "gigahertz-p9710:/dev/ttyUSB0")],
     seen_with: "🧪 its virtual twin; forms printed in its manual",
@@ -66,213 +56,137 @@ pub const GIGAHERTZ_P9710: Driver = Driver {
             Some(format!("Gigahertz-Optik P-9710, serial {}", serial.trim()))
         },
     }],
-    place: |target, _| Ok(Address::parse(target)?.place),
-    display_lx: |target| {
-        let ranges = Address::parse(target).map(|address| address.full_scales_lx());
-        // Five digits: of 2.0000 the last is 1/20000.
-        ranges
-            .unwrap_or_default()
-            .into_iter()
-            .map(|top_lx| (top_lx, top_lx / 20_000.0))
-            .collect()
-    },
-    factories: |ports| Factories {
-        lux_meter: Some(Arc::new(P9710Driver { ports })),
-        ..Factories::default()
-    },
+    place: meter::place::<Optometer>,
+    display_lx: meter::display_lx::<Optometer>,
+    factories: meter::factories::<Optometer>,
 };
 
-struct Address {
-    /// A/lx; none where the operator does not say.
-    sensitivity: Option<f64>,
-    place: Place,
-}
-
-impl Address {
-    fn parse(target: &Target) -> Result<Self, OpenError> {
-        target.only(&["a_per_lx"])?;
-        let sensitivity = target.number("a_per_lx", f64::NAN)?;
-        let sensitivity = target.option("a_per_lx").map(|_| sensitivity);
-        if sensitivity.is_some_and(|value| !(value.is_finite() && value > 0.0)) {
-            return Err(target.wrong("a_per_lx is the detector's sensitivity in A/lx, above zero"));
-        }
-        let channel = String::new();
-        Ok(Self {
-            sensitivity,
-            place: Place { channel, line: LINE },
-        })
-    }
-
-    /// Upper ends of the ranges in lx, rising.
-    fn full_scales_lx(&self) -> Vec<f64> {
-        let sensitivity = self.sensitivity.iter();
-        sensitivity
-            .flat_map(|sensitivity| RANGES.iter().rev().map(move |amps| amps / sensitivity))
-            .collect()
-    }
-}
-
-struct P9710Driver {
-    ports: Arc<Ports>,
-}
-
-#[async_trait]
-impl LuxMeterFactory for P9710Driver {
-    async fn open_lux_meter(&self, target: &Target) -> Result<Box<dyn LuxMeter>, OpenError> {
-        let address = Address::parse(target)?;
-        let bus = self
-            .ports
-            .bus(target, address.place.line, Lines::<P9710>::default)
-            .await?;
-        let identity = Identity {
-            driver: NAME,
-            target: target.to_string(),
-            model: String::new(),
-            serial: None,
-            firmware: None,
-        };
-        let full_scales = address.full_scales_lx();
-        let mut meter = Optometer {
-            bus,
-            name: target.to_string(),
-            identity,
-            properties: LuxMeterProperties {
-                range_full_scale: full_scales.iter().filter_map(|lx| Lux::new(*lx).ok()).collect(),
-                update_interval: INTEGRATION,
-                integration: INTEGRATION,
-            },
-            sensitivity: Mutex::new(address.sensitivity),
-            confirmed: Confirmed::default(),
-        };
-        meter.begin().await?;
-        Ok(Box::new(meter))
-    }
-}
-
 struct Optometer {
-    bus: Bus<Lines<P9710>>,
-    name: String,
-    identity: Identity,
-    properties: LuxMeterProperties,
+    /// Full scales in lx, rising, by the certificate's sensitivity; empty where the operator does not say it.
+    full_scales_lx: Vec<f64>,
     /// A/lx, by the certificate or by what the meter itself has said.
     sensitivity: Mutex<Option<f64>>,
-    confirmed: Confirmed,
 }
 
 impl Optometer {
     fn sensitivity(&self) -> MutexGuard<'_, Option<f64>> {
         self.sensitivity.lock().unwrap_or_else(PoisonError::into_inner)
     }
-
-    /// Identity, unit, integration time, automatic range.
-    async fn begin(&mut self) -> Result<(), DeviceError> {
-        let action = "GI;TT;GU";
-        let (software, serial, unit) = match self.setting(Request::Identify, action).await? {
-            (Answer::Identity { software, serial, unit }, _) => (software, serial, unit),
-            (_, bytes) => return Err(self.malformed(action, "no identity", bytes)),
-        };
-        if !unit.eq_ignore_ascii_case("lx") {
-            return Err(DeviceError::Unsupported {
-                device: self.name.clone(),
-                action: "measure illuminance".to_owned(),
-                reason: format!("the meter answers in \"{unit}\": select the detector's calibration data in lx"),
-            });
-        }
-        let (model, firmware) = software.split_once(' ').unwrap_or((&software, ""));
-        self.identity.model = format!("Gigahertz-Optik {model}");
-        self.identity.firmware = (!firmware.is_empty()).then(|| firmware.to_owned());
-        self.identity.serial = Some(serial);
-        self.set(Request::SetIntegration(INTEGRATION_TENTHS), "SN5000").await?;
-        self.set(Request::SetRange(Range::Auto), "SB1").await?;
-        self.confirmed.in_service(self).await;
-        Ok(())
-    }
-
-    /// A request whose answer cannot be a reading; once more after the identity where its answer is lost.
-    async fn setting(&self, request: Request, action: &str) -> Result<(Answer, Vec<u8>), DeviceError> {
-        let deadline = Instant::now() + 4 * ANSWER;
-        let asked = self
-            .bus
-            .ask_again(request, Some(Request::Identify), ANSWER, deadline)
-            .await;
-        let reply = asked.map_err(|error| error.during(&self.name, action))?;
-        match reply.answer {
-            Answer::Error(code) => Err(self.refused(action, code, reply.bytes)),
-            answer => Ok((answer, reply.bytes)),
-        }
-    }
-
-    async fn set(&self, request: Request, action: &str) -> Result<(), DeviceError> {
-        match self.setting(request, action).await? {
-            (Answer::Done, _) => Ok(()),
-            (_, bytes) => Err(self.malformed(action, "it reads back otherwise", bytes)),
-        }
-    }
-
-    fn refused(&self, action: &str, code: ErrorCode, frame: Vec<u8>) -> DeviceError {
-        DeviceError::Refused {
-            device: self.name.clone(),
-            action: action.to_owned(),
-            reason: format!("error {}, {}", code.0, code.meaning()),
-            frame,
-        }
-    }
 }
 
-#[async_trait]
-impl Meter for Optometer {
-    type Language = Lines<P9710>;
+impl Language for Optometer {
+    type Conversation = Lines<P9710>;
 
-    fn bus(&self) -> &Bus<Lines<P9710>> {
-        &self.bus
+    const NAME: &'static str = "gigahertz-p9710";
+
+    fn of(target: &Target) -> Result<Self, OpenError> {
+        target.only(&["a_per_lx"])?;
+        let sensitivity = target.number("a_per_lx", f64::NAN)?;
+        let sensitivity = target.option("a_per_lx").map(|_| sensitivity);
+        if sensitivity.is_some_and(|value| !(value.is_finite() && value > 0.0)) {
+            return Err(target.wrong("a_per_lx is the detector's sensitivity in A/lx, above zero"));
+        }
+        let full_scales = |a_per_lx: f64| RANGES.iter().rev().map(move |amps| amps / a_per_lx);
+        Ok(Self {
+            full_scales_lx: sensitivity.into_iter().flat_map(full_scales).collect(),
+            sensitivity: Mutex::new(sensitivity),
+        })
     }
 
-    fn name(&self) -> &str {
-        &self.name
+    fn place(&self) -> Place {
+        let channel = String::new();
+        Place { channel, line: LINE }
     }
 
-    fn pace(&self) -> Pace {
-        Pace {
-            interval: Duration::ZERO,
-            reach: Duration::ZERO,
-            patience: ANSWER,
-            guard: GUARD,
+    fn conversation(&self, _: &Target) -> Lines<P9710> {
+        Lines::default()
+    }
+
+    // Five digits: of 2.0000 the last is 1/20000.
+    fn ranges_lx(&self) -> Vec<(f64, Option<f64>)> {
+        let tops = self.full_scales_lx.iter();
+        tops.map(|top_lx| (*top_lx, Some(top_lx / 20_000.0))).collect()
+    }
+
+    fn timing(&self) -> Timing {
+        Timing {
+            update_interval: INTEGRATION,
+            integration: INTEGRATION,
+            converts: Converts::OnRequest,
+            answer: ANSWER,
         }
     }
 
-    async fn exchange(&self, line: &Alone<'_, Lines<P9710>>, deadline: Instant) -> Result<LuxReading, DeviceError> {
-        let measured = self.ask(line, Request::Measure, "MV", deadline).await?;
-        let ended = Instant::now();
-        let evidence = measured.answer.bytes;
-        let (outcome, range, digit) = match measured.answer.answer {
-            Answer::Measurement(measurement) => {
-                let amps = RANGES
-                    .get(usize::from(measurement.range))
-                    .map(|full| full * measurement.percent / 100.0);
-                if let Some(amps) = amps.filter(|_| measurement.percent.abs() >= TELLING_PERCENT) {
-                    self.sensitivity().get_or_insert((amps / measurement.value.value).abs());
-                }
-                let lux = Lux::new(measurement.value.value).map(LuxOutcome::Measured);
-                // Its numbers fall as the range rises, 0 for 2 mA; a reading's begin at 1, the most sensitive.
-                (lux, 8 - measurement.range, measurement.value.step)
-            }
-            Answer::Error(code) if code.is_overload() => (Ok(LuxOutcome::OverRange), 0, 1.0),
-            Answer::Error(code) if code.is_underload() => (Ok(LuxOutcome::UnderRange), 0, 1.0),
-            Answer::Error(code) => return Err(self.fault("MV", code.meaning().to_owned(), evidence)),
-            _ => return Err(self.malformed("MV", "no measurement", evidence)),
+    fn opening(&self) -> Vec<Step<Self>> {
+        vec![
+            (Request::Identify, "GI;TT;GU".to_owned()),
+            (Request::SetIntegration(INTEGRATION_TENTHS), "SN5000".to_owned()),
+            (Request::SetRange(Range::Auto), "SB1".to_owned()),
+        ]
+    }
+
+    fn choosing(&self, range: LuxRange) -> Result<Vec<Step<Self>>, String> {
+        let wanted = match range {
+            LuxRange::Auto => Range::Auto,
+            LuxRange::Fixed(number @ 1..=8) => Range::Fixed(8 - number),
+            LuxRange::Fixed(_) => return Err("the meter has ranges 1 (200 pA) to 8 (2 mA)".to_owned()),
         };
-        let unusable = |error: isolux_units::NotFinite| self.malformed("MV", &error.to_string(), evidence.clone());
-        Ok(LuxReading {
-            outcome: outcome.map_err(unusable)?,
+        Ok(vec![(Request::SetRange(wanted), "SB, SR".to_owned())])
+    }
+
+    fn taken(&self, _: &Request, reply: &Reply<Answer>, identity: &mut Identity) -> Result<(), Failure> {
+        match &reply.answer {
+            Answer::Identity { unit, .. } if !unit.eq_ignore_ascii_case("lx") => Err(Failure::NoLuxMeter(format!(
+                "the meter answers in \"{unit}\": select the detector's calibration data in lx"
+            ))),
+            Answer::Identity { software, serial, .. } => {
+                let (model, firmware) = software.split_once(' ').unwrap_or((software, ""));
+                identity.model = format!("Gigahertz-Optik {model}");
+                identity.firmware = (!firmware.is_empty()).then(|| firmware.to_owned());
+                identity.serial = Some(serial.clone());
+                Ok(())
+            }
+            Answer::Done => Ok(()),
+            Answer::Error(code) => Err(Failure::Refused(format!("error {}, {}", code.0, code.meaning()))),
+            Answer::Measurement(_) => Err(Failure::malformed("it reads back otherwise")),
+        }
+    }
+
+    fn reading(&self, _: LuxRange) -> Vec<Step<Self>> {
+        vec![(Request::Measure, "MV".to_owned())]
+    }
+
+    fn said(&self, _: LuxRange, answers: &[Reply<Answer>]) -> Result<Said, Failure> {
+        let (meaning, range, digit_lx) = match answers.first().map(|reply| &reply.answer) {
+            Some(Answer::Measurement(measurement)) => {
+                let lux = measurement.value.value;
+                let full_scale = RANGES.get(usize::from(measurement.range));
+                if let Some(full_scale) = full_scale.filter(|_| measurement.percent.abs() >= TELLING_PERCENT) {
+                    let amps = full_scale * measurement.percent / 100.0;
+                    self.sensitivity().get_or_insert((amps / lux).abs());
+                }
+                // Its numbers fall as the range rises, 0 for 2 mA; a reading's begin at 1, the most sensitive.
+                (Meaning::Lux(lux), 8 - measurement.range, measurement.value.step)
+            }
+            Some(Answer::Error(code)) if code.is_overload() => (Meaning::OverRange, 0, 1.0),
+            Some(Answer::Error(code)) if code.is_underload() => (Meaning::UnderRange, 0, 1.0),
+            Some(Answer::Error(code)) => (Meaning::Error(code.meaning().to_owned()), 0, 1.0),
+            _ => return Err(Failure::malformed("no measurement")),
+        };
+        Ok(Said {
+            meaning,
+            digit_lx,
             range,
-            confirmed_by: None,
-            digit: Lux::new(digit).map_err(unusable)?,
-            began: measured.sent,
-            ended,
             caution: None,
-            retries: 0,
-            evidence,
         })
+    }
+
+    fn bytes(reply: &Reply<Answer>) -> &[u8] {
+        &reply.bytes
+    }
+
+    fn proof(&self) -> Option<Step<Self>> {
+        Some((Request::Identify, "GI;TT;GU".to_owned()))
     }
 
     /// The offset error of the range: 0.05 % to 1 % of its full scale.
@@ -283,43 +197,5 @@ impl Meter for Optometer {
             (Some(full_scale), Some(offset), Some(a_per_lx)) => full_scale * offset / a_per_lx,
             _ => 0.0,
         }
-    }
-
-    async fn put_in_step(&self, deadline: Instant) -> Result<(), DeviceError> {
-        let asked = self.bus.ask_within(Request::Identify, ANSWER, deadline).await;
-        asked.map(|_| ()).map_err(|error| error.during(&self.name, "GI;TT;GU"))
-    }
-}
-
-#[async_trait]
-impl LuxMeter for Optometer {
-    fn identity(&self) -> &Identity {
-        &self.identity
-    }
-
-    fn properties(&self) -> &LuxMeterProperties {
-        &self.properties
-    }
-
-    async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError> {
-        self.confirmed.read(self, not_before, deadline).await
-    }
-
-    async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError> {
-        let mut state = self.confirmed.state().await;
-        let wanted = match range {
-            LuxRange::Auto => Range::Auto,
-            LuxRange::Fixed(number @ 1..=8) => Range::Fixed(8 - number),
-            LuxRange::Fixed(number) => {
-                return Err(DeviceError::Unsupported {
-                    device: self.name.clone(),
-                    action: format!("use range {number}"),
-                    reason: "the meter has ranges 1 (200 pA) to 8 (2 mA)".to_owned(),
-                });
-            }
-        };
-        self.set(Request::SetRange(wanted), "SB, SR").await?;
-        state.forget();
-        Ok(())
     }
 }

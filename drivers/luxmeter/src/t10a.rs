@@ -13,29 +13,20 @@
 //! long after it as the true answer could still come, no other request is sent; a byte that nothing had asked for
 //! discards what was read from every head. The commands 54 and 55 concern all heads alike.
 
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use async_trait::async_trait;
-use isolux_device::{
-    Caution, DeviceError, Factories, Identity, Kind, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxOutcome,
-    LuxRange, LuxReading, OpenError, Target,
-};
-use isolux_protocol_t10a::{Answer, Host, Measurement, QUIET, Range, Request, Value};
-use isolux_transport::{
-    Alone, Bus, Driver, LineSettings, Parity, Place, Ports, Probe, TRIES, printable, worth_another_try,
-};
-use isolux_units::Lux;
+use isolux_device::{Caution, DeviceError, Identity, Kind, LuxRange, OpenError, Target};
+use isolux_protocol_t10a::{Answer, Host, QUIET, Range, Request, Status, Value};
+use isolux_transport::{Driver, LineSettings, Parity, Place, Probe, TRIES, printable, worth_another_try};
 use tokio::time::{Instant, sleep};
 
-use crate::confirmed::{Confirmed, Meter, Pace};
-
-/// Name of the driver in `open = "konica-t10a:…"`.
-const NAME: &str = "konica-t10a";
+use crate::language::{Converts, Failure, Language, Link, Meaning, Said, Step, Timing};
+use crate::meter;
 
 /// Konica Minolta T-10A.
 pub const KONICA_T10A: Driver = Driver {
-    name: NAME,
+    name: T10a::NAME,
     speaks_to: "Konica Minolta T-10A lux meter",
     examples: &[(Kind::LuxMeter, "konica-t10a:/dev/ttyUSB1?head=0")],
     seen_with: "🧪 its virtual twin",
@@ -51,30 +42,10 @@ pub const KONICA_T10A: Driver = Driver {
             (!status.starts_with("1   ")).then(|| "Konica Minolta T-10A, in PC mode".to_owned())
         },
     }],
-    place: |target, _| {
-        let channel = format!("head {}", head(target)?);
-        Ok(Place { channel, line: LINE })
-    },
-    // Four digits (manual, specifications): 29.99 lx in steps of 0.01 lx, and so on by tens.
-    display_lx: |_| {
-        let digit = |range: usize| 0.01 * 10_f64.powi(range as i32);
-        (0..FULL_SCALE_LX.len())
-            .map(|range| (FULL_SCALE_LX[range], digit(range)))
-            .collect()
-    },
-    factories: |ports| Factories {
-        lux_meter: Some(Arc::new(T10aDriver::new(ports))),
-        ..Factories::default()
-    },
+    place: meter::place::<T10a>,
+    display_lx: meter::display_lx::<T10a>,
+    factories: meter::factories::<T10a>,
 };
-
-fn head(target: &Target) -> Result<u8, OpenError> {
-    target.only(&["head"])?;
-    match target.number("head", 0_u8)? {
-        head @ 0..=29 => Ok(head),
-        head => Err(target.wrong(format!("head={head} is not 0 to 29"))),
-    }
-}
 
 /// Manual, section 2.
 const LINE: LineSettings = LineSettings {
@@ -99,198 +70,133 @@ const SETTLE: Duration = Duration::from_millis(500);
 /// Upper ends of the five ranges in lx.
 const FULL_SCALE_LX: [f64; 5] = [29.99, 299.9, 2999.0, 29_990.0, 299_900.0];
 
-/// After the last answer the line is watched for so long: a request and an answer take 48 ms, so the true answer to a
-/// request that an old one seemed to answer has arrived by then.
-const GUARD: Duration = Duration::from_millis(100);
-
-/// Opens T-10A meters.
-pub struct T10aDriver {
-    ports: Arc<Ports>,
-}
-
-impl T10aDriver {
-    /// A driver of what is on `ports`.
-    pub const fn new(ports: Arc<Ports>) -> Self {
-        Self { ports }
-    }
+struct T10a {
+    head: u8,
 }
 
 #[async_trait]
-impl LuxMeterFactory for T10aDriver {
-    async fn open_lux_meter(&self, target: &Target) -> Result<Box<dyn LuxMeter>, OpenError> {
-        let head = head(target)?;
-        let bus = self.ports.bus(target, LINE, Host::default).await?;
-        let range_full_scale = FULL_SCALE_LX.iter().filter_map(|lx| Lux::new(*lx).ok()).collect();
-        let meter = T10a {
-            bus,
-            name: target.to_string(),
-            head,
-            identity: Identity {
-                driver: NAME,
-                target: target.to_string(),
-                model: "Konica Minolta T-10A".to_owned(),
-                // The language has no word for either.
-                serial: None,
-                firmware: None,
-            },
-            properties: LuxMeterProperties {
-                range_full_scale,
-                update_interval: UPDATE,
-                integration: UPDATE,
-            },
-            range: Mutex::new(Range::Auto),
-            confirmed: Confirmed::default(),
+impl Language for T10a {
+    type Conversation = Host;
+
+    const NAME: &'static str = "konica-t10a";
+
+    fn of(target: &Target) -> Result<Self, OpenError> {
+        target.only(&["head"])?;
+        match target.number("head", 0_u8)? {
+            head @ 0..=29 => Ok(Self { head }),
+            head => Err(target.wrong(format!("head={head} is not 0 to 29"))),
+        }
+    }
+
+    fn place(&self) -> Place {
+        let channel = format!("head {}", self.head);
+        Place { channel, line: LINE }
+    }
+
+    fn conversation(&self, _: &Target) -> Host {
+        Host::default()
+    }
+
+    /// The language has no word for it, nor for its serial number.
+    fn model(&self) -> String {
+        "Konica Minolta T-10A".to_owned()
+    }
+
+    // Four digits (manual, specifications): 29.99 lx in steps of 0.01 lx, and so on by tens.
+    fn ranges_lx(&self) -> Vec<(f64, Option<f64>)> {
+        let digits = (0..).map(|range| Some(0.01 * 10_f64.powi(range)));
+        FULL_SCALE_LX.into_iter().zip(digits).collect()
+    }
+
+    fn timing(&self) -> Timing {
+        Timing {
+            update_interval: UPDATE,
+            integration: UPDATE,
+            converts: Converts::AlwaysAndRepeats,
+            answer: ANSWER,
+        }
+    }
+
+    fn choosing(&self, range: LuxRange) -> Result<Vec<Step<Self>>, String> {
+        match range {
+            LuxRange::Auto | LuxRange::Fixed(1..=5) => Ok(Vec::new()),
+            LuxRange::Fixed(_) => Err("the T-10A has ranges 1 to 5".to_owned()),
+        }
+    }
+
+    fn reading(&self, range: LuxRange) -> Vec<Step<Self>> {
+        let (head, hold) = (self.head, false);
+        let range = match range {
+            LuxRange::Auto => Range::Auto,
+            LuxRange::Fixed(range) => Range::Fixed(range),
         };
+        vec![(Request::Read { head, range, hold }, "read".to_owned())]
+    }
+
+    fn said(&self, wanted: LuxRange, answers: &[Option<(Answer, Vec<u8>)>]) -> Result<Said, Failure> {
+        let measurement = match answers {
+            [Some((Answer::Long { measurement, .. }, _))] => measurement,
+            [Some((Answer::Short { .. }, _))] => return Err(Failure::malformed("no measurement")),
+            _ => return Err(Failure::malformed("nobody answers this request")),
+        };
+        let status = measurement.status;
+        // A range that was asked for and is not there yet: the value is an old one.
+        if matches!(wanted, LuxRange::Fixed(range) if status.range != range) {
+            return Err(Failure::malformed("the range that was asked for is not in use yet"));
+        }
+        let (meaning, digit_lx) = match (status.over_range, measurement.illuminance_lx) {
+            _ if status.error.is_some() || status.hold => (Meaning::Error(fault(status)), 1.0),
+            (true, value) => (Meaning::OverRange, value.map_or(1.0, |value| value.digit())),
+            (false, Some(value)) => {
+                shown_in(status.range, value).map_err(Failure::Malformed)?;
+                (Meaning::Lux(value.number()), value.digit())
+            }
+            (false, None) => return Err(Failure::malformed("no error, and no value")),
+        };
+        Ok(Said {
+            meaning,
+            digit_lx,
+            range: status.range,
+            caution: status.low_battery.then_some(Caution::LowBattery),
+        })
+    }
+
+    fn bytes(answer: &Option<(Answer, Vec<u8>)>) -> &[u8] {
+        answer.as_ref().map_or(&[], |(_, bytes)| bytes)
+    }
+
+    async fn put_in_service(&mut self, link: &Link<Host>, _: &mut Identity) -> Result<(), DeviceError> {
         let mut tries = 1;
-        while let Err(error) = meter.put_in_step(Instant::now() + OPENING).await {
+        while let Err(error) = self.put_in_step(link, Instant::now() + OPENING).await {
             if tries >= TRIES || !worth_another_try(error.kind()) {
-                return Err(error.into());
+                return Err(error);
             }
             tracing::warn!(%error, tries, "asking again");
             tries += 1;
         }
-        meter.confirmed.in_service(&meter).await;
-        Ok(Box::new(meter))
-    }
-}
-
-struct T10a {
-    bus: Bus<Host>,
-    name: String,
-    head: u8,
-    identity: Identity,
-    properties: LuxMeterProperties,
-    range: Mutex<Range>,
-    confirmed: Confirmed,
-}
-
-#[async_trait]
-impl LuxMeter for T10a {
-    fn identity(&self) -> &Identity {
-        &self.identity
-    }
-
-    fn properties(&self) -> &LuxMeterProperties {
-        &self.properties
-    }
-
-    async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError> {
-        self.confirmed.read(self, not_before, deadline).await
-    }
-
-    async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError> {
-        let wanted = match range {
-            LuxRange::Auto => Range::Auto,
-            LuxRange::Fixed(range @ 1..=5) => Range::Fixed(range),
-            LuxRange::Fixed(range) => {
-                let (device, action) = (self.name.clone(), format!("use range {range}"));
-                let reason = "the T-10A has ranges 1 to 5".to_owned();
-                return Err(DeviceError::Unsupported { device, action, reason });
-            }
-        };
-        // A reading under way ends in the range in which it began.
-        let _state = self.confirmed.state().await;
-        *self.range.lock().unwrap_or_else(PoisonError::into_inner) = wanted;
         Ok(())
-    }
-}
-
-#[async_trait]
-impl Meter for T10a {
-    type Language = Host;
-
-    fn bus(&self) -> &Bus<Host> {
-        &self.bus
-    }
-
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn pace(&self) -> Pace {
-        Pace {
-            interval: UPDATE,
-            reach: if self.range() == Range::Auto { 3 } else { 2 } * UPDATE,
-            patience: ANSWER,
-            guard: GUARD,
-        }
-    }
-
-    async fn exchange(&self, line: &Alone<'_, Host>, deadline: Instant) -> Result<LuxReading, DeviceError> {
-        let (range, reach) = (self.range(), self.pace().reach);
-        let request = Request::Read {
-            head: self.head,
-            range,
-            hold: false,
-        };
-        let exchanged = self.ask(line, request, "read", deadline).await?;
-        let (measurement, evidence) = match exchanged.answer {
-            Some((Answer::Long { measurement, .. }, evidence)) => (measurement, evidence),
-            Some((Answer::Short { .. }, evidence)) => return Err(self.malformed("read", "no measurement", evidence)),
-            None => return Err(self.malformed("read", "nobody answers this request", Vec::new())),
-        };
-        // A range that was asked for and is not there yet: the value is an old one.
-        if matches!(range, Range::Fixed(range) if measurement.status.range != range) {
-            return Err(self.malformed("read", "the range that was asked for is not in use yet", evidence));
-        }
-        self.reading(measurement, exchanged.sent - reach, evidence)
     }
 
     /// PC mode, then all heads running. The short answer to 54 proves that no reading is on its way, and a meter that
     /// was switched off and on answers nothing else. No head is asked anything before the meter is ready again.
-    async fn put_in_step(&self, deadline: Instant) -> Result<(), DeviceError> {
+    async fn put_in_step(&self, link: &Link<Host>, deadline: Instant) -> Result<(), DeviceError> {
         let action = "connect (command 54)";
-        let line = self.bus.alone(deadline).await;
-        let line = line.map_err(|error| error.during(&self.name, action))?;
-        self.ask(&line, Request::Connect, action, deadline).await?;
+        let line = link.bus.exclusive(deadline).await;
+        let line = line.map_err(|error| error.during(&link.name, action))?;
+        link.ask(&line, (Request::Connect, action), ANSWER, deadline).await?;
         sleep(SETTLE).await;
-        let running = Instant::now() + 2 * QUIET;
-        self.ask(&line, Request::Hold(false), "run (command 55)", running)
-            .await?;
+        let (running, run) = (Instant::now() + 2 * QUIET, "run (command 55)");
+        link.ask(&line, (Request::Hold(false), run), ANSWER, running).await?;
         sleep(SETTLE).await;
         Ok(())
     }
 }
 
-impl T10a {
-    fn range(&self) -> Range {
-        *self.range.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn reading(&self, measurement: Measurement, began: Instant, evidence: Vec<u8>) -> Result<LuxReading, DeviceError> {
-        let status = measurement.status;
-        let fault = |reason: String| self.fault("read", reason, evidence.clone());
-        if let Some(error) = status.error {
-            return Err(fault(error.to_string()));
-        }
-        if status.hold {
-            return Err(fault(
-                "the meter holds its reading (HOLD key): the value is old; release it".to_owned(),
-            ));
-        }
-        let unusable = |reason: &str| self.malformed("read", reason, evidence.clone());
-        let (outcome, digit) = match (status.over_range, measurement.illuminance_lx) {
-            (true, value) => (LuxOutcome::OverRange, value.map_or(1.0, |value| value.digit())),
-            (false, Some(value)) => {
-                if let Err(reason) = shown_in(status.range, value) {
-                    return Err(unusable(&reason));
-                }
-                let lux = Lux::new(value.number()).map_err(|error| unusable(&error.to_string()))?;
-                (LuxOutcome::Measured(lux), value.digit())
-            }
-            (false, None) => return Err(unusable("no error, and no value")),
-        };
-        Ok(LuxReading {
-            outcome,
-            range: status.range,
-            confirmed_by: None,
-            digit: Lux::new(digit).map_err(|error| unusable(&error.to_string()))?,
-            began,
-            ended: Instant::now(),
-            caution: status.low_battery.then_some(Caution::LowBattery),
-            retries: 0,
-            evidence,
-        })
+/// What a meter that is at fault, or held by its key, says.
+fn fault(status: Status) -> String {
+    match status.error {
+        Some(error) => error.to_string(),
+        None => "the meter holds its reading (HOLD key): the value is old; release it".to_owned(),
     }
 }
 

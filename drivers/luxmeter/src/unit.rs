@@ -1,6 +1,8 @@
-//! Units in which profiles state illuminance, and their range.
+//! What profiles of lux meters have in common: units of illuminance, the range, `[timing]`.
 
-use isolux_profile::{Spanned, Wrong, wrong};
+use std::time::Duration;
+
+use isolux_profile::{Spanned, Wrong, seconds, wrong};
 use serde::Deserialize;
 
 /// A footcandle is a lumen per square foot; a foot is 0.3048 m.
@@ -37,5 +39,31 @@ pub(crate) fn range(range: &Spanned<[f64; 2]>) -> Result<[f64; 2], Wrong> {
     } else {
         let reason = "range must be [lowest, highest] in the unit of the reading";
         Err(wrong(range.span(), reason))
+    }
+}
+
+/// `[timing]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Timing {
+    update_interval_s: Spanned<f64>,
+    integration_s: Spanned<f64>,
+}
+
+impl Timing {
+    /// A new value appears this often.
+    ///
+    /// # Errors
+    /// [`Wrong`] for no such time.
+    pub fn update_interval(&self) -> Result<Duration, Wrong> {
+        seconds("update_interval_s", &self.update_interval_s)
+    }
+
+    /// Each value integrates the light of so long.
+    ///
+    /// # Errors
+    /// As [`update_interval`](Self::update_interval).
+    pub fn integration(&self) -> Result<Duration, Wrong> {
+        seconds("integration_s", &self.integration_s)
     }
 }

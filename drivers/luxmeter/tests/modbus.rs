@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use isolux_device::{ErrorKind, LuxMeter, LuxMeterFactory, LuxOutcome, LuxRange, OpenError, Target};
-use isolux_luxmeter::ModbusLuxDriver;
+use isolux_luxmeter::MODBUS_LUX;
 use isolux_transport::{LineSettings, Link, LinkError, Links, MemoryLinks, Ports, TRIES};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::sync::mpsc;
@@ -177,7 +177,7 @@ impl Links for Noted {
 
 type Lines = Arc<Mutex<Vec<(String, LineSettings)>>>;
 
-fn line(network: bool) -> (ModbusLuxDriver, Arc<Mutex<Meter>>, Lines) {
+fn line(network: bool) -> (Arc<dyn LuxMeterFactory>, Arc<Mutex<Meter>>, Lines) {
     let links = MemoryLinks::default();
     let mut listener = links.listen("meter").unwrap();
     let meter = Arc::new(Mutex::new(Meter {
@@ -201,10 +201,11 @@ fn line(network: bool) -> (ModbusLuxDriver, Arc<Mutex<Meter>>, Lines) {
         links,
         lines: Arc::clone(&lines),
     };
-    (ModbusLuxDriver::new(Ports::new(Arc::new(links))), meter, lines)
+    let driver = (MODBUS_LUX.factories)(Ports::new(Arc::new(links)));
+    (driver.lux_meter.unwrap(), meter, lines)
 }
 
-async fn opened(driver: &ModbusLuxDriver, open: &str) -> Result<Box<dyn LuxMeter>, OpenError> {
+async fn opened(driver: &Arc<dyn LuxMeterFactory>, open: &str) -> Result<Box<dyn LuxMeter>, OpenError> {
     driver.open_lux_meter(&Target::parse(open).unwrap()).await
 }
 

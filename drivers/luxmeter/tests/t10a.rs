@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use isolux_device::{Caution, ErrorKind, LuxMeter, LuxMeterFactory, LuxOutcome, LuxRange, OpenError, Target};
-use isolux_luxmeter::T10aDriver;
+use isolux_luxmeter::KONICA_T10A;
 use isolux_transport::{LineSettings, Link, LinkError, Links, MemoryLinks, Parity, Ports, TRIES};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::Instant;
@@ -154,7 +154,11 @@ impl Links for Noted {
 type Lines = Arc<Mutex<Vec<LineSettings>>>;
 
 /// A driver, the meter on its line, and the line settings that are asked for.
-fn line() -> (T10aDriver, Arc<Mutex<Meter>>, Lines) {
+fn driver(ports: Arc<Ports>) -> Arc<dyn LuxMeterFactory> {
+    (KONICA_T10A.factories)(ports).lux_meter.unwrap()
+}
+
+fn line() -> (Arc<dyn LuxMeterFactory>, Arc<Mutex<Meter>>, Lines) {
     let links = MemoryLinks::default();
     let mut listener = links.listen("meter").unwrap();
     let meter = Arc::new(Mutex::new(Meter {
@@ -175,7 +179,7 @@ fn line() -> (T10aDriver, Arc<Mutex<Meter>>, Lines) {
         }
     });
     let lines = Arc::new(Mutex::new(vec![]));
-    let driver = T10aDriver::new(Ports::new(Arc::new(Noted {
+    let driver = driver(Ports::new(Arc::new(Noted {
         links,
         lines: Arc::clone(&lines),
     })));
@@ -368,7 +372,7 @@ async fn a_range_is_waited_for() {
 
 #[tokio::test(start_paused = true)]
 async fn wrong_addresses_are_refused() {
-    let driver = T10aDriver::new(Ports::new(Arc::new(MemoryLinks::default())));
+    let driver = driver(Ports::new(Arc::new(MemoryLinks::default())));
     for open in ["konica-t10a:memory:x?head=30", "konica-t10a:memory:x?hed=0"] {
         let error = driver
             .open_lux_meter(&Target::parse(open).unwrap())

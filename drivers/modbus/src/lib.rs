@@ -6,8 +6,8 @@
 use std::time::Duration;
 
 use isolux_device::{DeviceError, OpenError, Target};
-pub use isolux_protocol_modbus::{Ask, Encoding, Modbus, NumberType, Request, WordOrder};
-use isolux_protocol_modbus::{Data, Mbap, Reply, Rtu, crc, silent_interval};
+pub use isolux_protocol_modbus::{Ask, Data, Encoding, Modbus, NumberType, Reply, Request, WordOrder};
+use isolux_protocol_modbus::{Mbap, Rtu, crc, silent_interval};
 use isolux_transport::{Bus, LineSettings, Place, Ports};
 use tokio::time::Instant;
 
@@ -80,12 +80,26 @@ pub fn unit_of(bytes: &[u8]) -> Option<String> {
     Some(format!("a Modbus RTU unit, number {unit}{refused}"))
 }
 
-fn unit_number(target: &Target) -> Result<u8, OpenError> {
+/// The unit that `target` names.
+///
+/// # Errors
+/// As [`place`].
+pub fn unit_number(target: &Target) -> Result<u8, OpenError> {
     // On TCP 0 and 255 mean the device itself; on a line 0 is for all, and nobody answers (SL 2.2).
     let (least, most) = if is_network(target) { (0, 255) } else { (1, 247) };
     match target.number("unit", 1_u16)? {
         unit if (least..=most).contains(&unit) => Ok(unit as u8),
         unit => Err(target.wrong(format!("unit={unit} is not {least} to {most}"))),
+    }
+}
+
+/// The conversation that the link of `target` carries.
+pub fn conversation(target: &Target, line: LineSettings) -> Modbus {
+    if is_network(target) {
+        Modbus::Tcp(Mbap::new(SLOWEST_ANSWER))
+    } else {
+        let silence = silent_interval(line.baud).max(least_silence(line.baud));
+        Modbus::Rtu(Rtu::new(silence, SLOWEST_ANSWER))
     }
 }
 
@@ -110,16 +124,8 @@ impl Unit {
     /// [`OpenError::Address`] for a `unit` out of range; [`OpenError::Link`].
     pub async fn open(ports: &Ports, target: &Target, line: LineSettings) -> Result<Self, OpenError> {
         let unit = unit_number(target)?;
-        let begin = || {
-            if is_network(target) {
-                Modbus::Tcp(Mbap::new(SLOWEST_ANSWER))
-            } else {
-                let silence = silent_interval(line.baud).max(least_silence(line.baud));
-                Modbus::Rtu(Rtu::new(silence, SLOWEST_ANSWER))
-            }
-        };
         Ok(Self {
-            bus: ports.bus(target, line, begin).await?,
+            bus: ports.bus(target, line, || conversation(target, line)).await?,
             unit,
             name: target.to_string(),
         })

@@ -79,7 +79,7 @@ impl<C: Conversation> Bus<C> {
         patience: Duration,
         deadline: Instant,
     ) -> Result<C::Answer, BusError> {
-        let line = self.alone(deadline).await?;
+        let line = self.exclusive(deadline).await?;
         Ok(line.exchange(request, patience, deadline).await?.answer)
     }
 
@@ -123,10 +123,10 @@ impl<C: Conversation> Bus<C> {
     ///
     /// # Errors
     /// [`BusError::Timeout`] when others keep the port until `deadline`.
-    pub async fn alone(&self, deadline: Instant) -> Result<Alone<'_, C>, BusError> {
+    pub async fn exclusive(&self, deadline: Instant) -> Result<ExclusiveAccess<'_, C>, BusError> {
         let began = Instant::now();
         match awake::until(deadline, self.port.turn()).await {
-            Some(turn) => Ok(Alone { bus: self, _turn: turn }),
+            Some(turn) => Ok(ExclusiveAccess { bus: self, _turn: turn }),
             None => Err(BusError::Timeout {
                 waited: began.elapsed(),
                 received: Vec::new(),
@@ -135,14 +135,14 @@ impl<C: Conversation> Bus<C> {
     }
 }
 
-/// A port that one caller has to itself; see [`Bus::alone`].
+/// A port that one caller has to itself; see [`Bus::exclusive`].
 #[derive(Debug)]
-pub struct Alone<'a, C: Conversation> {
+pub struct ExclusiveAccess<'a, C: Conversation> {
     bus: &'a Bus<C>,
     _turn: OwnedMutexGuard<()>,
 }
 
-impl<C: Conversation> Alone<'_, C> {
+impl<C: Conversation> ExclusiveAccess<'_, C> {
     /// As [`Bus::ask_within`], with the moment at which the request was sent.
     ///
     /// # Errors

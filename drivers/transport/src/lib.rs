@@ -22,7 +22,7 @@ mod system;
 mod usb;
 mod users;
 
-pub use bus::{Alone, Bus, TRIES};
+pub use bus::{Bus, ExclusiveAccess, TRIES};
 pub use driver::{Driver, Place, UsbModel, no_display};
 pub use exchange::{BusError, Exchanged, worth_another_try};
 pub use link::{LineSettings, Link, LinkError, Links, Parity};

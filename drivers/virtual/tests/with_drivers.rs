@@ -6,10 +6,10 @@ use std::time::Duration;
 use isolux_axes::ZaberDriver;
 use isolux_darkroom::{Darkroom, Kind, Observation};
 use isolux_device::{
-    Axis, AxisFactory, AxisScale, AxisSettings, DeviceError, LuxMeter, LuxMeterFactory, LuxRange, Sense,
-    SpectroradiometerFactory, Switch, SwitchFactory, Target, ThermometerFactory,
+    Axis, AxisFactory, AxisScale, AxisSettings, DeviceError, LuxMeter, LuxRange, Sense, SpectroradiometerFactory,
+    Switch, SwitchFactory, Target, ThermometerFactory,
 };
-use isolux_luxmeter::T10aDriver;
+use isolux_luxmeter::KONICA_T10A;
 use isolux_spectroradiometer::OceanOoiDriver;
 use isolux_transport::{MemoryLinks, Ports, SystemLinks};
 use isolux_units::AxisAngle;
@@ -51,7 +51,9 @@ async fn bench(darkroom: &str) -> Bench {
         lamp: zaber.open_switch(&target("zaber:memory:axes?do=1")).await.unwrap(),
         shutter: zaber.open_switch(&target("zaber:memory:axes?do=2")).await.unwrap(),
         baffle: zaber.open_switch(&target("zaber:memory:axes?do=3")).await.unwrap(),
-        meter: T10aDriver::new(ports)
+        meter: (KONICA_T10A.factories)(ports)
+            .lux_meter
+            .unwrap()
             .open_lux_meter(&target("konica-t10a:memory:luxmeter?head=0"))
             .await
             .unwrap(),

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use async_trait::async_trait;
-use isolux_device::{DeviceError, LuxMeterFactory, LuxOutcome, Target};
-use isolux_luxmeter::ModbusLuxDriver;
+use isolux_device::{DeviceError, LuxOutcome, Target};
+use isolux_luxmeter::MODBUS_LUX;
 use isolux_modbus::{ANSWER, Ask, Table, Unit};
 use isolux_protocol_modbus::{Data, Exception, Reply};
 use isolux_transport::{LineSettings, Link, LinkError, Links, Parity, Ports, SystemLinks};
@@ -97,7 +97,12 @@ async fn everything(ports: Arc<Ports>, link: &str) {
     let after = unit.read(Table::Holding, 300, 1, "read").await.unwrap();
     assert_eq!(after.words, [0xABCD]);
 
-    let meter = ModbusLuxDriver::new(ports).open_lux_meter(&target).await.unwrap();
+    let meter = (MODBUS_LUX.factories)(ports)
+        .lux_meter
+        .unwrap()
+        .open_lux_meter(&target)
+        .await
+        .unwrap();
     let reading = meter
         .read(Instant::now(), Instant::now() + Duration::from_secs(15))
         .await

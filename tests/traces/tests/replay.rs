@@ -13,10 +13,9 @@ use std::time::Duration;
 use isolux_axes::ZaberDriver;
 use isolux_darkroom::Darkroom;
 use isolux_device::{
-    AxisFactory, AxisScale, AxisSettings, LuxMeterFactory, Sense, SpectroradiometerFactory, SwitchFactory, Target,
-    ThermometerFactory,
+    AxisFactory, AxisScale, AxisSettings, Sense, SpectroradiometerFactory, SwitchFactory, Target, ThermometerFactory,
 };
-use isolux_luxmeter::T10aDriver;
+use isolux_luxmeter::KONICA_T10A;
 use isolux_spectroradiometer::OceanOoiDriver;
 use isolux_transport::{Links, MemoryLinks, Ports, Recorder, Trace};
 use isolux_units::AxisAngle;
@@ -63,7 +62,9 @@ async fn zaber(links: Arc<dyn Links>) -> Vec<String> {
 }
 
 async fn t10a(links: Arc<dyn Links>) -> Vec<String> {
-    let meter = T10aDriver::new(Ports::new(links))
+    let meter = (KONICA_T10A.factories)(Ports::new(links))
+        .lux_meter
+        .unwrap()
         .open_lux_meter(&target("konica-t10a:memory:luxmeter?head=0"))
         .await
         .unwrap();

@@ -10,248 +10,150 @@
 
 mod profile;
 
-use std::sync::Arc;
-use std::time::Duration;
-
-use async_trait::async_trait;
-use isolux_device::{
-    DeviceError, Factories, Identity, Kind, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxOutcome, LuxRange,
-    LuxReading, OpenError, Target,
-};
+use isolux_device::{Identity, Kind, LuxRange, OpenError, Target};
 use isolux_profile::{Exchange, identity};
 use isolux_protocol_ascii::{Lines, Message, Plain, Received, Reply};
-use isolux_transport::{Alone, Bus, Driver, Place, Ports};
-use isolux_units::Lux;
-use tokio::time::Instant;
+use isolux_transport::{Driver, Place};
 
-use crate::confirmed::{Confirmed, Meter, Pace, one_range};
-use profile::{Meaning, Profile};
-
-const NAME: &str = "ascii-lux";
-
-/// The true answer to a request that an old one seemed to answer has come within this.
-const GUARD: Duration = Duration::from_millis(100);
-
-/// Until the line is free: another device on it may be drained first.
-const LINE: Duration = Duration::from_secs(5);
+use crate::language::{Converts, Failure, Language, Meaning, Said, Step, Timing};
+use crate::meter;
+use profile::Profile;
 
 /// Lux meters in plain ASCII.
 pub const ASCII_LUX: Driver = Driver {
-    name: NAME,
+    name: AsciiLux::NAME,
     speaks_to: "lux meters in simple ASCII by a profile",
     examples: &[(Kind::LuxMeter, "ascii-lux:/dev/ttyUSB0?profile=template")],
     seen_with: "🧪 the virtual twin of the template",
     usb: &[],
     // Every language is another one: what could be asked stands in a profile.
     identify: &[],
-    place: |target, _| {
-        let line = profile(target)?.line;
-        let address = target.option("address");
-        let channel = address.map(|address| format!("meter {address}")).unwrap_or_default();
-        Ok(Place { channel, line })
-    },
-    display_lx: |target| {
-        let known = profile(target).ok();
-        let display = known.and_then(|profile| Some((profile.range_lx.1, profile.resolution_lx?)));
-        display.into_iter().collect()
-    },
-    factories: |ports| Factories {
-        lux_meter: Some(Arc::new(AsciiLuxDriver { ports })),
-        ..Factories::default()
-    },
+    place: meter::place::<AsciiLux>,
+    display_lx: meter::display_lx::<AsciiLux>,
+    factories: meter::factories::<AsciiLux>,
 };
 
-fn profile(target: &Target) -> Result<Profile, OpenError> {
-    target.only(&["profile", "address"])?;
-    Profile::of(target)
-}
-
-struct AsciiLuxDriver {
-    ports: Arc<Ports>,
-}
-
-#[async_trait]
-impl LuxMeterFactory for AsciiLuxDriver {
-    async fn open_lux_meter(&self, target: &Target) -> Result<Box<dyn LuxMeter>, OpenError> {
-        let profile = profile(target)?;
-        let bus = self.ports.bus(target, profile.line, Lines::<Plain>::default).await?;
-        let mut meter = AsciiLux {
-            bus,
-            name: target.to_string(),
-            identity: Identity {
-                driver: NAME,
-                target: target.to_string(),
-                model: profile.model.clone(),
-                serial: None,
-                firmware: None,
-            },
-            properties: LuxMeterProperties {
-                range_full_scale: Lux::new(profile.range_lx.1).into_iter().collect(),
-                update_interval: profile.update_interval,
-                integration: profile.integration,
-            },
-            profile,
-            confirmed: Confirmed::default(),
-        };
-        meter.begin().await?;
-        Ok(Box::new(meter))
-    }
-}
-
 struct AsciiLux {
-    bus: Bus<Lines<Plain>>,
-    name: String,
-    identity: Identity,
-    properties: LuxMeterProperties,
     profile: Profile,
-    confirmed: Confirmed,
+    /// What several meters on a line are told apart by.
+    channel: String,
 }
 
 impl AsciiLux {
-    /// Identity, settings, and a first reading of any light.
-    async fn begin(&mut self) -> Result<(), DeviceError> {
-        if let Some(exchange) = self.profile.identity.clone() {
-            let said = self.setting(&exchange).await?;
-            let (model, serial, firmware) = identity(&said.answer.fields);
-            if !model.is_empty() {
-                self.identity.model = format!("{} ({model})", self.profile.model);
-            }
-            (self.identity.serial, self.identity.firmware) = (serial, firmware);
-        }
-        for exchange in self.profile.setup.clone() {
-            self.setting(&exchange).await?;
-        }
-        let reading = self.reading();
-        let action = reading.text.clone();
-        let asked = self.ask_again(reading, &action).await?;
-        if let Some(Meaning::Error(reason)) = self.meaning(&asked) {
-            return Err(self.fault(&action, reason, asked.bytes));
-        }
-        self.confirmed.in_service(self).await;
-        Ok(())
+    /// A message whose answer must not be a reading's.
+    fn setting(&self, exchange: &Exchange) -> Step<Self> {
+        let profile = &self.profile;
+        named(profile.manners.message(exchange, "", &profile.reading.replies))
     }
 
     /// A reading may be answered by no reading's form but its own.
-    fn reading(&self) -> Message {
-        let profile = &self.profile;
-        profile.manners.message(&profile.reading, "", &[])
+    fn measurement(&self) -> Message {
+        self.profile.manners.message(&self.profile.reading, "", &[])
     }
 
-    /// Any other message: its answer must not be a reading's.
-    fn message(&self, exchange: &Exchange) -> Message {
-        let profile = &self.profile;
-        profile.manners.message(exchange, "", &profile.reading.replies)
-    }
-
-    fn proof(&self) -> Option<Message> {
-        self.profile.identity.as_ref().map(|exchange| self.message(exchange))
-    }
-
-    fn meaning(&self, said: &Reply<Received>) -> Option<Meaning> {
-        self.profile.meaning(said.answer.form, said.answer.fields.get("value"))
-    }
-
-    async fn ask_again(&self, message: Message, action: &str) -> Result<Reply<Received>, DeviceError> {
-        let proof = self.proof().filter(|proof| *proof != message);
-        let patience = self.profile.manners.answer;
-        let asked = self
-            .bus
-            .ask_again(message, proof, patience, Instant::now() + LINE + 4 * patience);
-        asked.await.map_err(|error| error.during(&self.name, action))
-    }
-
-    /// A message whose answer cannot be a reading.
-    async fn setting(&self, exchange: &Exchange) -> Result<Reply<Received>, DeviceError> {
-        let message = self.message(exchange);
-        let action = message.text.clone();
-        let said = self.ask_again(message, &action).await?;
-        match self.profile.manners.error(exchange, said.answer.form) {
-            None => Ok(said),
-            Some(meaning) => Err(DeviceError::Refused {
-                device: self.name.clone(),
-                action,
-                reason: meaning.to_owned(),
-                frame: said.bytes,
-            }),
-        }
+    fn meaning(&self, reply: &Reply<Received>) -> Option<(Meaning, f64)> {
+        let Received { form, fields } = &reply.answer;
+        self.profile.meaning(*form, fields.get("value"))
     }
 }
 
-#[async_trait]
-impl Meter for AsciiLux {
-    type Language = Lines<Plain>;
+fn named(message: Message) -> Step<AsciiLux> {
+    let action = message.text.clone();
+    (message, action)
+}
 
-    fn bus(&self) -> &Bus<Lines<Plain>> {
-        &self.bus
-    }
+impl Language for AsciiLux {
+    type Conversation = Lines<Plain>;
 
-    fn name(&self) -> &str {
-        &self.name
-    }
+    const NAME: &'static str = "ascii-lux";
 
-    fn pace(&self) -> Pace {
-        Pace {
-            interval: self.profile.update_interval,
-            reach: self.profile.update_interval + self.profile.integration,
-            patience: self.profile.manners.answer,
-            guard: GUARD,
-        }
-    }
-
-    async fn exchange(&self, line: &Alone<'_, Lines<Plain>>, deadline: Instant) -> Result<LuxReading, DeviceError> {
-        let message = self.reading();
-        let action = message.text.clone();
-        let exchanged = self.ask(line, message, &action, deadline).await?;
-        let ended = Instant::now();
-        let evidence = exchanged.answer.bytes.clone();
-        let malformed = |reason: &str| self.malformed(&action, reason, evidence.clone());
-        let mut digit_lx = self.profile.resolution_lx.unwrap_or(1.0);
-        let outcome = match self.meaning(&exchanged.answer) {
-            Some(Meaning::Lux(lux, step)) => {
-                digit_lx = step;
-                LuxOutcome::Measured(Lux::new(lux).map_err(|error| malformed(&error.to_string()))?)
-            }
-            Some(Meaning::OverRange) => LuxOutcome::OverRange,
-            Some(Meaning::UnderRange) => LuxOutcome::UnderRange,
-            Some(Meaning::Error(reason)) => return Err(self.fault(&action, reason, evidence)),
-            None => return Err(malformed("no reading")),
-        };
-        Ok(LuxReading {
-            outcome,
-            range: 0,
-            confirmed_by: None,
-            digit: Lux::new(digit_lx).map_err(|error| malformed(&error.to_string()))?,
-            began: exchanged.sent - self.pace().reach,
-            ended,
-            caution: None,
-            retries: 0,
-            evidence,
+    fn of(target: &Target) -> Result<Self, OpenError> {
+        target.only(&["profile", "address"])?;
+        let address = target.option("address");
+        Ok(Self {
+            profile: Profile::of(target)?,
+            channel: address.map(|address| format!("meter {address}")).unwrap_or_default(),
         })
     }
 
-    async fn put_in_step(&self, deadline: Instant) -> Result<(), DeviceError> {
-        let Some(proof) = self.proof() else { return Ok(()) };
-        let action = proof.text.clone();
-        let asked = self.bus.ask_within(proof, self.profile.manners.answer, deadline).await;
-        asked.map(|_| ()).map_err(|error| error.during(&self.name, &action))
-    }
-}
-
-#[async_trait]
-impl LuxMeter for AsciiLux {
-    fn identity(&self) -> &Identity {
-        &self.identity
+    fn place(&self) -> Place {
+        let (channel, line) = (self.channel.clone(), self.profile.line);
+        Place { channel, line }
     }
 
-    fn properties(&self) -> &LuxMeterProperties {
-        &self.properties
+    fn conversation(&self, _: &Target) -> Lines<Plain> {
+        Lines::default()
     }
 
-    async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError> {
-        self.confirmed.read(self, not_before, deadline).await
+    fn model(&self) -> String {
+        self.profile.model.clone()
     }
 
-    async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError> {
-        one_range(&self.name, range)
+    fn ranges_lx(&self) -> Vec<(f64, Option<f64>)> {
+        vec![(self.profile.range_lx.1, self.profile.resolution_lx)]
+    }
+
+    fn timing(&self) -> Timing {
+        Timing {
+            update_interval: self.profile.update_interval,
+            integration: self.profile.integration,
+            converts: Converts::Always,
+            answer: self.profile.manners.answer,
+        }
+    }
+
+    /// Identity, settings, and a first reading of any light.
+    fn opening(&self) -> Vec<Step<Self>> {
+        let settings = self.profile.identity.iter().chain(&self.profile.setup);
+        let settings = settings.map(|exchange| self.setting(exchange));
+        settings.chain([named(self.measurement())]).collect()
+    }
+
+    fn taken(&self, asked: &Message, reply: &Reply<Received>, known: &mut Identity) -> Result<(), Failure> {
+        if *asked == self.measurement() {
+            return match self.meaning(reply) {
+                Some((Meaning::Error(reason), _)) => Err(Failure::Fault(reason)),
+                _ => Ok(()),
+            };
+        }
+        let is_asked = |exchange: &&Exchange| self.setting(exchange).0 == *asked;
+        let profile = &self.profile;
+        let mut exchanges = profile.identity.iter().chain(&profile.setup);
+        if let Some(exchange) = exchanges.find(is_asked)
+            && let Some(meaning) = profile.manners.error(exchange, reply.answer.form)
+        {
+            return Err(Failure::Refused(meaning.to_owned()));
+        }
+        if profile.identity.as_ref().is_some_and(|exchange| is_asked(&exchange)) {
+            let (model, serial, firmware) = identity(&reply.answer.fields);
+            if !model.is_empty() {
+                known.model = format!("{} ({model})", profile.model);
+            }
+            (known.serial, known.firmware) = (serial, firmware);
+        }
+        Ok(())
+    }
+
+    fn reading(&self, _: LuxRange) -> Vec<Step<Self>> {
+        vec![named(self.measurement())]
+    }
+
+    fn said(&self, _: LuxRange, answers: &[Reply<Received>]) -> Result<Said, Failure> {
+        let said = answers.first().and_then(|reply| self.meaning(reply));
+        let (meaning, digit_lx) = said.ok_or_else(|| Failure::malformed("no reading"))?;
+        Ok(Said {
+            meaning,
+            digit_lx,
+            range: 0,
+            caution: None,
+        })
+    }
+
+    fn bytes(reply: &Reply<Received>) -> &[u8] {
+        &reply.bytes
+    }
+
+    fn proof(&self) -> Option<Step<Self>> {
+        self.profile.identity.as_ref().map(|exchange| self.setting(exchange))
     }
 }

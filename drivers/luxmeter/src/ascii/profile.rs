@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use isolux_device::{OpenError, Target};
+use isolux_profile::wrong;
 use isolux_profile::{Address, Ask, Exchange, Line, Manners, Messages, Shipped, Spanned, Wrong, ascii, format, of};
-use isolux_profile::{seconds, wrong};
 use isolux_protocol_ascii::{Form, Number, Pattern};
 use isolux_transport::LineSettings;
 use serde::Deserialize;
 
-use crate::unit::{Unit, range};
+use crate::language::Meaning;
+use crate::unit::{Timing, Unit, range};
 
 /// The profiles that come with the program.
 const SHIPPED: Shipped = &[("template", include_str!("../../profiles/template.toml"))];
@@ -44,17 +45,6 @@ enum Code {
     Under,
 }
 
-/// What an answer to the reading says.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Meaning {
-    /// Illuminance and one step of it, lx.
-    Lux(f64, f64),
-    OverRange,
-    UnderRange,
-    /// The meter reports an error, in the words of the profile.
-    Error(String),
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Document {
@@ -86,13 +76,6 @@ struct Reading {
     under_range: Vec<Spanned<String>>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Timing {
-    update_interval_s: Spanned<f64>,
-    integration_s: Spanned<f64>,
-}
-
 impl Profile {
     /// The profile that `target` names, with its address.
     pub fn of(target: &Target) -> Result<Self, OpenError> {
@@ -100,23 +83,24 @@ impl Profile {
         of(target, SHIPPED, |document: Document| document.check(&address))
     }
 
-    /// What an answer to the reading says: its form, and what stands in the place of the number.
-    pub fn meaning(&self, form: usize, value: Option<&String>) -> Option<Meaning> {
-        if form == 0 {
-            let number = Number::parse(value?.trim())?.scaled(self.scale_lx);
-            return Some(if number.value > self.range_lx.1 {
-                Meaning::OverRange
-            } else if number.value < self.range_lx.0 {
-                Meaning::UnderRange
-            } else {
-                Meaning::Lux(number.value, self.resolution_lx.unwrap_or(number.step))
-            });
-        }
-        match self.codes.get(form - 1) {
-            Some(Code::Over) => Some(Meaning::OverRange),
-            Some(Code::Under) => Some(Meaning::UnderRange),
-            None => Some(Meaning::Error(self.manners.error(&self.reading, form)?.to_owned())),
-        }
+    /// What an answer to the reading says, and one step of it in lx: by its form, and by what stands in the place of
+    /// the number.
+    pub fn meaning(&self, form: usize, value: Option<&String>) -> Option<(Meaning, f64)> {
+        let step_lx = self.resolution_lx;
+        let code = match form.checked_sub(1) {
+            None => {
+                let number = Number::parse(value?.trim())?.scaled(self.scale_lx);
+                let meaning = Meaning::of(number.value, self.range_lx);
+                return Some((meaning, step_lx.unwrap_or(number.step)));
+            }
+            Some(code) => self.codes.get(code),
+        };
+        let meaning = match code {
+            Some(Code::Over) => Meaning::OverRange,
+            Some(Code::Under) => Meaning::UnderRange,
+            None => Meaning::Error(self.manners.error(&self.reading, form)?.to_owned()),
+        };
+        Some((meaning, step_lx.unwrap_or(1.0)))
     }
 }
 
@@ -173,8 +157,8 @@ impl Document {
             scale_lx: scale * unit_lx,
             range_lx: (low * unit_lx, high * unit_lx),
             resolution_lx: reading.resolution.as_ref().map(|step| step.get_ref() * unit_lx),
-            update_interval: seconds("update_interval_s", &self.timing.update_interval_s)?,
-            integration: seconds("integration_s", &self.timing.integration_s)?,
+            update_interval: self.timing.update_interval()?,
+            integration: self.timing.integration()?,
         };
         address.is_used(self.format.span())?;
         Ok(profile)
@@ -231,15 +215,18 @@ mod tests {
         assert_eq!(profile.line.to_string(), "9600 8N1");
         assert_eq!((profile.codes.len(), profile.range_lx), (2, (-100.0, 200_000.0)));
         let value = "123.45".to_owned();
-        assert_eq!(profile.meaning(0, Some(&value)), Some(Meaning::Lux(123.45, 0.01)));
-        assert_eq!(profile.meaning(0, Some(&"200001".to_owned())), Some(Meaning::OverRange));
-        assert_eq!(profile.meaning(1, None), Some(Meaning::OverRange));
-        assert_eq!(profile.meaning(2, None), Some(Meaning::UnderRange));
-        assert!(matches!(profile.meaning(3, None), Some(Meaning::Error(_))));
+        assert_eq!(profile.meaning(0, Some(&value)), Some((Meaning::Lux(123.45), 0.01)));
+        assert_eq!(
+            profile.meaning(0, Some(&"200001".to_owned())),
+            Some((Meaning::OverRange, 1.0))
+        );
+        assert_eq!(profile.meaning(1, None), Some((Meaning::OverRange, 1.0)));
+        assert_eq!(profile.meaning(2, None), Some((Meaning::UnderRange, 1.0)));
+        assert!(matches!(profile.meaning(3, None), Some((Meaning::Error(_), _))));
         let feet = TEMPLATE.replace("unit = \"lx\"", "unit = \"fc\"");
         let profile = checked(&feet, "ascii-lux:x").unwrap();
         // 1 fc = 10.763910 lx.
-        let Some(Meaning::Lux(lux, step)) = profile.meaning(0, Some(&"1.0".to_owned())) else {
+        let Some((Meaning::Lux(lux), step)) = profile.meaning(0, Some(&"1.0".to_owned())) else {
             panic!()
         };
         assert!((lux - 10.763_910).abs() < 1e-6 && (step - 1.076_391).abs() < 1e-6);

@@ -5,11 +5,12 @@ use std::time::Duration;
 
 use isolux_device::{OpenError, Target};
 use isolux_modbus::{Encoding, NumberType, Table, WordOrder};
-use isolux_profile::{Line, Shipped, Spanned, Wrong, format, of, seconds};
+use isolux_profile::{Line, Shipped, Spanned, Wrong, format, of};
 use isolux_transport::LineSettings;
 use serde::Deserialize;
 
-use crate::unit::{Unit, range};
+use crate::language::Meaning;
+use crate::unit::{Timing, Unit, range};
 
 /// First key of every profile.
 const FORMAT: &str = "isolux-modbus-lux/1";
@@ -19,19 +20,6 @@ const SHIPPED: Shipped = &[
     ("rs485-u32", include_str!("../../profiles/rs485-u32.toml")),
     ("u32-thousandths", include_str!("../../profiles/u32-thousandths.toml")),
 ];
-
-/// What a raw reading stands for.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Meaning {
-    /// Illuminance in lx.
-    Lux(f64),
-    /// More light than the meter takes.
-    OverRange,
-    /// Less light than it resolves.
-    UnderRange,
-    /// The meter reports an error, in the words of the profile.
-    Error(String),
-}
 
 /// A meter's registers and manners. Always valid.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,13 +86,6 @@ enum Order {
     LowFirst,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Timing {
-    update_interval_s: Spanned<f64>,
-    integration_s: Spanned<f64>,
-}
-
 impl Profile {
     /// The profile that `target` names.
     pub fn of(target: &Target) -> Result<Self, OpenError> {
@@ -120,12 +101,8 @@ impl Profile {
         let lux = raw * self.scale_lx;
         Some(if lux.is_nan() {
             Meaning::Error("the meter says that this is no number".to_owned())
-        } else if lux > self.range_lx.1 {
-            Meaning::OverRange
-        } else if lux < self.range_lx.0 {
-            Meaning::UnderRange
         } else {
-            Meaning::Lux(lux)
+            Meaning::of(lux, self.range_lx)
         })
     }
 }
@@ -190,8 +167,8 @@ impl Document {
             scale_lx: scale * unit_lx,
             range_lx: (low * unit_lx, high * unit_lx),
             resolution_lx: resolution * unit_lx,
-            update_interval: seconds("update_interval_s", &self.timing.update_interval_s)?,
-            integration: seconds("integration_s", &self.timing.integration_s)?,
+            update_interval: self.timing.update_interval()?,
+            integration: self.timing.integration()?,
             codes: reading.codes(encoding, scale, (low, high))?,
             model: self.model.into_inner(),
         })

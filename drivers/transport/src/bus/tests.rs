@@ -270,7 +270,7 @@ async fn who_has_the_port_alone_keeps_all_others_waiting() {
         }
     });
     let later = Instant::now() + Duration::from_secs(2);
-    let line = numbers.alone(later).await.unwrap();
+    let line = numbers.exclusive(later).await.unwrap();
     assert_eq!(
         line.exchange(1, Duration::from_millis(50), later).await.unwrap().answer,
         9
@@ -285,7 +285,7 @@ async fn who_has_the_port_alone_keeps_all_others_waiting() {
     drop(line);
     assert_eq!(waiting.await.unwrap(), Ok('a'));
     script.abort();
-    let kept = numbers.alone(later).await.unwrap();
+    let kept = numbers.exclusive(later).await.unwrap();
     assert!(matches!(numbers.ask(1, soon()).await, Err(BusError::Timeout { .. })));
     drop(kept);
 }
