@@ -1,9 +1,9 @@
-//! Axis drivers, one module an instrument.
+//! Axis drivers, one module an instrument: each is an `AxisDriver`, and `polled` makes an axis of any of them.
 
 mod ascii;
 mod easi;
 mod oriental;
-mod watched;
+mod polled;
 mod zaber;
 
 use isolux_transport::Driver;

@@ -11,7 +11,7 @@ use isolux_transport::{Bus, BusError};
 use tokio::time::Instant;
 
 use super::profile::{Profile, Setting, State, Words};
-use crate::watched::{Drive, Look, fault};
+use crate::polled::{AxisDriver, AxisStatus, fault, in_use};
 
 /// Name of the driver in `open = "ascii-axis:…"`.
 pub(super) const NAME: &str = "ascii-axis";
@@ -73,8 +73,7 @@ impl<P: Coordinate> Described<P> {
                 used[at] = drive.set(P::KEYS[2 + at], &setting, used[at], steps_per_unit).await?;
             }
         }
-        let used = AxisSettings::new(*settings.scale(), settings.limit(), used[0], used[1]);
-        drive.settings = used.map_err(|error| drive.unsupported("use these settings", error.to_string()))?;
+        drive.settings = in_use(drive.name(), &settings, used)?;
         Ok(drive)
     }
 
@@ -225,7 +224,7 @@ impl<P: Coordinate> Described<P> {
 }
 
 #[async_trait]
-impl<P: Coordinate> Drive<P> for Described<P> {
+impl<P: Coordinate> AxisDriver<P> for Described<P> {
     fn identity(&self) -> &Identity {
         &self.identity
     }
@@ -239,33 +238,31 @@ impl<P: Coordinate> Drive<P> for Described<P> {
     }
 
     /// State first, then position: an axis that had come to rest is where the second answer says.
-    async fn look(&self) -> Result<Look<P>, DeviceError> {
+    async fn status(&self) -> Result<AxisStatus<P>, DeviceError> {
         let before = self.bus.unsolicited();
         let (state, mut frame) = self.state().await?;
         let (steps, position) = self.steps().await?;
         let at = Instant::now();
         let (homed, reference) = self.homed().await?;
         frame.extend([position, reference].concat());
-        Ok(Look {
-            unsolicited: (before, self.bus.unsolicited()),
-            position: AxisPosition {
-                place: self.settings.scale().place(steps),
-                steps,
-                moving: state == State::Moving,
-                homed,
-                at,
-            },
+        let position = AxisPosition {
+            place: self.settings.scale().place(steps),
+            steps,
+            moving: state == State::Moving,
+            homed,
+            at,
+        };
+        Ok(AxisStatus {
             fault: match state {
                 State::Fault(meaning) => Some(meaning),
                 State::Moving | State::Resting => None,
             },
-            obstacle: None,
-            frame,
+            ..AxisStatus::new((before, self.bus.unsolicited()), position, frame)
         })
     }
 
-    async fn go(&self, steps: i64) -> Result<(), DeviceError> {
-        let target = decimal(steps, self.profile.decimals);
+    async fn go(&self, steps: i32) -> Result<(), DeviceError> {
+        let target = decimal(steps.into(), self.profile.decimals);
         let (state, frame) = self.state().await?;
         if state == State::Moving {
             let reason = "it is still moving, and gets no other target until it rests";
@@ -280,7 +277,7 @@ impl<P: Coordinate> Drive<P> for Described<P> {
         self.command(&self.profile.home, "").await
     }
 
-    async fn at_home(&self) -> Result<(), DeviceError> {
+    async fn at_home(&self, _: i64, _: bool) -> Result<(), DeviceError> {
         let (steps, frame) = self.steps().await?;
         let home = self.profile.home_steps;
         if steps.abs_diff(home) > self.profile.tolerance_steps {

@@ -4,7 +4,7 @@
 //! and is no real drive. `address` stands for `{address}` in the profile.
 //!
 //! These languages have neither checks nor numbers. Every command is followed by a look at what became of it, and looks
-//! count as `watched.rs` says. After a lost reply the command of `[identity]` must be answered before anything is asked
+//! count as `polled.rs` says. After a lost reply the command of `[identity]` must be answered before anything is asked
 //! again.
 
 mod drive;
@@ -18,7 +18,7 @@ use isolux_protocol_ascii::{Lines, Plain};
 use isolux_transport::{Driver, Place, Ports, no_display};
 use isolux_units::Millimetre;
 
-use crate::watched::Watched;
+use crate::polled::PolledAxis;
 use drive::{Described, NAME};
 use profile::Profile;
 
@@ -58,10 +58,10 @@ impl AsciiAxisDriver {
         &self,
         target: &Target,
         settings: AxisSettings<P>,
-    ) -> Result<Watched<P, Described<P>>, OpenError> {
+    ) -> Result<PolledAxis<P, Described<P>>, OpenError> {
         let profile = profile(target)?;
         let bus = self.ports.bus(target, profile.line, Lines::<Plain>::default).await?;
-        Ok(Watched::new(Described::open(bus, target, profile, settings).await?))
+        Ok(PolledAxis::new(Described::open(bus, target, profile, settings).await?))
     }
 }
 

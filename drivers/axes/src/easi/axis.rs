@@ -6,7 +6,7 @@ use isolux_protocol_easi::{Bits, status};
 use tokio::time::Instant;
 
 use super::drive::Indexer;
-use crate::watched::{Drive, Look, fault};
+use crate::polled::{AxisDriver, AxisStatus, fault, in_use};
 
 /// The drive keeps no word on whether it has a reference. The in-position time is set to this many ms once it has been
 /// found, and is another one after power-on: a drive that has it and whose motor never lost its current knows where it
@@ -61,15 +61,9 @@ impl<P: Coordinate> Xli<P> {
             dynamics[at] = format!("{:.*}", if unit < 0.05 { 2 } else { 1 }, units * unit);
             actual[at] = units * unit / rev_per_unit;
         }
-        let used = AxisSettings::new(*settings.scale(), settings.limit(), actual[0], actual[1]);
-        let settings = used.map_err(|error| DeviceError::Unsupported {
-            device: indexer.name().to_owned(),
-            action: "use these settings".to_owned(),
-            reason: error.to_string(),
-        })?;
         let axis = Self {
+            settings: in_use(indexer.name(), &settings, actual)?,
             indexer,
-            settings,
             home,
             tolerance_steps,
             dynamics,
@@ -88,11 +82,11 @@ impl<P: Coordinate> Xli<P> {
 
     /// The motor has current; the drive is set up anew where it takes a reset to get there.
     async fn energise(&self) -> Result<(), DeviceError> {
-        if self.status().await?.0.has(status::ENERGISED) {
+        if self.bits().await?.0.has(status::ENERGISED) {
             return Ok(());
         }
         self.indexer.say("ON").await?;
-        if self.status().await?.0.has(status::ENERGISED) {
+        if self.bits().await?.0.has(status::ENERGISED) {
             return Ok(());
         }
         tracing::warn!(
@@ -102,7 +96,7 @@ impl<P: Coordinate> Xli<P> {
         self.indexer.reset().await?;
         self.set_dynamics().await?;
         self.indexer.say("ON").await?;
-        let (status, frame) = self.status().await?;
+        let (status, frame) = self.bits().await?;
         if status.has(status::ENERGISED) {
             return Ok(());
         }
@@ -111,13 +105,13 @@ impl<P: Coordinate> Xli<P> {
         Err(fault(self.indexer.name(), "ON", reason, frame))
     }
 
-    async fn status(&self) -> Result<(Bits, Vec<u8>), DeviceError> {
+    async fn bits(&self) -> Result<(Bits, Vec<u8>), DeviceError> {
         self.indexer.bits("R(ST)").await
     }
 }
 
 #[async_trait]
-impl<P: Coordinate> Drive<P> for Xli<P> {
+impl<P: Coordinate> AxisDriver<P> for Xli<P> {
     fn identity(&self) -> &Identity {
         self.indexer.identity()
     }
@@ -131,9 +125,9 @@ impl<P: Coordinate> Drive<P> for Xli<P> {
     }
 
     /// Status first, then position: an axis that had come to rest is where the second answer says.
-    async fn look(&self) -> Result<Look<P>, DeviceError> {
+    async fn status(&self) -> Result<AxisStatus<P>, DeviceError> {
         let before = self.indexer.unsolicited();
-        let (status, mut frame) = self.status().await?;
+        let (status, mut frame) = self.bits().await?;
         let (steps, position) = self.indexer.steps().await?;
         let at = Instant::now();
         frame.extend(position);
@@ -152,23 +146,22 @@ impl<P: Coordinate> Drive<P> for Xli<P> {
         };
         let limit = |bit, name: &str| status.has(bit).then(|| format!("{name} limit switch"));
         let steps = i64::from(steps);
-        Ok(Look {
-            unsolicited: (before, self.indexer.unsolicited()),
-            position: AxisPosition {
-                place: self.settings.scale().place(steps),
-                steps,
-                moving,
-                homed,
-                at,
-            },
+        let position = AxisPosition {
+            place: self.settings.scale().place(steps),
+            steps,
+            moving,
+            homed,
+            at,
+        };
+        Ok(AxisStatus {
             fault,
             obstacle: limit(status::NEGATIVE_LIMIT, "negative").or_else(|| limit(status::POSITIVE_LIMIT, "positive")),
-            frame,
+            ..AxisStatus::new((before, self.indexer.unsolicited()), position, frame)
         })
     }
 
-    async fn go(&self, steps: i64) -> Result<(), DeviceError> {
-        let (status, frame) = self.status().await?;
+    async fn go(&self, steps: i32) -> Result<(), DeviceError> {
+        let (status, frame) = self.bits().await?;
         if status.has(status::MOVING) {
             let reason = "it is still moving, and takes no other target until it rests";
             return Err(fault(self.indexer.name(), "G", reason, frame));
@@ -198,7 +191,7 @@ impl<P: Coordinate> Drive<P> for Xli<P> {
         Err(self.indexer.refused("GH", faults, reply.bytes))
     }
 
-    async fn at_home(&self) -> Result<(), DeviceError> {
+    async fn at_home(&self, _: i64, _: bool) -> Result<(), DeviceError> {
         // Without clearing: bit 6 homing failed; 7, a narrow switch, is a warning.
         let said = self.indexer.twice("R(UF1)").await?;
         let failed = matches!(said.value.as_bytes(), [_, _, _, _, _, b'1', ..]);

@@ -5,10 +5,10 @@ use std::time::Duration;
 use isolux_device::{DeviceError, Identity, Target};
 use isolux_protocol_ascii::{Lines, Number, Reply};
 use isolux_protocol_easi::{Answer, Bits, Easi, Request, drive_fault, user_fault};
-use isolux_transport::{Bus, BusError};
+use isolux_transport::{Bus, BusError, TRIES};
 use tokio::time::{Instant, sleep};
 
-use crate::watched::fault;
+use crate::polled::fault;
 
 /// Name of the driver in `open = "parker-easi:…"`.
 pub(super) const NAME: &str = "parker-easi";
@@ -134,21 +134,34 @@ impl Indexer {
         Err(fault(self.name(), report, reason, said.frame))
     }
 
+    /// A report that `parse` reads. The language has no checksum: an answer that is none is asked for again.
+    async fn parsed<T>(
+        &self,
+        report: &str,
+        parse: impl Fn(&str) -> Result<T, String> + Send,
+    ) -> Result<(T, Vec<u8>), DeviceError> {
+        let mut tries = 1;
+        loop {
+            let said = self.report(report).await?;
+            match parse(&said.value) {
+                Ok(value) => return Ok((value, said.frame)),
+                Err(reason) if tries >= TRIES => return Err(self.malformed(report, reason, said.frame)),
+                Err(reason) => tracing::warn!(report, reason, tries, "asking again"),
+            }
+            tries += 1;
+        }
+    }
+
     /// A status word.
     pub async fn bits(&self, report: &str) -> Result<(Bits, Vec<u8>), DeviceError> {
-        let said = self.report(report).await?;
-        let bits =
-            Bits::parse(&said.value).map_err(|error| self.malformed(report, error.to_string(), said.frame.clone()))?;
-        Ok((bits, said.frame))
+        let parse = |value: &str| Bits::parse(value).map_err(|error| error.to_string());
+        self.parsed(report, parse).await
     }
 
     /// The absolute position.
     pub async fn steps(&self) -> Result<(i32, Vec<u8>), DeviceError> {
-        let said = self.report("R(PA)").await?;
-        match said.value.parse() {
-            Ok(steps) => Ok((steps, said.frame)),
-            Err(_) => Err(self.malformed("R(PA)", format!("\"{}\" is no count", said.value), said.frame)),
-        }
+        let parse = |value: &str| value.parse().map_err(|_| format!("\"{value}\" is no count"));
+        self.parsed("R(PA)", parse).await
     }
 
     /// A command, whatever the drive says to it; the user faults since the last look, which this look clears.

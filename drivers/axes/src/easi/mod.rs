@@ -17,7 +17,7 @@ use isolux_protocol_easi::Easi;
 use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_display, printable};
 use isolux_units::Millimetre;
 
-use crate::watched::Watched;
+use crate::polled::PolledAxis;
 use axis::Xli;
 use drive::{Indexer, NAME};
 
@@ -114,7 +114,7 @@ impl ParkerEasiDriver {
         &self,
         target: &Target,
         settings: AxisSettings<P>,
-    ) -> Result<Watched<P, Xli<P>>, OpenError> {
+    ) -> Result<PolledAxis<P, Xli<P>>, OpenError> {
         let address = Address::parse(target)?;
         let bus = self
             .ports
@@ -122,7 +122,7 @@ impl ParkerEasiDriver {
             .await?;
         let indexer = Indexer::open(bus, address.address, target).await?;
         let axis = Xli::open(indexer, settings, address.home, address.tolerance_steps).await?;
-        Ok(Watched::new(axis))
+        Ok(PolledAxis::new(axis))
     }
 }
 

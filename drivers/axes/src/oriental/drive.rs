@@ -1,7 +1,7 @@
 //! The drive's registers: what they hold, and asking for them.
 
-use isolux_device::{AxisPosition, AxisScale, Coordinate, DeviceError, Identity, Target};
-use isolux_modbus::{Registers, Table, Unit};
+use isolux_device::{DeviceError, Identity, Target};
+use isolux_modbus::{Registers as Answer, Table, Unit};
 use tokio::time::Instant;
 
 use super::alarm;
@@ -114,30 +114,32 @@ impl Dynamics {
     }
 }
 
-/// What the drive says of itself at one moment.
-pub(crate) struct Look<P> {
-    /// Answers in excess when this was asked, and when it was answered.
-    pub unsolicited: (u64, u64),
-    pub position: AxisPosition<P>,
-    /// Where the drive wants to be.
-    pub command_steps: i64,
+/// What the registers hold at one moment.
+pub(crate) struct Registers {
     pub outputs: Outputs,
     pub alarm: Option<u32>,
+    /// Where the drive wants to be.
+    pub command_steps: i32,
+    /// Where the shaft is.
+    pub detected_steps: i32,
+    pub at: Instant,
+    /// The answer with the positions.
     pub frame: Vec<u8>,
 }
 
-impl<P> Look<P> {
+impl Registers {
     /// The alarm in words.
-    pub fn fault(&self) -> Option<String> {
+    pub fn alarm(&self) -> Option<String> {
         let code = self.alarm?;
         Some(format!("alarm {code:02X}h ({})", alarm::meaning(code)))
     }
 
     /// That the shaft rests where nothing has sent it, if it does: pushed by hand, or slipped without current.
     pub fn displaced(&self, tolerance_steps: u64) -> Option<String> {
-        let (is, wanted) = (self.position.steps, self.command_steps);
-        let off = !self.position.moving && !self.outputs.in_position() && is.abs_diff(wanted) > tolerance_steps;
-        off.then(|| format!("displaced while stationary: it is at {is}, the drive holds {wanted}"))
+        let (is, wanted) = (self.detected_steps, self.command_steps);
+        let off = u64::from(is.abs_diff(wanted)) > tolerance_steps;
+        let displaced = !self.outputs.moving() && !self.outputs.in_position() && off;
+        displaced.then(|| format!("displaced while stationary: it is at {is}, the drive holds {wanted}"))
     }
 }
 
@@ -213,41 +215,28 @@ impl Drive {
     }
 
     /// Outputs first, then positions: an axis that had come to rest is where the second answer says.
-    pub async fn look<P: Coordinate>(&self, scale: &AxisScale<P>, dynamics: Dynamics) -> Result<Look<P>, DeviceError> {
-        let before = self.unit.unsolicited();
-        let outputs = self.unit.read(Table::Holding, OUTPUTS, 2, "read the outputs").await?;
+    pub async fn registers(&self) -> Result<Registers, DeviceError> {
+        let read = |from, count, action| self.unit.read(Table::Holding, from, count, action);
+        let outputs = read(OUTPUTS, 2, "read the outputs").await?;
         let outputs = Outputs(long(&outputs.words, 0) as u32);
         let alarm = if outputs.alarm() {
-            let read = self.unit.read(Table::Holding, ALARM, 2, "read the alarm").await?;
-            Some(long(&read.words, 0) as u32)
+            Some(long(&read(ALARM, 2, "read the alarm").await?.words, 0) as u32)
         } else {
             None
         };
-        let read = self
-            .unit
-            .read(Table::Holding, POSITIONS, 8, "read the position")
-            .await?;
-        let at = Instant::now();
-        let (command, detected) = (long(&read.words, 0), long(&read.words, 6));
-        // On its way an axis has power; at rest the rates tell whether it had it all the time.
-        let powered = outputs.moving() || self.rates().await? == [dynamics.rate_hz_s; 2];
-        Ok(Look {
-            unsolicited: (before, self.unit.unsolicited()),
-            position: AxisPosition {
-                place: scale.place(detected.into()),
-                steps: detected.into(),
-                moving: outputs.moving(),
-                homed: outputs.coordinates_set() && powered,
-                at,
-            },
-            command_steps: command.into(),
+        let positions = read(POSITIONS, 8, "read the position").await?;
+        Ok(Registers {
             outputs,
             alarm,
-            frame: read.frame,
+            command_steps: long(&positions.words, 0),
+            detected_steps: long(&positions.words, 6),
+            at: Instant::now(),
+            frame: positions.frame,
         })
     }
 
-    async fn rates(&self) -> Result<[i32; 2], DeviceError> {
+    /// Starting and stopping rate.
+    pub async fn rates(&self) -> Result<[i32; 2], DeviceError> {
         let read = self
             .unit
             .read(Table::Holding, DIRECT_RATES, 4, "read the rates")
@@ -256,7 +245,7 @@ impl Drive {
     }
 
     /// Reads what does not change until two answers in a row are the same: RTU has no request numbers.
-    async fn read_twice(&self, from: u16, count: u16, action: &str) -> Result<Registers, DeviceError> {
+    async fn read_twice(&self, from: u16, count: u16, action: &str) -> Result<Answer, DeviceError> {
         let mut unsolicited = self.unit.unsolicited();
         let mut before = self.unit.read(Table::Holding, from, count, action).await?;
         for _ in 1..MOST_ANSWERS {
@@ -289,6 +278,7 @@ fn words<const N: usize>(longs: [i32; N]) -> Vec<u16> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use isolux_device::Coordinate;
 
     const KEYS: [&str; 4] = <isolux_units::AxisAngle as Coordinate>::KEYS;
 

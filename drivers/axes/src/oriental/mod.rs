@@ -21,6 +21,7 @@ use isolux_modbus::Unit;
 use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_display};
 use isolux_units::Millimetre;
 
+use crate::polled::PolledAxis;
 use axis::AzAxis;
 use drive::{Drive, NAME};
 
@@ -91,11 +92,16 @@ impl OrientalAzDriver {
         Self { ports }
     }
 
-    async fn axis<P: Coordinate>(&self, target: &Target, settings: AxisSettings<P>) -> Result<AzAxis<P>, OpenError> {
+    async fn axis<P: Coordinate>(
+        &self,
+        target: &Target,
+        settings: AxisSettings<P>,
+    ) -> Result<PolledAxis<P, AzAxis<P>>, OpenError> {
         let address = Address::parse(target)?;
         let unit = Unit::open(&self.ports, target, address.place.line).await?;
         let drive = Drive::new(unit, target);
-        Ok(AzAxis::open(drive, settings, address.tolerance_steps.into()).await?)
+        let axis = AzAxis::open(drive, settings, address.tolerance_steps.into()).await?;
+        Ok(PolledAxis::new(axis))
     }
 }
 

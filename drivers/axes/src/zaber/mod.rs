@@ -19,6 +19,7 @@ use isolux_protocol_zaber::Host;
 use isolux_transport::{Driver, LineSettings, Parity, Place, Ports, Probe, no_display};
 use isolux_units::Millimetre;
 
+use crate::polled::PolledAxis;
 use axis::ZaberAxis;
 use controller::{Controller, NAME};
 use io::{ZaberSwitch, ZaberThermometer};
@@ -141,10 +142,16 @@ impl ZaberDriver {
         Ok(Controller::open(bus, address.device, target).await?)
     }
 
-    async fn axis<P: Coordinate>(&self, target: &Target, settings: AxisSettings<P>) -> Result<ZaberAxis<P>, OpenError> {
+    async fn axis<P: Coordinate>(
+        &self,
+        target: &Target,
+        settings: AxisSettings<P>,
+    ) -> Result<PolledAxis<P, ZaberAxis<P>>, OpenError> {
         let address = Address::parse(target, Kind::Axis)?;
         let controller = self.controller(target, &address).await?;
-        Ok(ZaberAxis::open(controller, address.number, settings).await?)
+        Ok(PolledAxis::new(
+            ZaberAxis::open(controller, address.number, settings).await?,
+        ))
     }
 }
 
