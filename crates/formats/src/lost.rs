@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use crate::distribution::Distribution;
+use crate::eulumdat::fields::HEADER;
 use crate::finding::Finding;
 use crate::ies::edition::{Edition, GENERATION_TYPES};
 use crate::number::decimal;
@@ -20,9 +21,7 @@ impl Distribution {
         let mut lost: Vec<String> = self.opening_lost(target).into_iter().collect();
         for (key, value) in &self.header {
             match (key.as_str(), value) {
-                (key, _) if DERIVED.contains(&key) || DESCRIPTION.contains(&key) => {}
-                ("length_mm" | "width_mm" | "height_mm", _) if target != Format::IES => {}
-                (key, _) if key.starts_with("luminous_height") && target == Format::IES => {}
+                (key, _) if DERIVED.contains(&key) || has_field(key, target) => {}
                 ("keywords", Value::Array(list)) if !from_ies => lost.extend(keywords_lost(list, target)),
                 ("tilt", Value::Object(_)) if from_ies && self.tilt_factors().is_some() => {}
                 // Of the generation it is the type that counts.
@@ -80,20 +79,14 @@ impl Distribution {
 }
 
 /// Header keys that follow from the intensities, the flux or the target's own fields.
-const DERIVED: [&str; 32] = [
+const DERIVED: [&str; 26] = [
     "changes",
     "encoding",
     "line_ending",
     "symmetry_indicator",
-    "type_indicator",
     "c_planes",
-    "c_step_deg",
     "gamma_angles",
-    "gamma_step_deg",
-    "dff_percent",
-    "lorl_percent",
     "direct_ratios",
-    "conversion_factor",
     "version",
     "edition",
     "candela_multiplier",
@@ -115,16 +108,11 @@ const DERIVED: [&str; 32] = [
     "Version",
 ];
 
-/// Header keys of EULUMDAT that every format has a field for.
-const DESCRIPTION: [&str; 7] = [
-    "company",
-    "report_number",
-    "luminaire_name",
-    "luminaire_number",
-    "date_user",
-    "luminous_length_mm",
-    "luminous_width_mm",
-];
+/// Whether a file of format `target` can say what this key of EULUMDAT says.
+fn has_field(key: &str, target: Format) -> bool {
+    let field = HEADER.iter().find(|field| field.key == key);
+    field.is_some_and(|field| (field.elsewhere)(target))
+}
 
 /// Keywords of LM-63 that the target has no field for.
 fn keywords_lost(list: &[Value], target: Format) -> Vec<String> {

@@ -3,6 +3,8 @@
 use isolux_photometry::Symmetry;
 use serde_json::{Map, Value, json};
 
+use super::fields::{Field, HEADER, SET, Value as Kept};
+
 /// The document: header as read, stored planes in cd/klm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Document {
@@ -127,50 +129,24 @@ pub(crate) const fn stored_planes(isym: u8, mc: usize) -> usize {
 impl Document {
     /// Every field, for `header` of the JSON documents.
     pub(crate) fn header_json(&self) -> Map<String, Value> {
-        let header = &self.header;
-        let sets: Vec<Value> = header
-            .lamp_sets
-            .iter()
-            .map(|set| {
-                json!({
-                    "lamp_count": set.count, "lamp_type": set.lamp, "flux_lm": set.flux_lm,
-                    "colour_appearance": set.colour, "colour_rendering": set.rendering, "power_w": set.watts,
-                })
-            })
-            .collect();
-        let [c0, c90, c180, c270] = header.luminous_height_mm;
-        let fields = json!({
-            "company": header.company,
-            "type_indicator": header.type_indicator,
-            "symmetry_indicator": self.isym,
-            "c_planes": self.c_deg.len(),
-            "c_step_deg": header.c_step_deg,
-            "gamma_angles": self.gamma_deg.len(),
-            "gamma_step_deg": header.gamma_step_deg,
-            "report_number": header.report,
-            "luminaire_name": header.name,
-            "luminaire_number": header.number,
-            "file_name": header.file_name,
-            "date_user": header.date_user,
-            "length_mm": header.length_mm,
-            "width_mm": header.width_mm,
-            "height_mm": header.height_mm,
-            "luminous_length_mm": header.luminous_length_mm,
-            "luminous_width_mm": header.luminous_width_mm,
-            "luminous_height_c0_mm": c0,
-            "luminous_height_c90_mm": c90,
-            "luminous_height_c180_mm": c180,
-            "luminous_height_c270_mm": c270,
-            "dff_percent": header.dff_percent,
-            "lorl_percent": header.lorl_percent,
-            "conversion_factor": header.conversion_factor,
-            "tilt_deg": header.tilt_deg,
-            "lamp_sets": sets,
-            "direct_ratios": header.direct_ratios,
-        });
-        match fields {
-            Value::Object(map) => map,
-            _ => Map::new(),
-        }
+        let mut header = self.header.clone();
+        let mut map = fields_json(HEADER, &mut header);
+        let mut insert = |key: &str, value: Value| map.insert(key.to_owned(), value);
+        insert("symmetry_indicator", self.isym.into());
+        insert("c_planes", self.c_deg.len().into());
+        insert("gamma_angles", self.gamma_deg.len().into());
+        let sets = header.lamp_sets.iter_mut().map(|set| fields_json(SET, set));
+        insert("lamp_sets", sets.collect());
+        insert("direct_ratios", json!(header.direct_ratios));
+        map
     }
+}
+
+fn fields_json<T>(fields: &[Field<T>], of: &mut T) -> Map<String, Value> {
+    let value = |field: &Field<T>| match field.value {
+        Kept::Text(place, _) => json!(place(of)),
+        Kept::Number(_, _, place, _) => json!(place(of)),
+    };
+    let keys = fields.iter().map(|field| field.key.to_owned());
+    keys.zip(fields.iter().map(value)).collect()
 }

@@ -1,6 +1,7 @@
 //! A distribution of any source as an EULUMDAT file.
 
 use super::document::{Header, LampSet};
+use super::fields::{HEADER, SET, share};
 use super::write::{rewrite, write};
 use crate::distribution::Distribution;
 use crate::finding::Finding;
@@ -30,29 +31,16 @@ impl Distribution {
             Some(flux) => (luminaire.lamp_count.unwrap_or(1.0), flux, None),
             None => (-luminaire.lamp_count.unwrap_or(1.0).max(1.0), integral, Some(100.0)),
         };
-        Header {
-            company: luminaire.manufacturer.clone(),
-            report: luminaire.report.clone(),
-            name: luminaire.name.clone(),
-            number: luminaire.number.clone(),
-            date_user: luminaire.date.clone(),
-            length_mm: luminaire.length_mm.or(luminaire.luminous_length_mm),
-            width_mm: luminaire.width_mm.or(luminaire.luminous_width_mm),
-            height_mm: luminaire.height_mm,
-            luminous_length_mm: luminaire.luminous_length_mm,
-            luminous_width_mm: luminaire.luminous_width_mm,
-            luminous_height_mm: luminaire.luminous_height_mm,
-            lorl_percent: lorl,
-            tilt_deg: luminaire.tilt_deg.or(Some(0.0)),
-            lamp_sets: vec![LampSet {
-                count: Some(count),
-                lamp: luminaire.lamp.clone(),
-                flux_lm: Some(flux),
-                colour: luminaire.colour.clone(),
-                rendering: luminaire.rendering.clone(),
-                watts: luminaire.watts,
-            }],
-            ..Header::default()
-        }
+        let (mut header, mut set) = (Header::default(), LampSet::default());
+        let mut shared = luminaire.clone();
+        share(HEADER, &mut header, &mut shared, false);
+        share(SET, &mut set, &mut shared, false);
+        (set.count, set.flux_lm) = (Some(count), Some(flux));
+        header.length_mm = luminaire.length_mm.or(luminaire.luminous_length_mm);
+        header.width_mm = luminaire.width_mm.or(luminaire.luminous_width_mm);
+        header.lorl_percent = lorl;
+        header.tilt_deg.get_or_insert(0.0);
+        header.lamp_sets.push(set);
+        header
     }
 }

@@ -4,6 +4,7 @@
 use isolux_photometry::IntensityDistribution;
 
 use super::document::{Document, Header};
+use super::fields::{self, Value};
 use super::layout::HEADER;
 use crate::finding::{Finding, Findings};
 use crate::text::Text;
@@ -123,13 +124,10 @@ fn spread(document: &Document) -> f64 {
 
 /// Lines (zero-based) and sizes of the luminaire and its luminous area that are stated, in mm.
 fn sizes(header: &Header) -> impl Iterator<Item = (usize, f64)> {
-    let body = [
-        header.length_mm,
-        header.width_mm,
-        header.height_mm,
-        header.luminous_length_mm,
-        header.luminous_width_mm,
-    ];
-    let all = body.into_iter().chain(header.luminous_height_mm).enumerate();
-    all.filter_map(|(at, size)| size.map(|size| (12 + at, size)))
+    let mut header = header.clone();
+    let sizes = fields::HEADER.iter().filter(|field| field.key.ends_with("_mm"));
+    sizes.filter_map(move |field| match field.value {
+        Value::Number(_, _, place, _) => Some((field.line, (*place(&mut header))?)),
+        Value::Text(..) => None,
+    })
 }

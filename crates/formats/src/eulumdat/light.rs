@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::document::{Document, Header, LampSet, symmetry};
+use super::fields::{self, share};
 use super::layout::HEADER;
 use super::{expand, header};
 use crate::distribution::{Distribution, Luminaire};
@@ -221,26 +222,11 @@ fn order_of_class_three(document: &Document, options: ReadOptions, findings: &mu
 }
 
 fn luminaire(header: &Header) -> Luminaire {
-    let set = header.lamp_sets.first().cloned().unwrap_or_default();
-    Luminaire {
-        manufacturer: header.company.clone(),
-        name: header.name.clone(),
-        number: header.number.clone(),
-        report: header.report.clone(),
-        date: header.date_user.clone(),
-        laboratory: String::new(),
-        length_mm: header.length_mm,
-        width_mm: header.width_mm,
-        height_mm: header.height_mm,
-        luminous_length_mm: header.luminous_length_mm,
-        luminous_width_mm: header.luminous_width_mm,
-        luminous_height_mm: header.luminous_height_mm,
-        lamp: set.lamp,
-        lamp_count: set.count.map(f64::abs),
-        colour: set.colour,
-        rendering: set.rendering,
-        watts: set.watts,
-        luminous_body_mm: None,
-        tilt_deg: header.tilt_deg,
+    let (mut header, mut luminaire) = (header.clone(), Luminaire::default());
+    share(fields::HEADER, &mut header, &mut luminaire, true);
+    if let Some(set) = header.lamp_sets.first_mut() {
+        share(fields::SET, set, &mut luminaire, true);
+        luminaire.lamp_count = set.count.map(f64::abs);
     }
+    luminaire
 }

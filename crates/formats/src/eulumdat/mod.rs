@@ -6,6 +6,7 @@
 
 pub(crate) mod document;
 mod expand;
+pub(crate) mod fields;
 mod from_distribution;
 mod header;
 mod layout;

@@ -1,6 +1,7 @@
 //! EULUMDAT bytes to the document and to absolute candela.
 
 use super::document::{Document, Header, LampSet};
+use super::fields::{self, Field, Value};
 use super::layout::{self, HEADER, Layout, Token};
 use super::light::{Places, distribution};
 use crate::distribution::Distribution;
@@ -92,10 +93,6 @@ struct Fields<'f, 't> {
 }
 
 impl Fields<'_, '_> {
-    fn words(&self, index: usize) -> String {
-        self.text.line(index).trim().to_owned()
-    }
-
     /// A number that may be blank: `None` with a note then, with an error where something else stands there.
     fn number(&mut self, line: usize, what: &str) -> Option<f64> {
         let raw = self.text.line(line);
@@ -121,39 +118,23 @@ impl Fields<'_, '_> {
         }
     }
 
+    fn fields<T>(&mut self, fields: &[Field<T>], first: usize, into: &mut T) {
+        for field in fields {
+            let line = first + field.line;
+            match field.value {
+                Value::Text(place, _) => self.text.line(line).trim().clone_into(place(into)),
+                Value::Number(what, _, place, _) => *place(into) = self.number(line, what),
+            }
+        }
+    }
+
     fn header(&mut self) -> Header {
-        let mut header = Header {
-            company: self.words(0),
-            type_indicator: self.number(1, "the type indicator"),
-            c_step_deg: self.number(4, "the distance between C planes"),
-            gamma_step_deg: self.number(6, "the distance between γ angles"),
-            report: self.words(7),
-            name: self.words(8),
-            number: self.words(9),
-            file_name: self.words(10),
-            date_user: self.words(11),
-            length_mm: self.number(12, "the length of the luminaire"),
-            width_mm: self.number(13, "the width of the luminaire"),
-            height_mm: self.number(14, "the height of the luminaire"),
-            luminous_length_mm: self.number(15, "the length of the luminous area"),
-            luminous_width_mm: self.number(16, "the width of the luminous area"),
-            luminous_height_mm: [17, 18, 19, 20].map(|index| self.number(index, "the height of the luminous area")),
-            dff_percent: self.number(21, "the downward flux fraction"),
-            lorl_percent: self.number(22, "the light output ratio"),
-            conversion_factor: self.number(23, "the conversion factor"),
-            tilt_deg: self.number(24, "the tilt"),
-            ..Header::default()
-        };
+        let mut header = Header::default();
+        self.fields(fields::HEADER, 0, &mut header);
         for set in 0..self.layout.sets {
-            let first = HEADER + 6 * set;
-            header.lamp_sets.push(LampSet {
-                count: self.number(first, "the number of lamps"),
-                lamp: self.words(first + 1),
-                flux_lm: self.number(first + 2, "the flux of the lamps"),
-                colour: self.words(first + 3),
-                rendering: self.words(first + 4),
-                watts: self.number(first + 5, "the power"),
-            });
+            let mut lamps = LampSet::default();
+            self.fields(fields::SET, HEADER + 6 * set, &mut lamps);
+            header.lamp_sets.push(lamps);
         }
         for (into, token) in header.direct_ratios.iter_mut().zip(&self.layout.ratios) {
             *into = self.token(token, "direct ratio", "ldt-header-number", true);

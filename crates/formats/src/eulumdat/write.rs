@@ -4,6 +4,8 @@ use isolux_photometry::{IntensityDistribution, Symmetry};
 
 use super::document::{Document, Header, isym, stored_planes};
 use super::expand::stored_c_deg;
+use super::fields::{Blank, Field, HEADER, SET, Value};
+use super::layout::HEADER as HEADER_LINES;
 use crate::finding::{Finding, Findings};
 use crate::number;
 use crate::parsed::Written;
@@ -70,25 +72,26 @@ pub fn write(intensity: &IntensityDistribution, header: &Header) -> Result<Writt
 /// Puts 0 for sizes, tilt and power that are not known, and says how many: readers that skip blank lines would take
 /// every number after one for its neighbour.
 fn zero_where_unknown(header: &mut Header) -> usize {
-    let sizes = [
-        &mut header.length_mm,
-        &mut header.width_mm,
-        &mut header.height_mm,
-        &mut header.luminous_length_mm,
-        &mut header.luminous_width_mm,
-        &mut header.tilt_deg,
-        &mut header.dff_percent,
-        &mut header.lorl_percent,
-    ];
-    let powers = header.lamp_sets.iter_mut().map(|set| &mut set.watts);
-    let mut unknown = 0;
-    for field in sizes.into_iter().chain(&mut header.luminous_height_mm).chain(powers) {
-        unknown += usize::from(field.is_none());
-        field.get_or_insert(0.0);
+    let mut unknown = zeros(HEADER, header);
+    for set in &mut header.lamp_sets {
+        unknown += zeros(SET, set);
     }
     // Ten zeros stand for ratios that are not stated.
     for ratio in &mut header.direct_ratios {
         ratio.get_or_insert(0.0);
+    }
+    unknown
+}
+
+fn zeros<T>(fields: &[Field<T>], of: &mut T) -> usize {
+    let mut unknown = 0;
+    for field in fields {
+        if let Value::Number(_, Blank::Zero, place, _) = field.value
+            && place(of).is_none()
+        {
+            *place(of) = Some(0.0);
+            unknown += 1;
+        }
     }
     unknown
 }
@@ -171,43 +174,21 @@ pub fn write_document(document: &Document) -> Written {
         findings: Findings::new(),
         number: 0,
     };
-    let header = &document.header;
-    out.words(&header.company, 78);
-    out.number(header.type_indicator.or(Some(0.0)), 4);
-    out.number(Some(f64::from(document.isym)), 4);
-    out.number(Some(document.c_deg.len() as f64), 4);
-    out.number(header.c_step_deg.or(Some(0.0)), 5);
-    out.number(Some(document.gamma_deg.len() as f64), 4);
-    out.number(header.gamma_step_deg.or(Some(0.0)), 5);
-    out.words(&header.report, 78);
-    out.words(&header.name, 78);
-    out.words(&header.number, 78);
-    out.words(&header.file_name, 8);
-    out.words(&header.date_user, 78);
-    for (value, width) in [
-        (header.length_mm, 4),
-        (header.width_mm, 4),
-        (header.height_mm, 4),
-        (header.luminous_length_mm, 4),
-        (header.luminous_width_mm, 4),
-    ] {
-        out.number(value, width);
+    let mut header = document.header.clone();
+    let counts = [
+        (2, usize::from(document.isym)),
+        (3, document.c_deg.len()),
+        (5, document.gamma_deg.len()),
+        (25, header.lamp_sets.len()),
+    ];
+    for line in 0..HEADER_LINES {
+        match counts.iter().find(|(at, _)| *at == line) {
+            Some((_, count)) => out.number(Some(*count as f64), 4),
+            None => out.fields(HEADER.iter().filter(|field| field.line == line), &mut header),
+        }
     }
-    for height in header.luminous_height_mm {
-        out.number(height, 4);
-    }
-    out.number(header.dff_percent, 4);
-    out.number(header.lorl_percent, 4);
-    out.number(header.conversion_factor.or(Some(1.0)), 6);
-    out.number(header.tilt_deg, 6);
-    out.number(Some(header.lamp_sets.len() as f64), 4);
-    for set in &header.lamp_sets {
-        out.number(set.count, 4);
-        out.words(&set.lamp, 24);
-        out.number(set.flux_lm, 12);
-        out.words(&set.colour, 16);
-        out.words(&set.rendering, 6);
-        out.number(set.watts, 8);
+    for set in &mut header.lamp_sets {
+        out.fields(SET, set);
     }
     for ratio in header.direct_ratios {
         out.number(ratio, 7);
@@ -232,6 +213,16 @@ impl Lines {
     fn end(&mut self) {
         self.bytes.extend_from_slice(b"\r\n");
         self.number += 1;
+    }
+
+    fn fields<'f, T: 'f>(&mut self, fields: impl IntoIterator<Item = &'f Field<T>>, of: &mut T) {
+        for field in fields {
+            match field.value {
+                Value::Text(place, _) => self.words(place(of), field.width),
+                Value::Number(_, Blank::Is(value), place, _) => self.number(place(of).or(Some(value)), field.width),
+                Value::Number(_, _, place, _) => self.number(*place(of), field.width),
+            }
+        }
     }
 
     /// A text field: CP1252, cut to its width.
