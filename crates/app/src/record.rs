@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use camino::Utf8Path;
 use isolux_record::disk::sha256;
-use isolux_record::{Run, RunError, RunHeader, RunLock};
+use isolux_record::{Run, RunError, RunLock};
 use serde::Deserialize;
 
 use crate::{Failure, files};
@@ -58,18 +58,14 @@ pub(crate) fn sums<'a>(files: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> 
     })
 }
 
-/// Compares the files of `folder` in the run `run` with its [`SUMS`]; a run of format 1 has none.
+/// Compares the files of `folder` with its [`SUMS`].
 ///
 /// # Errors
 /// Bad input (exit 2) with the file that is missing or not what was written, or that is among `needed` and not in the
 /// list.
-pub(crate) fn check_sums(run: &Utf8Path, folder: &Utf8Path, needed: &[&str]) -> Result<(), Failure> {
+pub(crate) fn check_sums(folder: &Utf8Path, needed: &[&str]) -> Result<(), Failure> {
     let file = folder.join(SUMS);
     if !file.is_file() {
-        let header = RunHeader::read(run).map_err(Failure::bad_input)?;
-        if !header.layout().has_hashes() {
-            return Ok(());
-        }
         return Err(Failure::bad_input(format!(
             "{file} is missing: {folder} cannot be compared with what was written"
         )));

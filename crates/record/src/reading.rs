@@ -222,11 +222,11 @@ pub struct Reading {
     pub raw: String,
     /// Number of the session at the bench in which it was taken, from 0; set by the record.
     pub session: u32,
-    /// How often the lamp had been switched on in this run; set by the record, none in runs of format 1.
+    /// How often the lamp had been switched on in this run; set by the record.
     pub burning: Option<u32>,
     /// Middle of the integration in seconds since the lamp was last switched on; none before that.
     pub lamp_s: Option<f64>,
-    /// The lamp's supply line meanwhile; empty without a power meter, and in runs of formats 1 and 2.
+    /// The lamp's supply line meanwhile; empty without a power meter.
     pub electrical: Electrical,
 }
 

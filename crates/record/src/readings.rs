@@ -34,7 +34,7 @@ pub struct Readings {
     pub whole_bytes: usize,
     /// Length of the file up to the end of each row.
     pub(crate) ends: Vec<usize>,
-    /// `chain` of each row; empty in format 1.
+    /// `chain` of each row.
     pub(crate) chains: Vec<String>,
 }
 
@@ -110,9 +110,7 @@ pub(crate) fn parse_whole(file: &Utf8Path, bytes: &[u8]) -> (Readings, Option<Re
         }
         readings.whole_bytes += line.len();
         readings.ends.push(readings.whole_bytes);
-        if readings.layout.has_hashes() {
-            readings.chains.push(chain.last().to_owned());
-        }
+        readings.chains.push(chain.last().to_owned());
     }
     (readings, None)
 }
@@ -121,8 +119,6 @@ pub(crate) fn parse_whole(file: &Utf8Path, bytes: &[u8]) -> (Readings, Option<Re
 pub(crate) mod tests {
     use proptest::prelude::*;
 
-    use super::layout::{HEADER_1, HEADER_2};
-    use super::row::fields;
     use super::*;
     use crate::reading::{Electrical, Quality, ReadingKind, Role};
 
@@ -258,21 +254,6 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_file_of_format_1_is_read() {
-        let mut text = format!("{HEADER_1}\n");
-        for index in 0..2 {
-            let mut row = fields(Layout::V1, &reading(index));
-            row.push_str(&format!("{:08x}\n", crc32fast::hash(row.as_bytes())));
-            assert_eq!(row, Chain::new(Layout::V1).row(&reading(index)).0);
-            text.push_str(&row);
-        }
-        let readings = parse(text.as_bytes()).unwrap();
-        assert_eq!((readings.layout, readings.rows.len()), (Layout::V1, 2));
-        let row = &readings.rows[1];
-        assert_eq!((row.burning, row.time_s, row.lamp_s), (None, None, Some(1800.25)));
-    }
-
-    #[test]
     fn what_the_power_meter_gave_has_a_cell_each_and_what_it_did_not_an_empty_one() {
         let mut lit = reading(0);
         lit.electrical = Electrical {
@@ -298,18 +279,20 @@ pub(crate) mod tests {
         }
     }
 
-    /// Rows of format 2 as the program before wrote them.
+    /// Rows of format 3 as the program before wrote them.
     #[test]
-    fn a_file_of_format_2_is_read_and_its_chain_is_what_it_was() {
-        let text = in_layout(Layout::V2, &[reading(0), reading(1)]);
-        assert!(text.starts_with(HEADER_2) && text.lines().nth(1).unwrap().split(',').count() == 25);
+    fn a_file_of_format_3_is_read_and_its_chain_is_what_it_was() {
+        let text = in_layout(Layout::V3, &[reading(0), reading(1)]);
+        assert!(text.lines().all(|line| line.split(',').count() == 29) && !text.contains("lamp_s"));
         let readings = parse(text.as_bytes()).unwrap();
-        assert_eq!((readings.layout, readings.rows[1].burning), (Layout::V2, Some(1)));
-        assert_eq!(readings.chains[1], CHAIN_OF_FORMAT_2);
+        let row = &readings.rows[1];
+        assert_eq!((readings.layout, row.burning), (Layout::V3, Some(1)));
+        assert_eq!((row.time_s, row.lamp_s), (None, Some(1800.25)));
+        assert_eq!(readings.chains[1], CHAIN_OF_FORMAT_3);
     }
 
     /// Of the second of two such rows, computed by SHA-256 of the row's fields outside this program.
-    const CHAIN_OF_FORMAT_2: &str = "480f44fedebf7f01";
+    const CHAIN_OF_FORMAT_3: &str = "d715d7654f6992ee";
 
     proptest! {
         #[test]

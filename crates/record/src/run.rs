@@ -10,9 +10,7 @@ use std::fs::OpenOptions;
 use camino::{Utf8Path, Utf8PathBuf};
 
 pub use error::{RunError, vacant};
-pub use header::{
-    DeviceRecord, FORMAT, FORMAT_1, FORMAT_2, FORMAT_3, Resumed, RunHeader, SpectrumEntry, StopHow, Stopped, Written,
-};
+pub use header::{DeviceRecord, FORMAT, FORMAT_3, Resumed, RunHeader, SpectrumEntry, StopHow, Stopped, Written};
 
 use crate::disk::{self, Appended, failed, sha256};
 use crate::reading::Reading;
@@ -120,20 +118,18 @@ impl RunDir {
         let start_s = axis::next_session_s(run, &now.started_utc);
         header.stopped = None;
         header.state(&now.subject());
-        if layout.has_hashes() {
-            header
-                .spectrum
-                .retain(|entry| run.spectra.iter().any(|spectrum| spectrum.index == entry.index));
-            header.resumed.push(Resumed {
-                utc: now.started_utc.clone(),
-                program: now.program.clone(),
-                first_row: run.readings.rows.len() as u64,
-                start_s: layout.has_run_time().then_some(start_s),
-                damage: survey.damage.clone(),
-                set_aside,
-            });
-            header.written = None;
-        }
+        header
+            .spectrum
+            .retain(|entry| run.spectra.iter().any(|spectrum| spectrum.index == entry.index));
+        header.resumed.push(Resumed {
+            utc: now.started_utc.clone(),
+            program: now.program.clone(),
+            first_row: run.readings.rows.len() as u64,
+            start_s: layout.has_run_time().then_some(start_s),
+            damage: survey.damage.clone(),
+            set_aside,
+        });
+        header.written = None;
         // The whole rows are written anew: what the disk holds after a failed sync is not what a reader saw.
         let whole = survey.readings.get(..run.readings.whole_bytes).unwrap_or_default();
         let columns = layout.header();
@@ -162,7 +158,7 @@ impl RunDir {
             header,
             path,
         };
-        if let (true, Some(first)) = (layout.has_hashes(), run.readings.chains.first()) {
+        if let Some(first) = run.readings.chains.first() {
             dir.header.written = Some(Written {
                 readings: dir.next_index,
                 first_chain: first.clone(),
@@ -211,14 +207,12 @@ impl RunDir {
         self.still_ours()?;
         reading.index = self.next_index;
         reading.session = self.header.resumed.len() as u32;
-        reading.burning = (self.header.layout().has_hashes()).then_some(self.header.burnings);
+        reading.burning = Some(self.header.burnings);
         let (row, chain) = self.chain.row(&reading);
         self.readings.write_synced(row.as_bytes())?;
         self.chain = chain;
         self.next_index += 1;
-        if self.header.layout().has_hashes()
-            && (self.next_index == 1 || self.next_index.is_multiple_of(ROWS_PER_HEADER))
-        {
+        if self.next_index == 1 || self.next_index.is_multiple_of(ROWS_PER_HEADER) {
             self.write_header()?;
         }
         Ok(reading.index)
@@ -243,10 +237,8 @@ impl RunDir {
         };
         disk::replace(&self.path.join(entry.file()), text.as_bytes())?;
         self.next_spectrum += 1;
-        if self.header.layout().has_hashes() {
-            self.header.spectrum.push(entry);
-            self.write_header()?;
-        }
+        self.header.spectrum.push(entry);
+        self.write_header()?;
         Ok(spectrum.index)
     }
 
@@ -274,9 +266,7 @@ impl RunDir {
     /// What the system says.
     pub fn lamp_on(&mut self, utc: String) -> Result<(), RunError> {
         self.header.lamp_on_utc = Some(utc);
-        if self.header.layout().has_hashes() {
-            self.header.burnings += 1;
-        }
+        self.header.burnings += 1;
         self.write_header()
     }
 
@@ -287,11 +277,9 @@ impl RunDir {
     /// What the system says.
     pub fn stop(&mut self, mut stopped: Stopped) -> Result<(), RunError> {
         stopped.readings = self.next_index;
-        if self.header.layout().has_hashes() {
-            stopped.readings_sha256 = Some(self.readings.sha256());
-            stopped.events = Some(self.event_count);
-            stopped.events_sha256 = Some(self.events.sha256());
-        }
+        stopped.readings_sha256 = Some(self.readings.sha256());
+        stopped.events = Some(self.event_count);
+        stopped.events_sha256 = Some(self.events.sha256());
         // The record of the end does not wait for the events, from which no number is computed.
         let synced = self.events.sync();
         self.header.stopped = Some(stopped);
@@ -301,7 +289,7 @@ impl RunDir {
 
     fn write_header(&mut self) -> Result<(), RunError> {
         self.still_ours()?;
-        if self.header.layout().has_hashes() && self.next_index > 0 {
+        if self.next_index > 0 {
             let chain = self.chain.last().to_owned();
             let written = self.header.written.get_or_insert_with(|| Written {
                 readings: 0,

@@ -202,23 +202,18 @@ impl SpectrumRecord {
         Self::parse(file, &text)
     }
 
-    /// Parses a file of `spectra/`. One of a run of formats 1 to 3 has no time but that of the lamp, one of format 1
-    /// neither number of pixels nor checksums.
+    /// Parses a file of `spectra/`. One of a run of format 3 has no time but that of the lamp.
     ///
     /// # Errors
     /// [`SpectrumError`] with line and column.
     pub fn parse(file: &Utf8Path, text: &str) -> Result<Self, SpectrumError> {
-        let headers = [
-            format!("{HEADER}{LAMP}{CHECKED}"),
-            format!("{HEADER}{CHECKED}"),
-            HEADER.to_owned(),
-        ];
+        let headers = [format!("{HEADER}{LAMP}{CHECKED}"), format!("{HEADER}{CHECKED}")];
         let found = text.lines().next().unwrap_or_default();
         let header = headers.iter().find(|header| *header == found).unwrap_or(&headers[0]);
         let columns: Vec<&str> = header.split(',').collect();
-        let place = |name: &str| columns.iter().position(|column| *column == name);
-        let (lamp, count, crc) = (place("lamp_s"), place("pixels"), place("row_crc"));
-        let mut pixels: Option<f64> = None;
+        let lamp = columns.iter().position(|column| *column == "lamp_s");
+        let (count, crc) = (columns.len() - 2, columns.len() - 1);
+        let mut pixels = 0.0;
         let fault = |line: usize, column: usize, message: &str| SpectrumError::Content {
             file: file.to_owned(),
             line,
@@ -240,11 +235,9 @@ impl SpectrumRecord {
                     &format!("{} columns, expected {}", fields.len(), columns.len()),
                 ));
             }
-            if let Some(crc) = crc {
-                let covered = row.rfind(',').map_or("", |comma| &row[..=comma]);
-                if fields[crc] != format!("{:08x}", crc32fast::hash(covered.as_bytes())) {
-                    return Err(fault(line, crc, "the row is damaged: its checksum is another"));
-                }
+            let covered = row.rfind(',').map_or("", |comma| &row[..=comma]);
+            if fields[crc] != format!("{:08x}", crc32fast::hash(covered.as_bytes())) {
+                return Err(fault(line, crc, "the row is damaged: its checksum is another"));
             }
             let number = |column: usize| match fields[column].parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(value),
@@ -261,9 +254,7 @@ impl SpectrumRecord {
                     number(column).map(Some)
                 }
             };
-            if let Some(count) = count {
-                pixels = Some(number(count)?);
-            }
+            pixels = number(count)?;
             let pixel = Pixel {
                 wavelength_nm: number(0)?,
                 counts: number(1)?,
@@ -309,14 +300,12 @@ impl SpectrumRecord {
             }
         }
         let record = record.ok_or_else(|| fault(1, 0, "the file holds no pixel"))?;
-        match pixels {
-            Some(pixels) if pixels != record.pixels.len() as f64 => {
-                let found = record.pixels.len();
-                let message = format!("the file holds {found} pixels of {pixels}");
-                Err(fault(found + 1, count.unwrap_or(0), &message))
-            }
-            _ => Ok(record),
+        let found = record.pixels.len();
+        if pixels == found as f64 {
+            return Ok(record);
         }
+        let message = format!("the file holds {found} pixels of {pixels}");
+        Err(fault(found + 1, count, &message))
     }
 }
 
@@ -326,7 +315,7 @@ u_w_m2_nm,integration_s,averages,detector_c,ambient_c,block,point,kind,time_s,c_
 /// The column from format 4 on.
 const LAMP: &str = ",lamp_s";
 
-/// Columns from format 2 on: how many pixels the file has, and CRC-32 of the row up to its last comma.
+/// The last columns: how many pixels the file has, and CRC-32 of the row up to its last comma.
 const CHECKED: &str = ",pixels,row_crc";
 
 #[cfg(test)]
@@ -408,14 +397,19 @@ pub(crate) mod tests {
             assert!(error.contains(&format!("{} pixels of 3", kept - 1)), "{error}");
         }
         assert!(parse(&text.replacen("10000,", "10001,", 1)).is_err());
-        // Of format 1: no checksum, no number of pixels, no time but that of the lamp.
-        let strip = |line: &str| line.rsplitn(4, ',').last().unwrap().replace(",2012.5,", ",2000.5,");
-        let old: Vec<String> = text.lines().map(strip).collect();
+        // Without a column of its own the time is that of the lamp, as in format 3; without checksums nothing is read.
+        let old = |row: &str| {
+            let before = row.rsplitn(4, ',').last().unwrap().replace(",2012.5,", ",2000.5,");
+            let row = format!("{before},3,");
+            format!("{row}{:08x}\n", crc32fast::hash(row.as_bytes()))
+        };
+        let rows: String = text.lines().skip(1).map(old).collect();
         let without = SpectrumRecord {
             time_s: None,
             ..spectrum()
         };
-        assert_eq!(parse(&old.join("\n")).unwrap(), without);
+        assert_eq!(parse(&format!("{HEADER}{CHECKED}\n{rows}")).unwrap(), without);
+        assert!(parse(&format!("{HEADER}\n{rows}")).is_err());
     }
 
     #[test]

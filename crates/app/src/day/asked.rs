@@ -143,7 +143,7 @@ pub(super) fn kept(day: &Utf8Path) -> Result<Option<Job>, Failure> {
     let file = day.join(FOLDER).join("job.toml");
     if file.is_file() {
         let give = |failure: Failure| failure.help(format!("give the job: isolux run JOB --resume {day}"));
-        record::check_sums(day, &day.join(FOLDER), &KEPT).map_err(give)?;
+        record::check_sums(&day.join(FOLDER), &KEPT).map_err(give)?;
         return Job::load(&file)
             .map(Some)
             .map_err(|error| give(Failure::bad_input(error)));
@@ -181,7 +181,7 @@ pub(super) fn of_report(day: &Utf8Path, job: Option<&Utf8Path>) -> Result<OfRepo
     let folder = day.join(FOLDER);
     let file = folder.join("job.toml");
     if file.is_file() {
-        record::check_sums(day, &folder, &KEPT)
+        record::check_sums(&folder, &KEPT)
             .map_err(|failure| failure.help(format!("give the job: isolux report {day} --job JOB --out FILE")))?;
         let text =
             String::from_utf8(files::read(&file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;

@@ -119,7 +119,7 @@ impl Readings {
             return Err(failed(Problem::NotARun));
         }
         let text = read_text(&path)?;
-        let of_a_run = |layout: &Layout| layout.has_hashes() && text.starts_with(&layout.header());
+        let of_a_run = |layout: &Layout| text.starts_with(&layout.header());
         if Layout::ALL.iter().any(of_a_run) {
             return Err(failed(Problem::NoRunToml));
         }
@@ -230,7 +230,7 @@ impl Readings {
     }
 }
 
-/// Readings of a run of formats 2 and 3 without their run.toml: their times are those of the lamp, which begin anew with
+/// Readings of a run of format 3 without their run.toml: their times are those of the lamp, which begin anew with
 /// every burning.
 fn place(rows: &mut [ReadingRow], table: &Table, burning: usize) {
     let mut order: Vec<usize> = (0..rows.len()).collect();

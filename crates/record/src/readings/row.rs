@@ -44,27 +44,12 @@ impl Chain {
     /// The row of `reading` with chain, checksum and line end, and the chain after it.
     pub(crate) fn row(&self, reading: &Reading) -> (String, Self) {
         let mut row = fields(self.layout, reading);
-        let mut next = self.clone();
-        if self.layout.has_electrical() {
-            let line = &reading.electrical;
-            for value in [line.voltage_v, line.current_a, line.power_w, line.power_factor] {
-                row.push_str(&optional(value));
-                row.push(',');
-            }
-        }
-        if self.layout.has_hashes() {
-            let burning = reading.burning.map_or_else(String::new, |burning| burning.to_string());
-            row.push_str(&format!("{},{burning},", reading.session));
-            if self.layout.has_run_time() {
-                row.push_str(&optional(reading.lamp_s));
-                row.push(',');
-            }
-            next.last = self.link(&row);
-            row.push_str(&format!("{},", next.last));
-        }
+        let last = self.link(&row);
+        row.push_str(&format!("{last},"));
         let crc = crc32fast::hash(row.as_bytes());
         row.push_str(&format!("{crc:08x}\n"));
-        (row, next)
+        let layout = self.layout;
+        (row, Self { layout, last })
     }
 }
 
@@ -73,13 +58,14 @@ fn optional(value: Option<f64>) -> String {
     value.map_or_else(String::new, number)
 }
 
-/// The columns that all formats have, each with its comma.
-pub(super) fn fields(layout: Layout, reading: &Reading) -> String {
+/// The columns before `chain`, each with its comma.
+fn fields(layout: Layout, reading: &Reading) -> String {
     let time_s = if layout.has_run_time() {
         reading.time_s
     } else {
         reading.lamp_s
     };
+    let line = &reading.electrical;
     let mut row = [
         reading.index.to_string(),
         reading.block.clone(),
@@ -102,9 +88,18 @@ pub(super) fn fields(layout: Layout, reading: &Reading) -> String {
         optional(reading.digit_lx),
         optional(reading.integration_s),
         reading.raw.clone(),
+        optional(line.voltage_v),
+        optional(line.current_a),
+        optional(line.power_w),
+        optional(line.power_factor),
+        reading.session.to_string(),
+        reading.burning.map_or_else(String::new, |burning| burning.to_string()),
     ]
     .join(",");
     row.push(',');
+    if layout.has_run_time() {
+        row.push_str(&format!("{},", optional(reading.lamp_s)));
+    }
     row
 }
 
@@ -137,16 +132,14 @@ pub(super) fn parse_row(
         let message = "must be given exactly when quality is ok".to_owned();
         return Err(cells.wrong("illuminance_lx", message));
     }
-    if chain.layout.has_hashes() {
-        let linked_to = cells.text();
-        // All fields but `chain` itself and the checksum, which `text` ends before.
-        let linked = &text[..text.len() - linked_to.len() - 1];
-        if chain.link(linked) != linked_to {
-            let file = file.to_owned();
-            return Err(ReadingsError::Chain { file, line, row });
-        }
-        linked_to.clone_into(&mut chain.last);
+    let linked_to = cells.text();
+    // All fields but `chain` itself and the checksum, which `text` ends before.
+    let linked = &text[..text.len() - linked_to.len() - 1];
+    if chain.link(linked) != linked_to {
+        let file = file.to_owned();
+        return Err(ReadingsError::Chain { file, line, row });
     }
+    linked_to.clone_into(&mut chain.last);
     Ok(reading)
 }
 
@@ -237,26 +230,19 @@ impl<'a> Cells<'a> {
             digit_lx: self.optional("digit_lx")?,
             integration_s: self.optional("integration_s")?,
             raw: self.text().to_owned(),
-            session: 0,
-            burning: None,
-            lamp_s: None,
-            electrical: Electrical::default(),
-        };
-        if layout.has_electrical() {
-            reading.electrical = Electrical {
+            electrical: Electrical {
                 voltage_v: self.optional("voltage_v")?,
                 current_a: self.optional("current_a")?,
                 power_w: self.optional("power_w")?,
                 power_factor: self.optional("power_factor")?,
-            };
-        }
-        if layout.has_hashes() {
-            reading.session = self.word("session")?;
-            reading.burning = match self.text() {
+            },
+            session: self.word("session")?,
+            burning: match self.text() {
                 "" => None,
                 burning => Some(self.parsed("burning", burning)?),
-            };
-        }
+            },
+            lamp_s: None,
+        };
         if layout.has_run_time() {
             reading.lamp_s = self.optional("lamp_s")?;
         } else {

@@ -35,7 +35,7 @@ impl Axis {
     }
 }
 
-/// Places the rows of formats 1 to 3 on the axis of the run. A session begins at its UTC, or where the clock of the
+/// Places the rows of format 3 on the axis of the run. A session begins at its UTC, or where the clock of the
 /// computer says that this was before the last row, directly after that. The last switching on of the lamp is known by
 /// its UTC.
 pub(super) fn place(header: &RunHeader, readings: &mut Readings) {

@@ -20,17 +20,11 @@ pub const FORMAT: &str = "isolux-run/4";
 /// The format before: readings with the time since the lamp was switched on, and none on the axis of the run.
 pub const FORMAT_3: &str = "isolux-run/3";
 
-/// Readings without electrical columns.
-pub const FORMAT_2: &str = "isolux-run/2";
-
-/// The first format: without checksums of run.toml and of spectra, without hashes of rows.
-pub const FORMAT_1: &str = "isolux-run/1";
-
 /// run.toml.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunHeader {
-    /// [`FORMAT`], or [`FORMAT_3`], [`FORMAT_2`] or [`FORMAT_1`] of a run that an earlier program began.
+    /// [`FORMAT`], or [`FORMAT_3`] of a run that an earlier program began.
     pub format: String,
     /// Name and version of the program that wrote the run.
     pub program: String,
@@ -95,7 +89,7 @@ pub struct Resumed {
     pub program: String,
     /// Its first row.
     pub first_row: u64,
-    /// Seconds since the run began at which it began; none in formats 1 to 3.
+    /// Seconds since the run began at which it began; none in format 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_s: Option<f64>,
     /// What was damaged, where what is whole was kept and the rest is read again.
@@ -158,13 +152,13 @@ pub struct Stopped {
     /// Readings recorded; set by the record.
     #[serde(default)]
     pub readings: u64,
-    /// SHA-256 of readings.csv with these rows; set by the record, none in format 1.
+    /// SHA-256 of readings.csv with these rows; set by the record.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub readings_sha256: Option<String>,
-    /// Events recorded; set by the record, none in format 1.
+    /// Events recorded; set by the record.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub events: Option<u64>,
-    /// SHA-256 of events.jsonl with these lines; set by the record, none in format 1.
+    /// SHA-256 of events.jsonl with these lines; set by the record.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub events_sha256: Option<String>,
 }
@@ -276,19 +270,14 @@ impl RunHeader {
     /// Columns of its readings.csv.
     pub fn layout(&self) -> Layout {
         match self.format.as_str() {
-            FORMAT_1 => Layout::V1,
-            FORMAT_2 => Layout::V2,
             FORMAT_3 => Layout::V3,
             _ => Layout::V4,
         }
     }
 
-    /// The text of run.toml. From format 2 on it ends with the SHA-256 of everything before.
+    /// The text of run.toml. It ends with the SHA-256 of everything before.
     pub(super) fn to_text(&self) -> Result<String, toml::ser::Error> {
         let body = toml::to_string(self)?;
-        if !self.layout().has_hashes() {
-            return Ok(body);
-        }
         let body = format!("{}\n", body.trim_end());
         let check = check(&body);
         Ok(body + &check)
@@ -296,14 +285,8 @@ impl RunHeader {
 
     /// Parses run.toml of any format.
     fn parse(file: &Utf8Path, text: &str) -> Result<Self, RunError> {
-        let is = |format: &str| text.starts_with(&format!("format = \"{format}\""));
-        if is(FORMAT_1) {
-            return Ok(Source { file, text }.parse(FORMAT_1)?);
-        }
-        let format = [FORMAT_2, FORMAT_3]
-            .into_iter()
-            .find(|format| is(format))
-            .unwrap_or(FORMAT);
+        let is_old = text.starts_with(&format!("format = \"{FORMAT_3}\""));
+        let format = if is_old { FORMAT_3 } else { FORMAT };
         let changed = |what: &str| RunError::HeaderChanged {
             file: file.to_owned(),
             what: what.to_owned(),

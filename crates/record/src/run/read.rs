@@ -1,17 +1,15 @@
 //! Reads a run and compares it with what was recorded of it: nothing that was lost, changed or exchanged becomes a
 //! number.
 
-use std::collections::BTreeSet;
 use std::io::ErrorKind;
 
 use camino::{Utf8Path, Utf8PathBuf};
 
 use super::axis;
 use super::error::RunError;
-use super::header::{FORMAT_1, RunHeader, SpectrumEntry, StopHow};
+use super::header::{RunHeader, SpectrumEntry, StopHow};
 use crate::disk::{failed, lines, sha256};
 use crate::file::{self, FileError, LARGEST_TABLE};
-use crate::plan::{Instrument, Order};
 use crate::readings;
 use crate::spectra::SpectrumRecord;
 
@@ -99,7 +97,7 @@ impl Survey {
             readings.truncate(0);
         }
         // The first row is in run.toml before the second is read.
-        let unknown = header.layout().has_hashes() && header.written.is_none() && readings.rows.len() > 1;
+        let unknown = header.written.is_none() && readings.rows.len() > 1;
         let of_another_run = unknown
             || header.written.as_ref().is_some_and(|written| {
                 let last = (written.readings as usize).checked_sub(1);
@@ -160,13 +158,6 @@ impl Survey {
 
     fn spectra(&mut self) -> Result<(), RunError> {
         let found = spectrum_files(&self.run.path)?;
-        if !self.run.header.layout().has_hashes() {
-            for name in found {
-                self.run.spectra.push(SpectrumRecord::read(&self.run.path.join(name))?);
-            }
-            self.spectra_of_the_plan();
-            return Ok(());
-        }
         let entries = self.run.header.spectrum.clone();
         for entry in &entries {
             let name = entry.file();
@@ -211,46 +202,10 @@ impl Survey {
         Ok(SpectrumRecord::parse(&file, &String::from_utf8_lossy(&bytes)).map_err(|error| error.to_string()))
     }
 
-    /// A run of format 1 has no list of its spectra; a completed one has one for every point of its plan.
-    fn spectra_of_the_plan(&mut self) {
-        let header = &self.run.header;
-        let completed = header
-            .stopped
-            .as_ref()
-            .is_some_and(|stopped| stopped.how == StopHow::Completed);
-        if !completed || header.spectral.is_none() {
-            return;
-        }
-        let blocks = header.plan.blocks().iter();
-        let planned: usize = blocks
-            .filter(|block| block.instrument == Instrument::Spectroradiometer)
-            .map(|block| {
-                let directions = block.c_deg.len() * block.gamma_deg.len();
-                if block.order == Order::Both {
-                    2 * directions
-                } else {
-                    directions
-                }
-            })
-            .sum();
-        let points: BTreeSet<u64> = self.run.spectra.iter().map(|spectrum| spectrum.point).collect();
-        if points.len() < planned {
-            let what = format!("holds spectra of {} points, the plan has {planned}", points.len());
-            let folder = self.run.path.join("spectra");
-            self.damage.push(format!("{folder}: {what}"));
-        }
-    }
-
     fn notices(&mut self) {
         let path = self.run.path.clone();
         let header = &self.run.header;
         let mut notices = Vec::new();
-        if !header.layout().has_hashes() {
-            notices.push(format!(
-                "{path}/run.toml is of format {FORMAT_1}, which carries no hashes: a changed run.toml, exchanged rows and spectra \
-                 that were cut or exchanged are not detected"
-            ));
-        }
         if let Some(torn) = &self.run.readings.torn_tail {
             notices.push(format!(
                 "{path}/readings.csv:{}: the last row was cut short by a crash and is ignored",

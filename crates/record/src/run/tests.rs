@@ -267,36 +267,6 @@ fn a_row_that_the_disk_did_not_confirm_is_no_reading() {
     assert_eq!((run.readings.rows.len(), run.readings.rows[1].session), (2, 1));
 }
 
-#[test]
-fn a_run_of_format_1_is_read_and_resumed_as_what_it_is() {
-    let (_keep, path) = scratch();
-    let mut old = header();
-    FORMAT_1.clone_into(&mut old.format);
-    let mut dir = RunDir::create(&path, old).unwrap();
-    dir.lamp_on("2026-01-01T00:00:02Z".to_owned()).unwrap();
-    dir.append(reading(0)).unwrap();
-    dir.spectrum(spectrum(), &calibration()).unwrap();
-    drop(dir);
-    let text = std::fs::read_to_string(path.join("run.toml")).unwrap();
-    assert!(
-        !["burnings", "[check]", "[written]", "[[spectrum]]"]
-            .iter()
-            .any(|new| text.contains(new)),
-        "{text}"
-    );
-    let (mut dir, run) = RunDir::resume(&path, &header()).unwrap();
-    assert!(run.notices[0].contains("carries no hashes"), "{:?}", run.notices);
-    dir.append(reading(0)).unwrap();
-    assert_eq!(dir.spectrum(spectrum(), &calibration()).unwrap(), 1);
-    dir.stop(stopped()).unwrap();
-    let run = Run::read(&path).unwrap();
-    assert_eq!((run.readings.rows.len(), run.spectra.len()), (2, 2));
-    // The number of readings is known there too.
-    let left = rows(&path);
-    std::fs::write(path.join("readings.csv"), left[..2].concat()).unwrap();
-    assert!(damage(&path).contains("holds 1 readings, 2 were recorded"));
-}
-
 fn at_lamp(time_s: f64, lamp_s: Option<f64>) -> Reading {
     Reading {
         time_s: Some(time_s),
