@@ -38,9 +38,9 @@ const AIM_UNEVEN_DEG: f64 = 0.5;
 const STEP_DEG: [f64; 2] = [15.0, 2.5];
 /// Largest factor between two emitters' far fields.
 const MOST_CORRECTED: f64 = 1.5;
-/// Relative amplitude of the light around the luminous area, in each of the first orders: sixty LEDs whose flux differs
-/// by 5 %.
-const AROUND_REL: f64 = 0.01;
+/// Relative amplitude of the light around the luminous area, in each of the first orders: twenty-four LEDs whose flux
+/// differs by 5 %.
+const AROUND_REL: f64 = 0.0145;
 const AROUND_ORDERS: [f64; 2] = [1.0, 2.0];
 
 /// Relative standard uncertainty of the light on the axis at `distance_mm` from a luminous area of which the diameter
