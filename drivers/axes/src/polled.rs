@@ -1,8 +1,8 @@
 //! An axis that is polled: its moves are followed to their end, whatever language its drive speaks.
 //!
-//! The languages here have no request numbers, or repeat them: a position is given when two answers in a row show the axis at rest in one
-//! place, or when the one between two others lies between them, and no byte arrived in between that nothing had asked
-//! for.
+//! The languages here have no request numbers, or repeat them: a position is given when two answers in a row show the
+//! axis at rest in one place, or when the one between two others lies between them, and no byte arrived in between that
+//! nothing had asked for.
 
 use std::marker::PhantomData;
 use std::time::Duration;

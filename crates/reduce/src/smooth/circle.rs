@@ -40,7 +40,9 @@ impl Circle {
                 take_out(before, &mut values);
             }
             let norm = values.iter().map(|value| value * value).sum::<f64>().sqrt();
-            values.iter_mut().for_each(|value| *value /= norm);
+            for value in &mut values {
+                *value /= norm;
+            }
             kept.push(values);
         }
         Some(Self {

@@ -297,7 +297,7 @@ fn events(day_results: &DayResults) -> Vec<Value> {
         .collect()
 }
 
-/// Seconds since the lamp was switched on, of an event of the warm-up; in runs of formats 1 to 3 it is `time_s`.
+/// Seconds since the lamp was switched on, of an event of the warm-up; in runs of format 3 it is `time_s`.
 fn lamp_s(event: &Value) -> Option<f64> {
     event["lamp_s"].as_f64().or_else(|| event["time_s"].as_f64())
 }

@@ -18,7 +18,7 @@ pub(super) struct References {
 }
 
 impl References {
-    /// The visits in `rows`; those since the lamp was last switched on are the present ones. Rows of format 1 do not
+    /// The visits in `rows`; those since the lamp was last switched on are the present ones. Rows of format 3 do not
     /// count that: there it is the last row of a lamp that was off, or the last time that its clock went back.
     pub fn of(rows: &[Reading], limits: &Limits) -> Self {
         let mut references = Self::default();
