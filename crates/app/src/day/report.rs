@@ -14,7 +14,7 @@ use crate::{Failure, record, reduce};
 /// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML
 /// page or as PDF; without `out` beside those results. `job` is that of a day that does not hold its own. The report of a
 /// scan that is not finished has `partial` in its name, which is returned. A page among the results takes the PDF there
-/// with it ([`renew_paper`]).
+/// with it (`renew_paper`).
 ///
 /// # Errors
 /// Bad input (exit 2) when there is no run, no result, or the file exists; when the results are not of this record;
