@@ -31,8 +31,8 @@ fn any_record_is_shown() {
         let path = folder.join(round.to_string());
         let count = rows.len();
         record(&path, rows);
-        let told = Replay::of(&path).further().unwrap();
-        let shown = told.iter().filter(|event| matches!(event, Live::Reading(_)));
+        let events = Replay::of(&path).further().unwrap();
+        let shown = events.iter().filter(|event| matches!(event, Live::Reading(_)));
         assert_eq!(shown.count(), count, "{changes:?}");
         let card = card::card(&path).unwrap();
         drawn += u32::from(card.picture.is_some_and(|picture| !picture.contains("NaN")));

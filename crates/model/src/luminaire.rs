@@ -145,7 +145,7 @@ impl Luminaire {
     }
 
     /// The grid whose bilinear interpolant is the light: the distribution's own, or a finer one where the
-    /// interpolation is smooth. Of a luminaire another emitter it lacks the factor.
+    /// interpolation is smooth. Of a luminaire whose emitter was exchanged it lacks the factor.
     pub fn grid(&self) -> &IntensityDistribution {
         &self.grid
     }

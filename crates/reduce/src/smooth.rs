@@ -36,7 +36,7 @@ mod nodes;
 use isolux_photometry::IntensityDistribution;
 
 use crate::grid::{Grid, Smoothing};
-use circle::Circle;
+use circle::CircleDifferences;
 use differences::{Meridians, Term};
 use light::{Difference, variances};
 use line::Line;
@@ -144,7 +144,7 @@ fn deviations(nodes: &Nodes, meridians: &Meridians, c_deg: &[f64]) -> Option<(Ve
         let read = nodes.deviations_cd();
         let mut smooth = read.clone();
         own[0] = along_meridians(nodes, meridians, &mut smooth)?;
-        if let Some(circle) = Circle::of(c_deg) {
+        if let Some(circle) = CircleDifferences::of(c_deg) {
             own[1] = around_circles(nodes, &circle, &read, &mut smooth)?;
         }
         // Where one half-plane is less certain than another the mean moves too, which was smoothed already.
@@ -255,7 +255,7 @@ fn along_meridians(nodes: &Nodes, meridians: &Meridians, deviation_cd: &mut [f64
 
 /// Smooths the deviations around every circle of equal γ but for their lowest orders; the variance of the light is that
 /// of what was read. The mean share of a place in itself.
-fn around_circles(nodes: &Nodes, circle: &Circle, read_cd: &[f64], deviation_cd: &mut [f64]) -> Option<f64> {
+fn around_circles(nodes: &Nodes, circle: &CircleDifferences, read_cd: &[f64], deviation_cd: &mut [f64]) -> Option<f64> {
     let (planes, gammas) = (nodes.planes, nodes.gammas);
     let place = |ic: usize, ig: usize| ic % planes * gammas + ig;
     let rings = || (0..gammas).filter(|ig| !nodes.rings[*ig].pole);

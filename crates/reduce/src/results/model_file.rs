@@ -119,23 +119,23 @@ fn half_plane_lamp_s(grid: &Grid) -> Option<Vec<f64>> {
     if grid.assumed != Symmetry::None {
         return None;
     }
-    let gammas = grid.distribution.gamma_deg().len();
-    let (mut ages, mut within) = (Vec::new(), 0.0_f64);
-    for plane in grid.sample_of.chunks(gammas) {
+    let span = |ages: &[f64]| {
+        let (low, high) = ages
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), age| {
+                (low.min(*age), high.max(*age))
+            });
+        high - low
+    };
+    let (mut ages, mut spans) = (Vec::new(), Vec::new());
+    for plane in grid.sample_of.chunks(grid.distribution.gamma_deg().len()) {
         let of: Option<Vec<f64>> = plane.iter().map(|&sample| grid.nodes[sample].lamp_s).collect();
         let of = of?;
-        let (low, high) = of.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), age| {
-            (low.min(*age), high.max(*age))
-        });
-        within += (high - low) / grid.sample_of.len() as f64 * gammas as f64;
-        ages.push(of.iter().sum::<f64>() / gammas as f64);
+        spans.push(span(&of));
+        ages.push(of.iter().sum::<f64>() / of.len() as f64);
     }
-    let (low, high) = ages
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), age| {
-            (low.min(*age), high.max(*age))
-        });
-    (ages.len() > 1 && within < 0.5 * (high - low)).then_some(ages)
+    let within = spans.iter().sum::<f64>() / spans.len() as f64;
+    (ages.len() > 1 && within < 0.5 * span(&ages)).then_some(ages)
 }
 
 /// Offset and ambient light as the run measured them, and the drift of the lamp. A level within its uncertainty of

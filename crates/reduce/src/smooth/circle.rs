@@ -12,14 +12,14 @@ const LEAST_PLANES: usize = 6;
 const PLANES_PER_ORDER: usize = 8;
 
 /// What is the same on every circle.
-pub struct Circle {
+pub struct CircleDifferences {
     /// The weights of the differences, of each half-plane and its three next.
     pub differences: Vec<[f64; 4]>,
     /// Orthonormal values over the half-planes that span the mean and the orders that are kept.
     kept: Vec<Vec<f64>>,
 }
 
-impl Circle {
+impl CircleDifferences {
     /// None where the half-planes are too few or too far apart.
     pub fn of(c_deg: &[f64]) -> Option<Self> {
         let planes = c_deg.len();
@@ -80,9 +80,9 @@ mod tests {
     #[test]
     fn a_circle_needs_neighbours() {
         let even = |planes: usize| -> Vec<f64> { (0..planes).map(|k| 360.0 * k as f64 / planes as f64).collect() };
-        assert!(Circle::of(&even(4)).is_none());
-        assert!(Circle::of(&[0.0, 10.0, 20.0, 30.0, 40.0, 50.0]).is_none());
-        for weights in Circle::of(&even(24)).unwrap().differences {
+        assert!(CircleDifferences::of(&even(4)).is_none());
+        assert!(CircleDifferences::of(&[0.0, 10.0, 20.0, 30.0, 40.0, 50.0]).is_none());
+        for weights in CircleDifferences::of(&even(24)).unwrap().differences {
             assert!((weights[3] - 1.0).abs() < 1e-12, "{weights:?}");
         }
     }
@@ -91,7 +91,7 @@ mod tests {
     fn the_lowest_orders_are_kept_and_higher_ones_are_left() {
         // Half-planes unevenly apart.
         let c_deg: Vec<f64> = (0..24).map(|k| 15.0 * f64::from(k) + f64::from(k % 3)).collect();
-        let circle = Circle::of(&c_deg).unwrap();
+        let circle = CircleDifferences::of(&c_deg).unwrap();
         let wave = |order: f64| -> Vec<f64> {
             let at = |c_deg: &f64| 2.0 + (order * c_deg + 20.0).to_radians().cos();
             c_deg.iter().map(at).collect()
