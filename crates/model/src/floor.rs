@@ -1,11 +1,11 @@
 //! Light that the floor returns to the detector: one diffuse bounce.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use glam::DVec3;
 
 use crate::attitude::Attitude;
-use crate::luminaire::{FloorKey, FloorLight, FloorWay, Luminaire};
+use crate::luminaire::{FloorKey, FloorLight, Luminaire};
 use crate::quadrature::gauss_legendre;
 
 /// Nodes of one panel.
@@ -14,8 +14,8 @@ static PANEL: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(12));
 /// The integral varies as slowly as the lamp's light on the floor: it is computed on this lattice of γ and C, and a
 /// cubic through its points serves all places between. What a fit moves by a tenth of a degree costs no new integrals
 /// then.
-const GAMMA_STEP_DEG: f64 = 2.0;
-const C_STEP_DEG: f64 = 6.0;
+const GAMMA_STEP_DEG: f64 = 4.0;
+const C_STEPS: usize = 60;
 /// Share of the distance over which its power law is taken.
 const DISTANCE_STEP: f64 = 0.01;
 /// Lean of the axis at which its parabola is taken; a larger one has an integral of its own.
@@ -33,6 +33,18 @@ pub(crate) struct OverFloor {
     pub height_mm: f64,
 }
 
+/// A way of light from the lamp over the floor to the detector.
+struct Way {
+    /// C at which it leaves the luminaire when that stands at C 0°; it leaves at C more when it stands at C.
+    c_deg: f64,
+    /// γ at which it leaves.
+    gamma_deg: f64,
+    /// The same as a direction.
+    out: DVec3,
+    /// What one candela there counts in the integral.
+    share: f64,
+}
+
 impl OverFloor {
     /// Illuminance in lx at the detector for albedo 1: (1/π) ∫ I(Θ) cosθ₁ cosθ₂ cosθ_det/(r₁² r₂²) dA over Z = −h, with
     /// the intensities of the luminaire's file. Known places are not computed again.
@@ -41,9 +53,9 @@ impl OverFloor {
             self.c_deg = 0.0;
         }
         let key = self.key();
-        luminaire.floor.get_or(key, || {
+        luminaire.floor.place_or(key, || {
             if self.nonperp_deg.abs() > LEAN_STEP_DEG {
-                return self.integrate(luminaire);
+                return self.integrate(luminaire, 1)[0];
             }
             let mut stated = self;
             stated.distance_mm = self.stated_mm;
@@ -58,7 +70,7 @@ impl OverFloor {
             if factor.is_finite() {
                 light.scaled(factor)
             } else {
-                self.integrate(luminaire)
+                self.integrate(luminaire, 1)[0]
             }
         })
     }
@@ -96,45 +108,58 @@ impl OverFloor {
     /// The cubic through the nearest points of the lattice.
     fn on_lattice(&self, luminaire: &Luminaire) -> FloorLight {
         let (first_gamma, gamma_weights) = cubic(self.gamma_deg / GAMMA_STEP_DEG);
-        let (first_c, c_weights) = cubic(self.c_deg / C_STEP_DEG);
         let mut light = FloorLight::default();
-        for (i, of_c) in c_weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
-            for (k, of_gamma) in gamma_weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
-                let point = Self {
-                    c_deg: ((first_c + i as f64) * C_STEP_DEG).rem_euclid(360.0),
-                    gamma_deg: (first_gamma + k as f64) * GAMMA_STEP_DEG,
-                    stated_mm: self.distance_mm,
-                    ..*self
-                };
-                let here = luminaire
-                    .floor
-                    .get_or_on_lattice(point.key(), || point.integrate(luminaire));
-                light = light.plus(here.scaled(of_c * of_gamma));
+        for (k, of_gamma) in gamma_weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+            let row = Self {
+                c_deg: 0.0,
+                gamma_deg: (first_gamma + k as f64) * GAMMA_STEP_DEG,
+                ..*self
+            };
+            let key = [row.gamma_deg, row.nonperp_deg, row.distance_mm, row.height_mm].map(f64::to_bits);
+            let around = luminaire.floor.row_or(key, || row.around(luminaire));
+            let (first_c, c_weights) = cubic(self.c_deg * around.len() as f64 / 360.0);
+            for (i, of_c) in c_weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+                let place = (first_c as i64 + i as i64).rem_euclid(around.len() as i64);
+                light = light.plus(around[place as usize].scaled(of_c * of_gamma));
             }
         }
         light
     }
 
-    /// The sum over the ways of the light, with the luminaire turned to its C.
-    fn integrate(&self, luminaire: &Luminaire) -> FloorLight {
+    /// The integral for the luminaire turned to each C of the lattice, from C 0° on; one for all C of a luminaire that
+    /// is the same around its axis.
+    fn around(&self, luminaire: &Luminaire) -> Arc<[FloorLight]> {
+        let steps = if luminaire.distribution().is_rotational() {
+            1
+        } else {
+            C_STEPS
+        };
+        self.integrate(luminaire, steps).into()
+    }
+
+    /// The sum over the ways of the light, with the luminaire turned to its C, C + 360°/n, … for all `n` of `steps`.
+    fn integrate(&self, luminaire: &Luminaire, steps: usize) -> Vec<FloorLight> {
         use std::f64::consts::PI;
-        let key = [self.gamma_deg, self.nonperp_deg, self.distance_mm, self.height_mm].map(f64::to_bits);
-        let (mut sum, mut whence) = (0.0, DVec3::ZERO);
-        for way in luminaire.floor.ways(key, || self.ways()).iter() {
-            let part = luminaire.intensity_cd(way.c_deg + self.c_deg, way.gamma_deg) * way.share;
-            sum += part;
-            whence += part * way.out;
+        let mut sums = vec![FloorLight::default(); steps];
+        let mut intensities_cd = vec![0.0; steps];
+        for way in self.ways() {
+            luminaire.intensities_around_cd(way.c_deg + self.c_deg, way.gamma_deg, &mut intensities_cd);
+            for (sum, intensity_cd) in sums.iter_mut().zip(&intensities_cd) {
+                let part = intensity_cd * way.share;
+                sum.illuminance_lx += part;
+                sum.whence += part * way.out;
+            }
         }
-        let (sin, cos) = self.c_deg.to_radians().sin_cos();
-        let turned = DVec3::new(
-            cos * whence.x - sin * whence.y,
-            sin * whence.x + cos * whence.y,
-            whence.z,
-        );
-        FloorLight {
-            illuminance_lx: sum / PI * 1e6,
-            whence: turned / PI * 1e6,
-        }
+        let turned = |(k, sum): (usize, FloorLight)| {
+            let (sin, cos) = (self.c_deg + 360.0 / steps as f64 * k as f64).to_radians().sin_cos();
+            let whence = DVec3::new(
+                cos * sum.whence.x - sin * sum.whence.y,
+                sin * sum.whence.x + cos * sum.whence.y,
+                sum.whence.z,
+            );
+            FloorLight { whence, ..sum }.scaled(1e6 / PI)
+        };
+        sums.into_iter().enumerate().map(turned).collect()
     }
 
     /// The ways by which light goes over the floor to the detector, and what each counts. They depend on C only in that
@@ -142,7 +167,7 @@ impl OverFloor {
     ///
     /// With dA cosθ₁/r₁² = sinθ dθ dφ the integral runs over directions out of the lamp, θ from straight down; what
     /// lies beyond the detector's plane is behind its back and is left out.
-    fn ways(&self) -> Vec<FloorWay> {
+    fn ways(&self) -> Vec<Way> {
         use std::f64::consts::{FRAC_PI_2, PI};
         let attitude = Attitude::new(0.0, self.gamma_deg, self.nonperp_deg);
         let detector = DVec3::new(self.distance_mm, 0.0, 0.0);
@@ -171,7 +196,7 @@ impl OverFloor {
                     let out = attitude.luminaire_from_room(direction);
                     let share = onward_share.max(0.0) * sin * weight_polar * weight_azimuth;
                     if share > 0.0 {
-                        ways.push(FloorWay {
+                        ways.push(Way {
                             c_deg: out.y.atan2(out.x).to_degrees(),
                             gamma_deg: out.z.clamp(-1.0, 1.0).acos().to_degrees(),
                             out,
@@ -283,12 +308,12 @@ mod tests {
             stated_mm: 2000.0,
             height_mm: 1200.0,
         };
-        let largest = place(270.0, 60.0, 0.0).integrate(&luminaire).illuminance_lx;
+        let largest = place(270.0, 60.0, 0.0).integrate(&luminaire, 1)[0].illuminance_lx;
         for k in 0..60 {
             let (c_deg, gamma_deg) = (f64::from(k * 37 % 360) + 0.3, 3.1 * f64::from(k) - 92.7);
             let moved_mm = f64::from(k % 5) * 5.0 - 10.0;
             let place = place(c_deg, gamma_deg, moved_mm);
-            let (quick, exact) = (place.light(&luminaire), place.integrate(&luminaire));
+            let (quick, exact) = (place.light(&luminaire), place.integrate(&luminaire, 1)[0]);
             let off = (quick.illuminance_lx - exact.illuminance_lx).abs();
             assert!(
                 off < 1e-3 * exact.illuminance_lx + 2e-4 * largest,

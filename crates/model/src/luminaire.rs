@@ -1,6 +1,7 @@
 //! The luminaire itself: how much light in which direction, from where, of what spectrum.
 
 use std::collections::HashMap;
+use std::hash::Hash;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
@@ -174,6 +175,20 @@ impl Luminaire {
         self.lookup.at(&self.grid, c_deg, gamma_deg) * self.correction_at(c_deg, gamma_deg)
     }
 
+    /// Intensities in cd as [`intensity_cd`](Self::intensity_cd) gives them at C, C + 360°/n, … for all `n` of `values`.
+    pub(crate) fn intensities_around_cd(&self, c_deg: f64, gamma_deg: f64, values: &mut [f64]) {
+        self.lookup.around(&self.grid, c_deg, gamma_deg, values);
+        if let Some(correction) = &self.correction {
+            let mut factors = vec![1.0; values.len()];
+            correction
+                .lookup
+                .around(&correction.factor, c_deg, gamma_deg, &mut factors);
+            for (value, factor) in values.iter_mut().zip(factors) {
+                *value *= factor;
+            }
+        }
+    }
+
     /// The factor of [`with_emitter`](Self::with_emitter); 1 where there is none.
     pub(crate) fn correction_at(&self, c_deg: f64, gamma_deg: f64) -> f64 {
         self.correction
@@ -231,25 +246,11 @@ pub(crate) fn polar_deg(direction: DVec3) -> f64 {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct FloorMemory {
     places: Arc<Mutex<HashMap<FloorKey, FloorLight>>>,
-    lattice: Arc<Mutex<HashMap<FloorKey, FloorLight>>>,
-    ways: Arc<Mutex<HashMap<WaysKey, Arc<Vec<FloorWay>>>>>,
+    rows: Arc<Mutex<HashMap<RowKey, Arc<[FloorLight]>>>>,
 }
 
 /// γ, lean of the axis, distance, height.
-pub(crate) type WaysKey = [u64; 4];
-
-/// A way of light from the lamp over the floor to the detector.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FloorWay {
-    /// C at which it leaves the luminaire when that stands at C 0°; it leaves at C more when it stands at C.
-    pub c_deg: f64,
-    /// γ at which it leaves.
-    pub gamma_deg: f64,
-    /// The same as a direction.
-    pub out: DVec3,
-    /// What one candela there counts in the integral.
-    pub share: f64,
-}
+pub(crate) type RowKey = [u64; 4];
 
 /// C, γ, lean of the axis, distance, stated distance, height.
 pub(crate) type FloorKey = [u64; 6];
@@ -282,48 +283,32 @@ impl FloorMemory {
     /// Entries kept; a fit of the height asks for new ones at every step.
     const LARGEST: usize = 200_000;
 
-    /// Sets of ways kept: those of one distance and height for every 2° of γ, 0.1 MB each.
-    const MOST_WAYS: usize = 256;
+    /// Rows kept, 2 kB each.
+    const MOST_ROWS: usize = 4_000;
 
-    pub fn ways(&self, key: WaysKey, compute: impl FnOnce() -> Vec<FloorWay>) -> Arc<Vec<FloorWay>> {
-        let known = self
-            .ways
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .get(&key)
-            .cloned();
-        known.unwrap_or_else(|| {
-            let ways = Arc::new(compute());
-            let mut memory = self.ways.lock().unwrap_or_else(PoisonError::into_inner);
-            if memory.len() >= Self::MOST_WAYS {
-                memory.clear();
-            }
-            memory.insert(key, ways.clone());
-            ways
-        })
+    pub fn place_or(&self, key: FloorKey, compute: impl FnOnce() -> FloorLight) -> FloorLight {
+        Self::remembered(&self.places, Self::LARGEST, key, compute)
     }
 
-    pub fn get_or(&self, key: FloorKey, compute: impl FnOnce() -> FloorLight) -> FloorLight {
-        Self::remembered(&self.places, key, compute)
+    /// The light at one γ for C evenly around the circle.
+    pub fn row_or(&self, key: RowKey, compute: impl FnOnce() -> Arc<[FloorLight]>) -> Arc<[FloorLight]> {
+        Self::remembered(&self.rows, Self::MOST_ROWS, key, compute)
     }
 
-    pub fn get_or_on_lattice(&self, key: FloorKey, compute: impl FnOnce() -> FloorLight) -> FloorLight {
-        Self::remembered(&self.lattice, key, compute)
-    }
-
-    fn remembered(
-        memory: &Mutex<HashMap<FloorKey, FloorLight>>,
-        key: FloorKey,
-        compute: impl FnOnce() -> FloorLight,
-    ) -> FloorLight {
-        let known = memory.lock().unwrap_or_else(PoisonError::into_inner).get(&key).copied();
+    fn remembered<K: Eq + Hash, V: Clone>(
+        memory: &Mutex<HashMap<K, V>>,
+        most: usize,
+        key: K,
+        compute: impl FnOnce() -> V,
+    ) -> V {
+        let known = memory.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         known.unwrap_or_else(|| {
             let light = compute();
             let mut memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
-            if memory.len() >= Self::LARGEST {
+            if memory.len() >= most {
                 memory.clear();
             }
-            memory.insert(key, light);
+            memory.insert(key, light.clone());
             light
         })
     }
@@ -393,6 +378,8 @@ struct Lookup {
     /// Step of planes that divide the whole circle evenly from 0.
     c_step_deg: Option<f64>,
     pole_cd: [f64; 2],
+    /// Intensities of the grid around the axis, one γ after the other, `[ig * nc + ic]`.
+    by_gamma_cd: Arc<[f64]>,
 }
 
 /// γ of the file evenly apart, each step cut into equal parts by the grid.
@@ -426,7 +413,8 @@ impl EvenGamma {
 
 impl Lookup {
     fn new(file: &IntensityDistribution, grid: &IntensityDistribution) -> Self {
-        let c_step = 360.0 / grid.c_deg().len() as f64;
+        let (planes, rows) = (grid.c_deg().len(), grid.gamma_deg().len());
+        let c_step = 360.0 / planes as f64;
         let around = grid
             .c_deg()
             .iter()
@@ -436,39 +424,58 @@ impl Lookup {
             gamma: EvenGamma::of(file.gamma_deg(), grid.gamma_deg()),
             c_step_deg: around.then_some(c_step),
             pole_cd: [grid.pole_cd(0.0), grid.pole_cd(180.0)],
+            by_gamma_cd: (0..rows * planes)
+                .map(|i| grid.intensity_cd()[i % planes * rows + i / planes])
+                .collect(),
         }
     }
 
     fn at(&self, grid: &IntensityDistribution, c_deg: f64, gamma_deg: f64) -> f64 {
-        if !grid.is_rotational() {
-            if gamma_deg < 1e-9 {
-                return self.pole_cd[0];
-            }
-            if gamma_deg > 180.0 - 1e-9 {
-                return self.pole_cd[1];
-            }
+        let mut value = [0.0];
+        self.around(grid, c_deg, gamma_deg, &mut value);
+        value[0]
+    }
+
+    /// The interpolant at γ and at C, C + 360°/n, … for all `n` of `values`.
+    fn around(&self, grid: &IntensityDistribution, c_deg: f64, gamma_deg: f64, values: &mut [f64]) {
+        let pole = (gamma_deg < 1e-9)
+            .then_some(0)
+            .or((gamma_deg > 180.0 - 1e-9).then_some(1));
+        if let Some(pole) = pole.filter(|_| !grid.is_rotational()) {
+            return values.fill(self.pole_cd[pole]);
         }
+        let step_deg = 360.0 / values.len() as f64;
         let (Some(even), Some(c_step)) = (&self.gamma, self.c_step_deg) else {
-            return grid.intensity_cd_at(c_deg, gamma_deg);
+            for (k, value) in values.iter_mut().enumerate() {
+                *value = grid.intensity_cd_at(c_deg + step_deg * k as f64, gamma_deg);
+            }
+            return;
         };
         let gamma = grid.gamma_deg();
         if gamma_deg < gamma[0] || gamma_deg > gamma[gamma.len() - 1] {
-            return 0.0;
+            return values.fill(0.0);
         }
         let (cell, v) = even.cell(gamma_deg - gamma[0]);
-        let values = grid.intensity_cd();
-        let along = |plane: usize| {
-            let row = &values[plane * gamma.len()..];
-            row[cell] + v * (row[cell + 1] - row[cell])
-        };
-        if grid.is_rotational() {
-            return along(0);
-        }
         let planes = grid.c_deg().len();
-        let turn = c_deg.rem_euclid(360.0) / c_step;
-        let before = (turn as usize).min(planes - 1);
-        let first = along(before);
-        first + (turn - before as f64) * (along((before + 1) % planes) - first)
+        let (low, high) = self.by_gamma_cd[cell * planes..(cell + 2) * planes].split_at(planes);
+        let along = |plane: usize| low[plane] + v * (high[plane] - low[plane]);
+        if grid.is_rotational() {
+            return values.fill(along(0));
+        }
+        let mut turn = c_deg.rem_euclid(360.0) / c_step;
+        let by = step_deg / c_step;
+        for value in values {
+            let before = turn as usize;
+            let (before, turned) = if before < planes {
+                (before, turn)
+            } else {
+                (before - planes, turn - planes as f64)
+            };
+            let first = along(before);
+            let next = if before + 1 < planes { before + 1 } else { 0 };
+            *value = first + (turned - before as f64) * (along(next) - first);
+            turn = turned + by;
+        }
     }
 }
 

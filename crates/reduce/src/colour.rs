@@ -2,7 +2,9 @@
 //! thing after the other moved, by its standard uncertainty or by a small step (JCGM 100, 5.1.3, note 2).
 
 use isolux_spectrum::Spectrum;
-use isolux_spectrum::cct::Cct;
+use isolux_spectrum::cct::{Cct, nearest_planckian};
+use isolux_spectrum::fidelity::fidelity_of;
+use isolux_spectrum::rendering::rendering_of;
 use serde::Serialize;
 
 use crate::known::Known;
@@ -36,7 +38,7 @@ pub struct Colour {
 /// How many numbers.
 const COUNT: usize = 10;
 /// Values of the spectrum (1 nm) that share a slope.
-const EVERY: usize = 5;
+const EVERY: usize = 10;
 /// By what a value is moved, relative to the largest.
 const STEP_REL: f64 = 1e-4;
 
@@ -101,9 +103,10 @@ fn noise(spectrum: &Spectrum, u_w_m2_nm: &[f64], centre: &[Option<f64>; COUNT]) 
 fn numbers(spectrum: &Spectrum) -> [Option<f64>; COUNT] {
     let chromaticity = spectrum.chromaticity();
     let uv = chromaticity.map(isolux_spectrum::Chromaticity::uv_1976);
-    let rendering = isolux_spectrum::rendering::rendering(spectrum);
-    let fidelity = isolux_spectrum::fidelity::fidelity(spectrum);
-    let nearest = spectrum.nearest_planckian();
+    let nearest = chromaticity.and_then(nearest_planckian);
+    let per_nm = spectrum.per_nm();
+    let rendering = nearest.and_then(|nearest| rendering_of(&per_nm, nearest));
+    let fidelity = nearest.and_then(|nearest| fidelity_of(&per_nm, nearest));
     [
         nearest.and_then(Cct::meaningful).map(|cct| cct.cct_k),
         nearest.map(|nearest| nearest.duv),

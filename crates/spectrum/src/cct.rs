@@ -41,7 +41,7 @@ pub fn nearest_planckian(colour: Chromaticity) -> Option<Cct> {
     let table = locus();
     let (best, _) = table
         .iter()
-        .map(|&(_, (pu, pv))| (u - pu).hypot(v - pv))
+        .map(|at| (u - at.u).hypot(v - at.v))
         .enumerate()
         .min_by(|a, b| a.1.total_cmp(&b.1))?;
     if best == 0 || best + 1 == table.len() {
@@ -49,46 +49,60 @@ pub fn nearest_planckian(colour: Chromaticity) -> Option<Cct> {
     }
     // In reciprocal temperature the locus is nearly even. Where it is nearest, the way there stands upright on it: the
     // root of the slope, by false position (Illinois).
-    let slope = |mired: f64| -> Option<f64> {
-        let ((pu, pv), (du, dv)) = on_locus(mired)?;
-        Some((pu - u) * du + (pv - v) * dv)
-    };
-    let (from, to) = (table[best - 1].0, table[best + 1].0);
-    let (mut a, mut b) = (from, to);
-    let (mut fa, mut fb) = (slope(a)?, slope(b)?);
+    let slope = |at: &OnLocus| (at.u - u) * at.du + (at.v - v) * at.dv;
+    let (mut a, mut b) = (table[best - 1], table[best + 1]);
+    let (from, to) = (a.mired, b.mired);
+    let (mut fa, mut fb) = (slope(&a), slope(&b));
     for _ in 0..MOST_STEPS {
-        let next = (b - fb * (b - a) / (fb - fa)).clamp(from, to);
+        let next = (b.mired - fb * (b.mired - a.mired) / (fb - fa)).clamp(from, to);
         if next.is_nan() {
             break;
         }
-        let f = slope(next)?;
+        let next = OnLocus::at(next)?;
+        let f = slope(&next);
         if (f > 0.0) == (fb > 0.0) {
             fa *= 0.5;
         } else {
             (a, fa) = (b, fb);
         }
-        let moved = (next - b).abs();
+        let moved = (next.mired - b.mired).abs();
         (b, fb) = (next, f);
-        if f == 0.0 || moved < PRECISION_REL * b {
+        if f == 0.0 || moved < PRECISION_REL * b.mired {
             break;
         }
     }
-    let ((pu, pv), _) = on_locus(b)?;
     Some(Cct {
-        cct_k: 1e6 / b,
-        duv: (u - pu).hypot(v - pv).copysign(v - pv),
+        cct_k: 1e6 / b.mired,
+        duv: (u - b.u).hypot(v - b.v).copysign(v - b.v),
     })
 }
 
-/// The point (u, v) of the locus at a reciprocal temperature, and its change for one mired.
-fn on_locus(mired: f64) -> Option<((f64, f64), (f64, f64))> {
-    let (light, change) = planck_and_change(mired);
-    let (here, by) = (Tristimulus::of_1_nm(&light), Tristimulus::of_1_nm(&change));
-    let sum = |t: &Tristimulus| t.x + 15.0 * t.y + 3.0 * t.z;
-    let (whole, grows) = (sum(&here), sum(&by));
-    let (u, v) = (4.0 * here.x / whole, 6.0 * here.y / whole);
-    let change = ((4.0 * by.x - u * grows) / whole, (6.0 * by.y - v * grows) / whole);
-    (whole > 0.0).then_some(((u, v), change))
+/// A point (u, v) of the Planckian locus, and its change for one mired.
+#[derive(Debug, Clone, Copy)]
+struct OnLocus {
+    mired: f64,
+    u: f64,
+    v: f64,
+    du: f64,
+    dv: f64,
+}
+
+impl OnLocus {
+    /// None where the radiator has no light.
+    fn at(mired: f64) -> Option<Self> {
+        let (light, change) = planck_and_change(mired);
+        let (here, by) = (Tristimulus::of_1_nm(&light), Tristimulus::of_1_nm(&change));
+        let sum = |t: &Tristimulus| t.x + 15.0 * t.y + 3.0 * t.z;
+        let (whole, grows) = (sum(&here), sum(&by));
+        let (u, v) = (4.0 * here.x / whole, 6.0 * here.y / whole);
+        (whole > 0.0).then_some(Self {
+            mired,
+            u,
+            v,
+            du: (4.0 * by.x - u * grows) / whole,
+            dv: (6.0 * by.y - v * grows) / whole,
+        })
+    }
 }
 
 /// A point `duv` from the Planckian locus, along the normal at `temperature_k`: for iso-temperature lines.
@@ -114,17 +128,14 @@ impl Spectrum {
     }
 }
 
-/// (mired, (u, v)) of the locus, every 5 mired.
-fn locus() -> &'static [(f64, (f64, f64))] {
-    static LOCUS: OnceLock<Vec<(f64, (f64, f64))>> = OnceLock::new();
+/// The locus every 5 mired.
+fn locus() -> &'static [OnLocus] {
+    static LOCUS: OnceLock<Vec<OnLocus>> = OnceLock::new();
     LOCUS.get_or_init(|| {
         let (from, to) = (1e6 / HIGHEST_K, 1e6 / LOWEST_K);
         let n = ((to - from) / 5.0).round() as usize;
         (0..=n)
-            .filter_map(|i| {
-                let mired = from + (to - from) * i as f64 / n as f64;
-                Some((mired, planckian_chromaticity(1e6 / mired)?.uv_1960()))
-            })
+            .filter_map(|i| OnLocus::at(from + (to - from) * i as f64 / n as f64))
             .collect()
     })
 }

@@ -2,8 +2,9 @@
 
 use std::sync::OnceLock;
 
+use crate::cct::{self, Cct};
 use crate::tables::{X10_BAR, Y10_BAR, Z10_BAR};
-use crate::{Spectrum, Tristimulus, cct, illuminant};
+use crate::{Spectrum, Tristimulus, illuminant};
 
 /// Colour fidelity and gamut of a source.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,10 +39,14 @@ const COUNT: usize = 401;
 /// temperature, or above 25 000 K).
 pub fn fidelity(source: &Spectrum) -> Option<Fidelity> {
     let test = source.per_nm();
-    let t = cct::nearest_planckian(Tristimulus::of_1_nm(&test).chromaticity()?)
-        .filter(|c| c.duv.abs() <= cct::FARTHEST_MEANINGFUL_DUV)?
-        .cct_k;
-    let (test, reference) = (appearances(&test)?, appearances(&reference(t)?)?);
+    let nearest = cct::nearest_planckian(Tristimulus::of_1_nm(&test).chromaticity()?)?;
+    fidelity_of(&test, nearest)
+}
+
+/// The same of the values at 360, 361, … 830 nm of a source whose nearest Planckian radiator is known.
+pub fn fidelity_of(test: &[f64; 471], nearest: Cct) -> Option<Fidelity> {
+    let t = nearest.meaningful()?.cct_k;
+    let (test, reference) = (appearances(test)?, appearances(&reference(t)?)?);
 
     let mut sums = [(0.0, 0.0, 0.0, 0.0, 0.0, 0usize); 16];
     let mut total = 0.0;

@@ -2,8 +2,9 @@
 
 use std::sync::OnceLock;
 
+use crate::cct::{self, Cct};
 use crate::tables::TEST_COLOURS;
-use crate::{Chromaticity, Spectrum, Tristimulus, cct, illuminant};
+use crate::{Chromaticity, Spectrum, Tristimulus, illuminant};
 
 /// Colour rendering indices.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,10 +19,13 @@ pub struct Rendering {
 /// none where no such reference exists (no light, no colour temperature, or above 25 000 K).
 pub fn rendering(source: &Spectrum) -> Option<Rendering> {
     let test = source.per_nm();
-    let white = Tristimulus::of_1_nm(&test);
-    let t = cct::nearest_planckian(white.chromaticity()?)
-        .filter(|c| c.duv.abs() <= cct::FARTHEST_MEANINGFUL_DUV)?
-        .cct_k;
+    let nearest = cct::nearest_planckian(Tristimulus::of_1_nm(&test).chromaticity()?)?;
+    rendering_of(&test, nearest)
+}
+
+/// The same of the values at 360, 361, … 830 nm of a source whose nearest Planckian radiator is known.
+pub fn rendering_of(test: &[f64; 471], nearest: Cct) -> Option<Rendering> {
+    let t = nearest.meaningful()?.cct_k;
     let reference = if t < 5000.0 {
         illuminant::planck(t)
     } else {
@@ -31,7 +35,7 @@ pub fn rendering(source: &Spectrum) -> Option<Rendering> {
     let r = samples()
         .iter()
         .map(|sample| {
-            let a = uvw(&test, sample, Some(reference_white))?;
+            let a = uvw(test, sample, Some(reference_white))?;
             let b = uvw(&reference, sample, None)?;
             let distance = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
             Some(100.0 - 4.6 * distance)
