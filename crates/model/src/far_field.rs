@@ -3,7 +3,7 @@
 use glam::DVec3;
 use isolux_photometry::{DistributionError, IntensityDistribution};
 
-use crate::effects::{Act, Ray, Values};
+use crate::effects::{Act, PartLaw, Ray, Values};
 use crate::emitter::Emitter;
 use crate::lobe::Lobe;
 use crate::model::Model;
@@ -71,17 +71,23 @@ impl Model {
     }
 
     /// The parts of the emitter with what each still gives; none where no effect dims a part.
-    pub(crate) fn sectors(&self) -> Option<Sectors> {
-        let laws: Vec<_> = self
-            .acts()
-            .filter_map(|(act, values)| match act {
-                Act::Part(law) => Some((*law, values)),
-                _ => None,
-            })
-            .collect();
-        (!laws.is_empty()).then(|| {
-            let given = |azimuth_deg| laws.iter().map(|(law, values)| law(values, azimuth_deg)).product();
-            Sectors::of(self.luminaire().grid(), self.emitter(), given)
+    pub fn sectors(&self) -> Option<Sectors> {
+        let (law, values) = self.part_laws().next()?;
+        let aim_deg = (law.aim_deg)(values);
+        let given = |azimuth_deg| self.given_at(azimuth_deg);
+        Some(Sectors::of(self.luminaire().grid(), self.emitter(), aim_deg, given))
+    }
+
+    /// What the part of the emitter at an azimuth in degrees still gives: 1 where no effect dims it.
+    pub fn given_at(&self, azimuth_deg: f64) -> f64 {
+        let given = |(law, values): (&PartLaw, &Values)| (law.given)(values, azimuth_deg);
+        self.part_laws().map(given).product()
+    }
+
+    fn part_laws(&self) -> impl Iterator<Item = (&'static PartLaw, &Values)> {
+        self.acts().filter_map(|(act, values)| match act {
+            Act::Part(law) => Some((law, values)),
+            _ => None,
         })
     }
 }

@@ -45,4 +45,5 @@ pub use pose::SensorPose;
 pub use quadrature::gauss_legendre;
 pub use refined::{Harmonic, Refined};
 pub use scene::{Scene, Sensor};
+pub use sector::Sectors;
 pub use spectrum::NoSpectrum;

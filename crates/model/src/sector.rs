@@ -6,30 +6,30 @@ use isolux_photometry::IntensityDistribution;
 use crate::emitter::{Emitter, Node};
 use crate::luminaire::angles_deg;
 
-/// The ring that stands for the LEDs of a luminaire whose emitter is a point or an area.
+/// The radius of the ring that stands for the LEDs of a luminaire whose emitter is a point.
 const RADIUS_MM: f64 = 28.0;
-const AIM_DEG: f64 = 6.0;
 const LEDS: usize = 36;
 const LOBE_STEPS: usize = 360;
 
 /// The parts of an emitter with what each still gives.
-pub(crate) struct Sectors {
+pub struct Sectors {
     parts: Vec<(Node, f64)>,
     /// The lobe of a part, mean over C, at even steps of sin(γ/2): a root finds the place where an arc cosine would.
     lobe: Vec<f64>,
 }
 
 impl Sectors {
-    /// The parts of `emitter`, of which one at an azimuth in degrees gives the share `given`.
-    pub fn of(base: &IntensityDistribution, emitter: Emitter, given: impl Fn(f64) -> f64) -> Self {
+    /// The parts of `emitter`, of which one at an azimuth in degrees gives the share `given`. An emitter without LEDs
+    /// has a ring of them in its place, at its mean distance from the light centre, which lean inwards by `aim_deg`.
+    pub(crate) fn of(base: &IntensityDistribution, emitter: Emitter, aim_deg: f64, given: impl Fn(f64) -> f64) -> Self {
         let emitter = match emitter {
             leds @ Emitter::Leds { .. } => leds,
-            _ => Emitter::Leds {
+            area => Emitter::Leds {
                 position_mm: Vec::new(),
                 weight: Vec::new(),
-                radius_mm: vec![RADIUS_MM],
+                radius_mm: vec![Some(area.mean_radius_mm()).filter(|r| *r > 0.0).unwrap_or(RADIUS_MM)],
                 count: vec![LEDS],
-                aim_deg: AIM_DEG,
+                aim_deg,
             },
         };
         let parts = emitter
@@ -63,7 +63,7 @@ impl Sectors {
         })
     }
 
-    /// Share of the far field towards `direction` that is left.
+    /// Share of the far field towards `direction`, of any length, that is left.
     pub fn left_towards(&self, direction: DVec3) -> f64 {
         self.left(|_| (direction, 1.0))
     }

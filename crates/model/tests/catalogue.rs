@@ -31,7 +31,7 @@ lamp_warmup | luminaire | amplitude_rel, time_constant_s
 lamp_drift | luminaire | rate_per_h, reference_s
 light_level | luminaire | factor_rel
 flicker_alias | luminaire | amplitude_rel, period_s, phase_rad
-dead_sector | luminaire | depth_rel, azimuth_deg, width_deg
+dead_sector | luminaire | depth_rel, azimuth_deg, width_deg, aim_deg
 self_absorption | luminaire | depth_rel, azimuth_deg, gamma_deg, width_deg
 polarization | bench | amplitude_rel, azimuth_deg
 detector_aperture | bench | diameter_mm

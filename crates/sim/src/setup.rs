@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use isolux_model::effects::Pixel;
-use isolux_model::{Emitter, Scene, Spectral};
+use isolux_model::{Emitter, Model, Node, Scene, Sectors, Spectral};
 use isolux_photometry::{DistributionError, IntensityDistribution};
 
 use crate::sensor::{Sensor, SensorError};
@@ -182,11 +182,17 @@ fn widest(sensor: &Sensor, apparent_shift_mm: f64, findings: &mut Vec<String>) {
     }
 }
 
+/// Nodes over an area, in each direction, whose parts give unequally.
+const UNEQUAL_NODES: usize = 6;
+
 /// The parts of the model's emitter.
 fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
     let model = &scene.model;
-    let table = Arc::new(Table::new(distribution));
     let emitter = model.emitter();
+    if let Some(sectors) = model.sectors().filter(|_| emitter.extent_mm() > 0.0) {
+        return unequal(model, &emitter, &sectors, distribution);
+    }
+    let table = Arc::new(Table::new(distribution));
     let centre = DVec3::ZERO;
     match &emitter {
         Emitter::Point {} | Emitter::Disc { diameter_mm: 0.0 } | Emitter::Rectangle { size_mm: [0.0, 0.0] } => {
@@ -234,6 +240,37 @@ fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
             Source::new(parts.collect())
         }
     }
+}
+
+/// The parts of an emitter some of which give less. `distribution` has the loss of the far field: LEDs, whose axes are
+/// known, carry the whole far field each by its own; the nodes of an area carry what is left.
+fn unequal(model: &Model, emitter: &Emitter, sectors: &Sectors, distribution: &IntensityDistribution) -> Source {
+    let mut nodes = emitter.nodes(UNEQUAL_NODES);
+    for node in &mut nodes {
+        node.weight *= model.given_at(node.position_mm.y.atan2(node.position_mm.x).to_degrees());
+    }
+    let given: f64 = nodes.iter().map(|node| node.weight).sum();
+    let lobe = model.lobe();
+    let leds = matches!(emitter, Emitter::Leds { .. });
+    let table = Arc::new(Table::new(distribution));
+    let part = |node: Node| {
+        let whole = |to: DVec3| {
+            let left = sectors.left_towards(to);
+            if left > 0.0 { given / left } else { 0.0 }
+        };
+        let share = |to: DVec3| lobe.as_ref().map_or(1.0, |lobe| lobe.share(node.axis, to)) * whole(to);
+        Part {
+            share: node.weight / given,
+            shape: Shape::Point(node.position_mm),
+            table: if leds {
+                Arc::new(Table::new(&shared(distribution, share)))
+            } else {
+                Arc::clone(&table)
+            },
+            aim: None,
+        }
+    };
+    Source::new(nodes.into_iter().map(part).collect())
 }
 
 /// The distribution times a smooth share, on a grid fine enough for it.

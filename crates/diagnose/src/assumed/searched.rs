@@ -1,6 +1,6 @@
 //! Which effects can be searched for on these data, with which shapes, sizes and limits.
 
-use isolux_model::{Effect, EffectSpec, ParameterSpec, Role, Sampling, Stage, catalogue};
+use isolux_model::{Effect, EffectSpec, Emitter, ParameterSpec, Role, Sampling, Stage, catalogue};
 
 use super::rows::row_ranges;
 use super::{AssumedModel, Part, Recipe};
@@ -81,8 +81,12 @@ impl AssumedModel {
                 Role::Shape { .. } | Role::Azimuth { .. } | Role::Period(_) | Role::RangeId
             )
         };
+        let with_leds = matches!(self.model.emitter(), Emitter::Leds { .. });
+        let has_meaning = |k: usize| !(with_leds && spec.parameters[k].without_leds);
         // What has changed keeps its shape.
-        let keys: Vec<usize> = keys.filter(|&k| active(k) && !changed && of_shape(k)).collect();
+        let keys: Vec<usize> = keys
+            .filter(|&k| active(k) && !changed && of_shape(k) && has_meaning(k))
+            .collect();
         let shapes: Vec<Shape> = keys.iter().map(|&k| self.shape(&spec.parameters[k])).collect();
         if shapes.iter().any(|shape| shape.grid.is_empty()) {
             return None;

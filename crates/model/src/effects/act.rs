@@ -94,6 +94,15 @@ pub type LampLaw = fn(&Values, Option<f64>) -> f64;
 /// Two numbers from an effect's values.
 pub type PairLaw = fn(&Values) -> (f64, f64);
 
+/// Parts of the emitter that give less.
+#[derive(Debug, Clone, Copy)]
+pub struct PartLaw {
+    /// A factor on a part at an azimuth in degrees.
+    pub given: fn(&Values, f64) -> f64,
+    /// Inward lean in degrees of the parts of an emitter that has no LEDs of its own.
+    pub aim_deg: fn(&Values) -> f64,
+}
+
 /// What an effect does. Every function takes the effect's values in the order of its keys first.
 #[derive(Debug, Clone, Copy)]
 pub enum Act {
@@ -105,8 +114,8 @@ pub enum Act {
     Emitter(fn(&Values) -> Emitter),
     /// The luminaire shines otherwise in some directions: a factor.
     Direction(fn(&Values, &Ray) -> f64),
-    /// Parts of the emitter give less: a factor on a part at an azimuth in degrees.
-    Part(fn(&Values, f64) -> f64),
+    /// Parts of the emitter give less.
+    Part(PartLaw),
     /// The lamp shines otherwise at some times: a factor at t in s, none where the time is not known.
     Lamp(LampLaw),
     /// The path takes light away: a factor over a length in mm.

@@ -1,7 +1,8 @@
-//! A group of LEDs gives less light: a dipole in C that grows like tan γ and has a part in 1/d. Where the emitter has
-//! no LEDs, a ring of 28 mm aimed inward by 6° is taken. A simulation applies the far-field part.
+//! A group of LEDs gives less light. The far field loses a dipole in C that grows like tan γ where the LEDs lean, and
+//! nothing but its level where they do not; near the lamp there is a dipole in 1/d besides. Where the emitter has no LEDs
+//! a ring of them is taken, at the mean radius of the luminous area (28 mm for a point), that leans inwards by `aim_deg`.
 
-use super::act::{Act, Values};
+use super::act::{Act, PartLaw, Values};
 use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude, azimuth_of, shape};
 
 pub(super) static SPEC: EffectSpec = EffectSpec {
@@ -17,15 +18,24 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
         amplitude("depth_rel", "1", (0.0, 0.3), 0.05).share(),
         azimuth_of(AZIMUTHS_DEG),
         shape("width_deg", "°", 120.0, (20.0, 240.0), &[60.0, 140.0]).above_zero(),
+        shape("aim_deg", "°", 6.0, (-10.0, 20.0), &[0.0, 6.0])
+            .optional(1.0)
+            .without_leds(),
     ],
     shows_in: "c_deg",
     look_alikes: &[
         ("luminaire_tilt", "second_distance"),
         ("self_absorption", "second_distance"),
     ],
-    acts: &[Act::Part(dimming)],
+    acts: &[Act::Part(PartLaw {
+        given: dimming,
+        aim_deg: |values| values[AIM],
+    })],
     ..EffectSpec::NEUTRAL
 };
+
+/// Place of `aim_deg` among the values.
+const AIM: usize = 3;
 
 /// One sector is no sum of two at right angles: azimuths are tried one by one.
 const AZIMUTHS_DEG: &[f64] = &[

@@ -105,12 +105,19 @@ pub struct ParameterSpec {
     pub above_zero: bool,
     /// Whether it is a share of something: a fit stops at 1.
     pub share: bool,
+    /// Whether it stands for what an emitter of single LEDs says itself: without meaning for such a one.
+    pub without_leds: bool,
 }
 
 impl ParameterSpec {
     /// With another value at which it has no effect.
     pub(super) const fn null(self, null: f64) -> Self {
         Self { null, ..self }
+    }
+
+    pub(super) const fn without_leds(self) -> Self {
+        let without_leds = true;
+        Self { without_leds, ..self }
     }
 
     pub(super) const fn only_on(self, stage: Stage) -> Self {
@@ -263,6 +270,7 @@ pub(super) const fn amplitude(
         required: false,
         above_zero: false,
         share: false,
+        without_leds: false,
     }
 }
 
