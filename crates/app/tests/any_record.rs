@@ -2,9 +2,9 @@
 
 use camino::Utf8Path;
 use isolux_any_record::{CHANGES, Random, run};
-use isolux_app::live::Live;
-use isolux_app::replay::Replay;
-use isolux_app::sensor_so_far::sensor_so_far;
+use isolux_app::front_end::live::Live;
+use isolux_app::run::replay::Replay;
+use isolux_app::simulation::sensor_so_far::sensor_so_far;
 use isolux_app::study::{card, results};
 use isolux_record::Reading;
 use isolux_record::run::{RunDir, StopHow, Stopped};

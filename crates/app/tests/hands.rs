@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_app::bench::Source;
-use isolux_app::catalogue::Catalogue;
-use isolux_app::progress::Silent;
+use isolux_app::front_end::progress::Silent;
+use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::catalogue::Catalogue;
+use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{self, Place, ScanSummary, Target};
-use isolux_app::session::{self, Session};
 use isolux_app::{Failure, FailureKind};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_record::run::StopHow;

@@ -3,7 +3,7 @@
 
 use camino::Utf8PathBuf;
 use isolux_app::FailureKind;
-use isolux_app::manual_spectrum::{self, Reading};
+use isolux_app::manual::spectrum::{self, Reading};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_virtual::outlet::{Offer, offer};
 use isolux_virtual::station::{calibration, station};
@@ -47,7 +47,7 @@ fn read(driver: &str, edit: fn(String) -> String) -> (Result<Reading, isolux_app
         })
     });
     ready.recv().unwrap();
-    let reading = manual_spectrum::read(&path, None, &isolux_app::progress::Silent);
+    let reading = spectrum::read(&path, None, &isolux_app::front_end::progress::Silent);
     done.send(()).unwrap();
     let (lux, open) = serving.join().unwrap();
     (reading, lux, open)

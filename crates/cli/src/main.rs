@@ -7,7 +7,8 @@ mod terminal;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser};
-use isolux_app::{Failure, FailureKind, log, signals};
+use isolux_app::system::{log, signals};
+use isolux_app::{Failure, FailureKind};
 
 use crate::commands::Command;
 
@@ -50,7 +51,7 @@ fn main() -> ExitCode {
         std::process::exit(i32::from(failure.kind.exit_code()));
     });
     if arguments.let_sleep {
-        isolux_app::keep_awake::let_sleep();
+        isolux_app::system::keep_awake::let_sleep();
     }
     let directives = std::env::var(log::VARIABLE).ok();
     let began = log::begin(arguments.verbose, directives.as_deref());

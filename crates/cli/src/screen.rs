@@ -5,7 +5,7 @@ use std::io::Write;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use isolux_app::progress::{Event, Progress};
+use isolux_app::front_end::progress::{Event, Progress};
 use isolux_app::{Failure, FailureKind};
 
 /// Prints a line of results to standard output.

@@ -4,8 +4,8 @@ use std::io::{BufRead as _, IsTerminal as _, Write as _};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use isolux_app::control::{Control, Pace, Pause};
-use isolux_app::operator::ByFunction;
+use isolux_app::front_end::control::{Control, Pace, Pause};
+use isolux_app::front_end::operator::ByFunction;
 
 /// Where the next line goes while a question is open.
 type Question = Mutex<Option<Sender<String>>>;

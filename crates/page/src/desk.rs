@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::Failure;
-use isolux_app::control::{Control, Pace};
-use isolux_app::live::Live;
-use isolux_app::operator::ByFunction;
-use isolux_app::replay;
+use isolux_app::front_end::control::{Control, Pace};
+use isolux_app::front_end::live::Live;
+use isolux_app::front_end::operator::ByFunction;
+use isolux_app::run::replay;
 use isolux_app::study::{diagnosed, next};
 
 use crate::asked::{Asked, Order};

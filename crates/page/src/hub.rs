@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use isolux_app::live::{Live, Role};
-use isolux_app::progress::{Event, Progress};
+use isolux_app::front_end::live::{Live, Role};
+use isolux_app::front_end::progress::{Event, Progress};
 use serde::Serialize;
 use tokio::sync::watch;
 

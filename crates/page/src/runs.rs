@@ -4,8 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_app::replay::{self, Replay};
-use isolux_app::{Failure, folder, rest};
+use isolux_app::Failure;
+use isolux_app::run::replay::{self, Replay};
+use isolux_app::run::{folder, rest};
 
 use crate::hub::Hub;
 

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use camino::Utf8Path;
-use isolux_app::sensor_so_far::sensor_so_far;
+use isolux_app::simulation::sensor_so_far::sensor_so_far;
 
 use crate::hub::Hub;
 

@@ -12,7 +12,7 @@ use axum::response::{IntoResponse as _, Response};
 use axum::routing::{get, post};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use isolux_app::dropped::dropped;
+use isolux_app::formats::dropped::dropped;
 use serde::Deserialize;
 
 use crate::asked::Asked;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_app::diagnose::{self, Answer};
+use isolux_app::diagnosis::diagnose::{self, Answer};
 use isolux_app::files::Overwrite;
-use isolux_app::progress::Silent;
+use isolux_app::front_end::progress::Silent;
 use isolux_darkroom::Darkroom;
 use isolux_diagnose::document::Document;
 use isolux_hidden_effects::random::Draws;

@@ -7,8 +7,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use isolux_app::control::Control;
-use isolux_app::progress::Silent;
+use isolux_app::front_end::control::Control;
+use isolux_app::front_end::progress::Silent;
 use isolux_device::Target;
 use isolux_transport::{Link, Ports, SystemLinks, UsbAddress, UsbFraming, UsbProfile, find_usb};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};

@@ -7,11 +7,13 @@ use isolux_record::{Job, RunHeader, Station, Subject};
 use isolux_virtual::twins::Choice;
 use toml::{Table, Value};
 
+use crate::diagnosis::diagnose;
 use crate::files::{self, Overwrite};
+use crate::front_end::progress::{Event, Progress};
 use crate::init::DayPlan;
-use crate::progress::{Event, Progress};
-use crate::scene::{self, Changes};
-use crate::{Failure, diagnose, init, record};
+use crate::run::record;
+use crate::simulation::scene::{self, Changes};
+use crate::{Failure, init};
 
 /// The folder's name in the day.
 const FOLDER: &str = "job";

@@ -6,8 +6,11 @@ use isolux_record::plan::Instrument;
 use isolux_record::{Job, Plan, ReadingKind, Station};
 use isolux_spectrum::Spectrum;
 
+use crate::diagnosis::diagnose;
 use crate::files::Overwrite;
-use crate::{Failure, diagnose, record, scan, scene, simulate};
+use crate::run::record;
+use crate::simulation::{scene, simulate};
+use crate::{Failure, scan};
 
 /// Checks the station, the plan and what it gives, the scene with the files that it names, and the model and
 /// observations of the diagnosis. `scanned` is the folder of a day whose scan is complete: then nothing moves, and its

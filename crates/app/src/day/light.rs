@@ -8,8 +8,9 @@ use isolux_reduce::Reduction;
 use isolux_report::day::DayResults;
 use isolux_sim::simulation::Method;
 
-use crate::progress::{Event, Progress};
-use crate::{Failure, scene, simulate};
+use crate::Failure;
+use crate::front_end::progress::{Event, Progress};
+use crate::simulation::{scene, simulate};
 
 /// Simulates the sensor with the model in the folder of results, and compares the axis.
 pub(super) fn light(

@@ -7,9 +7,10 @@ use isolux_report::document::Document;
 
 use super::light::light;
 use super::{asked, stored};
+use crate::Failure;
 use crate::files::{self, Overwrite};
-use crate::progress::{Event, Progress};
-use crate::{Failure, record, reduce};
+use crate::front_end::progress::{Event, Progress};
+use crate::run::{record, reduce};
 
 /// Writes the report of a run that was reduced, of the results that lie in its folder: `isolux report`, as one HTML
 /// page or as PDF; without `out` beside those results. `job` is that of a day that does not hold its own. The report of a

@@ -7,8 +7,9 @@ use isolux_reduce::Reduction;
 use isolux_report::day::{DayResults, Diagnosed};
 use serde_json::Value;
 
+use crate::Failure;
 use crate::files;
-use crate::{Failure, record, reduce};
+use crate::run::{record, reduce};
 
 /// Numbers that were computed twice from the same bytes may differ by the last digits of another machine's functions.
 const ALIKE_REL: f64 = 1e-9;

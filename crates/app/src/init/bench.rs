@@ -9,8 +9,8 @@ use isolux_virtual::twins::Choice;
 
 use super::virtual_station::virtual_station;
 use crate::Failure;
-use crate::catalogue::{self, open_failure};
 use crate::files::{self, Overwrite};
+use crate::instruments::catalogue::{self, open_failure};
 
 /// A part of a bench, and how it is opened: `axis.c`, `zaber:/dev/ttyUSB0?axis=1`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -77,7 +77,8 @@ pub fn bench(file: &Utf8Path, parts: &[Part], overwrite: Overwrite) -> Result<Ve
     let (twins, calibration) = virtual_station(&on_a_bench(parts))?;
     let text = bench_text(&twins, parts);
     let station = Station::parse(file, &text).map_err(Failure::bad_input)?;
-    crate::roles::distinct(&station, file).map_err(|fault| Failure::bad_input(fault).help("nothing was written"))?;
+    crate::instruments::roles::distinct(&station, file)
+        .map_err(|fault| Failure::bad_input(fault).help("nothing was written"))?;
     let twin = station
         .spectroradiometer()
         .is_some_and(|spectro| spectro.open.contains(":memory:"));

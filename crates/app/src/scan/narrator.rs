@@ -12,9 +12,9 @@ use isolux_scan::{Observer, ScanEvent};
 use jiff::Timestamp;
 
 use super::estimate::Estimate;
-use crate::live::{Left, Live, LiveReading, LiveSpectrum, Outline, State, WarmUp};
-use crate::progress::{Event, Progress, duration, ends, left_words};
-use crate::rest;
+use crate::front_end::live::{Left, Live, LiveReading, LiveSpectrum, Outline, State, WarmUp};
+use crate::front_end::progress::{Event, Progress, duration, ends, left_words};
+use crate::run::rest;
 
 /// What a screen shows of a spectrum.
 const SHOWN_PIXELS: usize = 400;

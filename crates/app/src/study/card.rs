@@ -9,7 +9,8 @@ use isolux_units::digits::{K, rounded};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::{Failure, inspect};
+use crate::Failure;
+use crate::formats::inspect;
 
 /// Readings are drawn where their file is at most so long, in bytes; of more the picture waits for the results.
 const LONGEST: u64 = 8 << 20;
@@ -86,7 +87,7 @@ fn standing(run: &Utf8Path, header: &RunHeader) -> Standing {
 /// The first file of a folder with this beginning and this extension: results of a part of a scan have `partial` in
 /// their names.
 fn file(folder: &Utf8Path, beginning: &str, extension: &str) -> Option<Utf8PathBuf> {
-    let names = crate::folder::files(folder);
+    let names = crate::run::folder::files(folder);
     let plain = format!("{beginning}.{extension}");
     let partial = format!("{beginning}.partial.{extension}");
     let name = names.into_iter().find(|name| *name == plain || *name == partial)?;

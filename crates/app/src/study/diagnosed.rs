@@ -12,7 +12,7 @@ use serde_json::Value;
 use super::curves::{Curve, curves};
 use super::{Figure, StatedNumber, job, reduced_model};
 use crate::Failure;
-use crate::diagnose;
+use crate::diagnosis::diagnose;
 use crate::files::{self, Overwrite};
 
 /// A diagnosis as the page shows it.
@@ -103,7 +103,11 @@ impl Case {
     ///
     /// # Errors
     /// As [`diagnose::run`].
-    pub(super) fn diagnose(&self, run: &Utf8Path, progress: &dyn crate::progress::Progress) -> Result<(), Failure> {
+    pub(super) fn diagnose(
+        &self,
+        run: &Utf8Path,
+        progress: &dyn crate::front_end::progress::Progress,
+    ) -> Result<(), Failure> {
         let (_, round) = latest(run);
         let out = folder(run, round + 1);
         let request = diagnose::Request {

@@ -8,10 +8,11 @@ use serde::Serialize;
 
 use super::diagnosed::{Case, Proposal, diagnosed, latest};
 use super::job;
-use crate::control::Control;
-use crate::progress::Progress;
+use crate::front_end::control::Control;
+use crate::front_end::progress::Progress;
+use crate::run::folder;
 use crate::scan::{self, Operator, Target, duration};
-use crate::{Failure, folder, init};
+use crate::{Failure, init};
 
 /// What would be done.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -106,7 +107,7 @@ fn station(run: &Utf8Path) -> Result<Utf8PathBuf, Failure> {
 /// results of `run`.
 ///
 /// # Errors
-/// As [`scan::run`] and [`crate::diagnose::run`].
+/// As [`scan::run`] and [`crate::diagnosis::diagnose::run`].
 pub fn carry_out(
     run: &Utf8Path,
     shown: &Shown,

@@ -12,8 +12,9 @@ use isolux_report::viewer::Solid;
 use serde::Serialize;
 
 use super::{Figure, StatedNumber};
-use crate::reduce::{kept_model, options_of};
-use crate::{Failure, record};
+use crate::Failure;
+use crate::run::record;
+use crate::run::reduce::{kept_model, options_of};
 
 /// Step of the zones of flux, in degrees.
 const ZONE_DEG: f64 = 10.0;

@@ -13,7 +13,8 @@ use isolux_units::digits::{significant, stated};
 use serde::{Deserialize, Serialize};
 
 use super::{StatedNumber, diagnosed, reduced_model};
-use crate::{Failure, scene, simulate};
+use crate::Failure;
+use crate::simulation::{scene, simulate};
 
 /// Pixels of the map along its longer edge.
 const PIXELS: usize = 48;

@@ -1,12 +1,12 @@
 //! A scan by the program in the virtual room.
 
 use camino::Utf8PathBuf;
-use isolux_app::bench::Source;
-use isolux_app::catalogue::Catalogue;
+use isolux_app::front_end::progress::Silent;
 use isolux_app::init;
-use isolux_app::progress::Silent;
+use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::catalogue::Catalogue;
+use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{self, Place, Target};
-use isolux_app::session::{self, Session};
 use isolux_darkroom::Darkroom;
 use isolux_record::{Plan, Run};
 use isolux_scan::Cancel;

@@ -2,8 +2,9 @@
 //! moves.
 
 use isolux_app::files::Overwrite;
-use isolux_app::progress::Silent;
-use isolux_app::{catalogue, check, identify, init, session};
+use isolux_app::front_end::progress::Silent;
+use isolux_app::init;
+use isolux_app::instruments::{catalogue, check, identify, session};
 use isolux_darkroom::Darkroom;
 use isolux_transport::{Links, SystemLinks};
 use isolux_virtual::outlet::{Offer, offer};

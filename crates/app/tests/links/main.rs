@@ -15,11 +15,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_app::bench::Source;
-use isolux_app::catalogue::Catalogue;
-use isolux_app::progress::Silent;
+use isolux_app::front_end::progress::Silent;
+use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::catalogue::Catalogue;
+use isolux_app::instruments::session;
 use isolux_app::scan::{self, Place, Target};
-use isolux_app::{Failure, init, session};
+use isolux_app::{Failure, init};
 use isolux_darkroom::Darkroom;
 use isolux_record::spectra::DarkSubtraction;
 use isolux_record::{Plan, Quality, Role, Run};

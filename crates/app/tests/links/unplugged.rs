@@ -2,11 +2,12 @@
 //! one message that says who it was and what to do, and the axes rest where they can still be asked.
 
 use camino::Utf8PathBuf;
-use isolux_app::bench::Source;
-use isolux_app::catalogue::Catalogue;
-use isolux_app::progress::Silent;
+use isolux_app::front_end::progress::Silent;
+use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::catalogue::Catalogue;
+use isolux_app::instruments::session;
 use isolux_app::scan::{self, Place, Target};
-use isolux_app::{Failure, FailureKind, init, session};
+use isolux_app::{Failure, FailureKind, init};
 use isolux_darkroom::Darkroom;
 use isolux_record::Run;
 use isolux_record::run::StopHow;

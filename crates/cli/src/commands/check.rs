@@ -2,8 +2,9 @@
 
 use camino::Utf8PathBuf;
 use clap::Args;
+use isolux_app::Failure;
 use isolux_app::files::Overwrite;
-use isolux_app::{Failure, check};
+use isolux_app::instruments::check;
 
 use super::takeover::TakeOver;
 use crate::screen;

@@ -3,9 +3,9 @@
 use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::convert::{self, Edit, Interpolation, Options, Photometry, Symmetry};
 use isolux_app::files::Overwrite;
 use isolux_app::formats::WriteOptions;
+use isolux_app::formats::convert::{self, Edit, Interpolation, Options, Photometry, Symmetry};
 
 use super::reading::{Reading, compiler_style, unshown};
 use crate::screen;

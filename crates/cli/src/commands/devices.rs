@@ -2,7 +2,7 @@
 
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::{devices, identify};
+use isolux_app::instruments::{devices, identify};
 
 use crate::screen;
 

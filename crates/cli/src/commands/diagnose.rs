@@ -2,8 +2,9 @@
 
 use camino::Utf8PathBuf;
 use clap::Args;
+use isolux_app::Failure;
+use isolux_app::diagnosis::diagnose;
 use isolux_app::files::Overwrite;
-use isolux_app::{Failure, diagnose};
 
 use crate::screen;
 

@@ -7,7 +7,8 @@ use clap::Args;
 use isolux_app::files::Overwrite;
 use isolux_app::init::Part;
 use isolux_app::init::subject::Subject;
-use isolux_app::{Failure, devices, init};
+use isolux_app::instruments::devices;
+use isolux_app::{Failure, init};
 
 use super::twins::Played;
 use crate::screen;

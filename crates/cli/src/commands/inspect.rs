@@ -4,9 +4,9 @@ use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
+use isolux_app::formats::inspect::{self, Inspection, Meter};
+use isolux_app::formats::plot;
 use isolux_app::formats::{Finding, Severity};
-use isolux_app::inspect::{self, Inspection, Meter};
-use isolux_app::plot;
 
 use super::reading::Reading;
 use crate::screen;

@@ -4,8 +4,9 @@ use std::io::IsTerminal;
 
 use camino::Utf8PathBuf;
 use clap::Args;
+use isolux_app::Failure;
+use isolux_app::diagnosis::{diagnose, investigate};
 use isolux_app::scan::Operator;
-use isolux_app::{Failure, diagnose, investigate};
 
 use super::takeover::TakeOver;
 use crate::screen::{self, Bars};

@@ -2,9 +2,10 @@
 
 use camino::Utf8PathBuf;
 use clap::Args;
+use isolux_app::Failure;
 use isolux_app::manual::Output;
+use isolux_app::manual::{self, spectrum, stop};
 use isolux_app::scan::duration;
-use isolux_app::{Failure, manual, manual_spectrum, stop};
 use serde::Serialize;
 
 use super::takeover::TakeOver;
@@ -198,7 +199,7 @@ pub fn stop(arguments: &Stop) -> Result<(), Failure> {
 /// Runs `read`.
 pub fn read(arguments: &Read) -> Result<(), Failure> {
     if arguments.spectrum {
-        let reading = manual_spectrum::read(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
+        let reading = spectrum::read(&arguments.station, arguments.takeover.reason(), &Bars::default())?;
         return tell(arguments.json, &reading, || colorimetry(&reading));
     }
     let readings = manual::read(
@@ -226,7 +227,7 @@ pub fn read(arguments: &Read) -> Result<(), Failure> {
 }
 
 /// One line a quantity, with its unit.
-fn colorimetry(reading: &manual_spectrum::Reading) -> String {
+fn colorimetry(reading: &spectrum::Reading) -> String {
     let colour = &reading.quantities;
     let shown = |value: Option<f64>, digits: usize| value.map_or("–".to_owned(), |value| format!("{value:.digits$}"));
     let saturated = match reading.saturated_pixels {

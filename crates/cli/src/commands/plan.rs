@@ -2,8 +2,9 @@
 
 use camino::Utf8PathBuf;
 use clap::Args;
+use isolux_app::Failure;
 use isolux_app::scan::duration;
-use isolux_app::{Failure, plan};
+use isolux_app::scan::plan;
 
 use crate::screen;
 

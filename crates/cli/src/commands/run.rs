@@ -2,8 +2,8 @@
 
 use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
+use isolux_app::front_end::progress::Progress;
 use isolux_app::init::DayPlan;
-use isolux_app::progress::Progress;
 use isolux_app::{Failure, day};
 
 use super::serve::{self, Address};

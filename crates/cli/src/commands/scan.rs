@@ -3,7 +3,7 @@
 use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::progress::Progress;
+use isolux_app::front_end::progress::Progress;
 use isolux_app::scan::{self, Operator, ScanSummary, Target, duration};
 
 use super::serve::{self, Address};

@@ -5,8 +5,8 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
 use isolux_app::Failure;
-use isolux_app::control::{Control, Pace};
-use isolux_app::progress::Progress;
+use isolux_app::front_end::control::{Control, Pace};
+use isolux_app::front_end::progress::Progress;
 use isolux_page::{Page, Place};
 
 use crate::screen::{self, Bars};

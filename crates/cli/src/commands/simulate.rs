@@ -4,8 +4,8 @@ use camino::Utf8PathBuf;
 use clap::{Args, ValueEnum};
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
-use isolux_app::scene::Changes;
-use isolux_app::simulate::{self, Accuracy, Facts, Method, Request};
+use isolux_app::simulation::scene::Changes;
+use isolux_app::simulation::simulate::{self, Accuracy, Facts, Method, Request};
 
 use super::count;
 use crate::screen::{self, Bars};

@@ -4,7 +4,7 @@ use camino::Utf8PathBuf;
 use clap::Args;
 use isolux_app::Failure;
 use isolux_app::files::Overwrite;
-use isolux_app::sweep::{self, Shard};
+use isolux_app::simulation::sweep::{self, Shard};
 
 use crate::screen::{self, Bars};
 

@@ -5,10 +5,10 @@ use std::time::Duration;
 use camino::Utf8PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use isolux_app::Failure;
-use isolux_app::capture::{self, CaptureUnit, Series};
+use isolux_app::darkroom::capture::{self, CaptureUnit, Series};
+use isolux_app::darkroom::twins::{self, Twins};
 use isolux_app::files::Overwrite;
 use isolux_app::init::Instruments;
-use isolux_app::twins::{self, Twins};
 
 use crate::screen;
 

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use camino::Utf8Path;
-use isolux_app::control::Control;
-use isolux_app::progress::Silent;
+use isolux_app::front_end::control::Control;
+use isolux_app::front_end::progress::Silent;
 use isolux_app::scan::Target;
 use isolux_darkroom::{Darkroom, Instrument, Room};
 use isolux_record::Run;

@@ -1,0 +1,287 @@
+//! The whole day: check, warm up, scan, reduce, simulate, compare, diagnose, report.
+//!
+//! Without a job it plays in the built-in virtual darkroom, in virtual time. The run directory is the day's folder;
+//! what follows from it is in its `results/`, with no wall clock in it, so that the same run gives the same bytes.
+
+mod asked;
+mod before;
+mod kept;
+mod light;
+mod report;
+mod stored;
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_diagnose::document::{Independence, Verdict};
+use isolux_record::run::StopHow;
+use isolux_record::{Job, Run, RunError, disk};
+use isolux_report::answer::statistics;
+use isolux_report::day::{Diagnosed, document};
+use isolux_virtual::twins::Choice;
+
+pub use self::report::report;
+use crate::diagnosis::diagnose;
+use crate::files::{self, Overwrite};
+use crate::front_end::control::Control;
+use crate::front_end::progress::{Event, Progress};
+use crate::init::DayPlan;
+use crate::instruments::bench;
+use crate::instruments::catalogue::Catalogue;
+use crate::instruments::session::{self, Session};
+use crate::run::reduce::Reduced;
+use crate::run::{record, reduce};
+use crate::scan::{Operator, Place, Target};
+use crate::simulation::simulate;
+use crate::system::signals::OnSignals;
+use crate::{Failure, init, scan};
+
+/// What a day is made of.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// The job; without one the built-in virtual darkroom with its plan.
+    pub job: Option<Utf8PathBuf>,
+    /// Plan of the built-in virtual darkroom; a resumed day keeps its own.
+    pub plan: DayPlan,
+    /// The folder of the day; without one a fresh `day`, `day-2`, ….
+    pub out: Option<Utf8PathBuf>,
+    /// Whether `out` is a day that broke off, to be resumed.
+    pub resume: bool,
+    /// Whether what is damaged in its record is set aside and read again.
+    pub reread: bool,
+    /// The reason for which instruments and folder may be taken over from a process that does not answer.
+    pub force: Option<String>,
+    /// Why a drift beyond the limits of the plan is accepted; none: it is refused after the scan, and the record stays.
+    pub accept_drift: Option<String>,
+}
+
+/// A finished day.
+pub struct Day {
+    /// Its folder.
+    pub folder: Utf8PathBuf,
+    /// The report.
+    pub report: Utf8PathBuf,
+    /// The numbers that matter, one sentence each.
+    pub sentences: Vec<String>,
+}
+
+/// Runs the day.
+///
+/// # Errors
+/// Bad input (exit 2) before anything moves; 1 when the lamp does not become stable; 3 when an instrument fails or an
+/// axis cannot be verified at rest; 130 when interrupted. What was recorded until then stays readable.
+pub fn run(
+    options: &Options,
+    operator: Option<&dyn Operator>,
+    control: &Control,
+    progress: &dyn Progress,
+) -> Result<Day, Failure> {
+    let folder = match &options.out {
+        Some(folder) => folder.clone(),
+        None => fresh_folder(),
+    };
+    let job = match &options.job {
+        Some(file) => Some(Job::load(file).map_err(Failure::bad_input)?),
+        None if options.resume => asked::kept(&folder)?,
+        None => None,
+    };
+    let plan = if options.resume && job.is_none() {
+        asked::built_in_plan(&folder)?.unwrap_or(options.plan)
+    } else {
+        options.plan
+    };
+    let target = match (options.resume, options.reread) {
+        (true, true) => Target::Reread(&folder),
+        (true, false) => Target::Resume(&folder),
+        (false, _) => Target::New(&folder),
+    };
+    // Held to the end of the day_results: two that make the results of one day at once would mix them.
+    let force = options.force.as_deref();
+    let place =
+        Place::take(target, force.is_some()).map_err(|failure| go_on(failure, options.job.as_deref(), &folder))?;
+    let subject = match &job {
+        Some(job) => job.subject().clone(),
+        None => init::subject::built_in(),
+    };
+    let place = place.of(&subject);
+    if options.resume {
+        disk::remove_unpublished(&folder).map_err(Failure::instrument)?;
+    }
+    let scanned = options.resume && completed(&folder, options.reread)?;
+    // What cannot be is refused before anything moves, not after the scan.
+    if let Some(job) = &job {
+        before::check(job, scanned.then_some(folder.as_path()), operator.is_some())?;
+    }
+    match &job {
+        Some(job) if scanned => asked::keep(&folder, job)?,
+        None if scanned => {}
+        Some(job) => {
+            let keeping = asked::JobRecorder::new(&folder, job, progress);
+            scan::run_in(&place, job.station(), job.plan(), force, operator, control, &keeping)
+                .map_err(|failure| go_on(failure, options.job.as_deref(), &folder))?;
+            keeping.end()?;
+        }
+        None => virtual_scan(&place, plan, control, progress).map_err(|failure| go_on(failure, None, &folder))?,
+    }
+    // What a day that broke off in the day_results had made of its record is made again.
+    let overwrite = if options.resume {
+        Overwrite::Force
+    } else {
+        Overwrite::Never
+    };
+    finish(
+        &folder,
+        job.as_ref(),
+        options.accept_drift.as_deref(),
+        overwrite,
+        progress,
+    )
+    .map_err(|failure| resume_with_reason(failure, options.job.as_deref(), &folder))
+}
+
+/// The failure of the gate with the command that accepts it.
+fn resume_with_reason(mut failure: Failure, job: Option<&Utf8Path>, folder: &Utf8Path) -> Failure {
+    let job = job.map_or_else(String::new, |job| format!("{job} "));
+    failure.help = failure.help.map(|help| {
+        let accept = "--accept-drift=REASON";
+        help.replace(accept, &format!("isolux run {job}--resume {folder} {accept}"))
+    });
+    failure
+}
+
+/// The failure with the whole command that goes on with the day.
+fn go_on(mut failure: Failure, job: Option<&Utf8Path>, folder: &Utf8Path) -> Failure {
+    let job = job.map_or_else(String::new, |job| format!("{job} "));
+    let resume = format!("--resume {folder}");
+    failure.help = failure.help.map(|help| {
+        // Advice that names the command already is left as it is.
+        if help.contains("isolux run") {
+            help
+        } else {
+            help.replace(&resume, &format!("isolux run {job}{resume}"))
+        }
+    });
+    failure
+}
+
+/// Whether the scan of a day was carried out to its end.
+fn completed(folder: &Utf8Path, reread: bool) -> Result<bool, Failure> {
+    match Run::read(folder) {
+        Err(RunError::Damaged { .. }) if reread => Ok(false),
+        _ => Ok(record::read(folder)?
+            .header
+            .stopped
+            .is_some_and(|stopped| stopped.how == StopHow::Completed)),
+    }
+}
+
+/// The scan in the built-in virtual darkroom.
+fn virtual_scan(place: &Place<'_>, plan: DayPlan, control: &Control, progress: &dyn Progress) -> Result<(), Failure> {
+    let (station, calibration) = init::virtual_station(&Choice::default())?;
+    let source = bench::Source::from_text(&station, calibration.as_deref())?;
+    let plan = plan.plan()?;
+    session::run_controlled(true, control, async {
+        let session = Session::open(true)?;
+        let _signals = OnSignals::ending(&control.cancel)?;
+        let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
+        let mut devices = source.open(&catalogue).await?;
+        let now = jiff::Timestamp::now();
+        let place = place.clone();
+        scan::under(&source, &mut devices, &plan, place, None, None, control, now, progress).await
+    })?;
+    Ok(())
+}
+
+/// From the record to the report.
+fn finish(
+    folder: &Utf8Path,
+    job: Option<&Job>,
+    accept_drift: Option<&str>,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<Day, Failure> {
+    let results = folder.join("results");
+    progress.event(Event::Began {
+        step: "reduce",
+        total: None,
+    });
+    let request = reduce::Request {
+        accept_drift,
+        subject: job.map(Job::subject),
+        ..reduce::Request::default()
+    };
+    let reduced = reduce::run(folder, &request, overwrite)?;
+    progress.event(Event::Ended(&format!("flux {}", reduced.reduction.flux.stated())));
+
+    let Reduced { run, reduction, .. } = reduced;
+    let mut day_results = kept::step("simulate", &results, || {
+        let day_results = light::light(&results, run, reduction, job.map(Job::scene), progress)?;
+        let u_direction_rel = day_results.u_direction_rel();
+        simulate::write(&results, &day_results.simulation, u_direction_rel, overwrite)?;
+        if let Some(comparison) = &day_results.comparison {
+            let text = format!("{:#}\n", serde_json::to_value(comparison).map_err(Failure::instrument)?);
+            files::write(&results.join("comparison.json"), text.as_bytes(), overwrite)?;
+        }
+        Ok(day_results)
+    })?;
+
+    let model = results.join("luminaire.model.toml");
+    let wanted = job.and_then(|job| asked::diagnosis(job, &results, overwrite));
+    let request = wanted.unwrap_or_else(|| asked::diagnosis_of(model, vec![folder.to_owned()], &results, overwrite));
+    // The report does not wait for a diagnosis that fails: nothing else of it follows from that.
+    let diagnosed = kept::step("diagnose", &results, || {
+        diagnosed(&request, &results, overwrite, progress)
+    });
+    match diagnosed {
+        Ok(diagnosed) => day_results.diagnosis = diagnosed,
+        Err(failure) => {
+            let sentence = format!("the diagnosis failed, and the report is made without it: {failure}");
+            progress.event(Event::Note(&sentence));
+            // What an earlier one found is not of these results.
+            files::remove(&results.join("diagnosis.json"))?;
+            day_results.undiagnosed = Some(sentence);
+        }
+    }
+
+    let report = results.join("report.html");
+    kept::step("report", &results, || {
+        let document = document(&day_results)?;
+        files::write(&report, document.html().as_bytes(), overwrite)?;
+        report::renew_paper(&document, &results.join("report.pdf"), overwrite, progress)
+    })?;
+    Ok(Day {
+        sentences: day_results.sentences(),
+        folder: folder.to_owned(),
+        report,
+    })
+}
+
+/// What the diagnosis of the day says; none for a record of which every reading made the distribution, which has none
+/// that could check it.
+fn diagnosed(
+    request: &diagnose::Request,
+    results: &Utf8Path,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<Option<Diagnosed>, Failure> {
+    let Ok(answer) = diagnose::attempt(request, progress)? else {
+        return Ok(None);
+    };
+    let answer_file = files::read(&results.join("diagnosis/diagnosis.json"))?;
+    files::write(&results.join("diagnosis.json"), &answer_file, overwrite)?;
+    Ok(Some(Diagnosed {
+        plain: answer.document.plain.clone(),
+        good: answer.document.verdict == Verdict::Consistent,
+        details: statistics(&answer),
+        same_record: answer.document.independence == Independence::SameRun,
+    }))
+}
+
+/// `day`, or the first of `day-2`, `day-3`, … that does not exist.
+fn fresh_folder() -> Utf8PathBuf {
+    let mut folder = Utf8PathBuf::from("day");
+    let mut number = 1;
+    while folder.exists() {
+        number += 1;
+        folder = Utf8PathBuf::from(format!("day-{number}"));
+    }
+    folder
+}

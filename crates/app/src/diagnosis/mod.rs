@@ -1,0 +1,4 @@
+//! Where a model and observations disagree, and the measurement that would settle it.
+
+pub mod diagnose;
+pub mod investigate;

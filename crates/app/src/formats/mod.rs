@@ -1,0 +1,12 @@
+//! Photometric and spectral files: converted, inspected, drawn.
+
+pub mod convert;
+pub mod dropped;
+pub mod inspect;
+pub mod plot;
+
+// Findings, reader options and rounded numbers, for front ends.
+pub use isolux_formats::spectral::SpectrumFile;
+pub use isolux_formats::{
+    Content, Distribution, Finding, Kind, Place, ReadOptions, Severity, WriteOptions, significant,
+};

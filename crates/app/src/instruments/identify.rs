@@ -1,0 +1,161 @@
+//! `devices --identify PORT…`: asks the ports that a person names which of our languages answers there.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use isolux_transport::{LineSettings, Link, Links, Probe, SystemLinks};
+use serde::Serialize;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::time::{Instant, timeout_at};
+
+use crate::Failure;
+use crate::instruments::{catalogue, session};
+
+/// What was found at one port.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Asked {
+    /// The port, as it was named.
+    pub port: String,
+    /// Who answered.
+    pub found: Vec<Answered>,
+    /// Line settings and the drivers whose question was asked with them, in this order.
+    pub tried: Vec<String>,
+    /// Why it could not be asked, and what to do.
+    pub error: Option<String>,
+}
+
+/// An instrument that answered.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Answered {
+    /// The driver whose question it answers.
+    pub driver: &'static str,
+    /// What it said of itself.
+    pub says: String,
+    /// The settings of the line.
+    pub line: String,
+}
+
+/// For an answer: the slowest of these instruments takes half of it.
+const PATIENCE: Duration = Duration::from_millis(700);
+
+/// The line is silent for so long before the next question.
+const SILENCE: Duration = Duration::from_millis(150);
+
+/// Asks one port after another, each with the settings of every language; nothing is sent to any other port. A port
+/// that another program has is not asked.
+///
+/// # Errors
+/// Exit 3 when the system gives no runtime. What a port refuses stands in its entry.
+pub fn identify(ports: &[String]) -> Result<Vec<Asked>, Failure> {
+    session::run(false, async {
+        let links: Arc<dyn Links> = Arc::new(SystemLinks::default());
+        let mut asked = Vec::new();
+        for port in ports {
+            asked.push(ask(links.as_ref(), port).await);
+        }
+        Ok(asked)
+    })
+}
+
+/// The settings that drivers ask with, each once, and their questions.
+fn questions() -> Vec<(LineSettings, Vec<(&'static str, &'static Probe)>)> {
+    let mut questions: Vec<(LineSettings, Vec<_>)> = Vec::new();
+    for driver in catalogue::drivers() {
+        for probe in driver.identify {
+            match questions.iter_mut().find(|(line, _)| *line == probe.line) {
+                Some((_, probes)) => probes.push((driver.name, probe)),
+                None => questions.push((probe.line, vec![(driver.name, probe)])),
+            }
+        }
+    }
+    questions
+}
+
+async fn ask(links: &dyn Links, port: &str) -> Asked {
+    let mut asked = Asked {
+        port: port.to_owned(),
+        found: Vec::new(),
+        tried: Vec::new(),
+        error: None,
+    };
+    for scheme in ["modbus-tcp://", "usb:", "memory:"] {
+        if port.starts_with(scheme) {
+            asked.error = Some(format!(
+                "{scheme} cannot be asked, only serial ports and tcp://host:port; `isolux devices` shows USB instruments by their ids"
+            ));
+            return asked;
+        }
+    }
+    let network = port.starts_with("tcp://");
+    for (line, probes) in questions() {
+        let settings = if network {
+            "the bridge's line settings".to_owned()
+        } else {
+            line.to_string()
+        };
+        let names: Vec<&str> = probes.iter().map(|(name, _)| *name).collect();
+        let mut link = match links.open(port, line).await {
+            Ok(link) => link,
+            Err(error) => {
+                let advice = error
+                    .advice
+                    .as_deref()
+                    .map_or(String::new(), |advice| format!(" ({advice})"));
+                asked.error = Some(format!("{error}{advice}"));
+                return asked;
+            }
+        };
+        asked.tried.push(format!("{settings}: {}", names.join(", ")));
+        for (driver, probe) in probes {
+            let mut answer = exchange(link.as_mut(), probe).await;
+            if matches!(answer, Ok(None)) {
+                // The first question may have ended what another one had left in the instrument.
+                answer = exchange(link.as_mut(), probe).await;
+            }
+            match answer {
+                Ok(Some(says)) => asked.found.push(Answered {
+                    driver,
+                    says,
+                    line: settings.clone(),
+                }),
+                Ok(None) => {}
+                Err(error) => {
+                    asked.error = Some(format!("{port}: the link ended: {error}"));
+                    return asked;
+                }
+            }
+        }
+        // What answers with one setting of the line does not answer with another.
+        if !asked.found.is_empty() && !network {
+            break;
+        }
+    }
+    asked
+}
+
+/// One question. Whatever comes before it or in doubt after it is thrown away.
+async fn exchange(link: &mut dyn Link, probe: &Probe) -> std::io::Result<Option<String>> {
+    let mut buffer = [0; 512];
+    let drained = Instant::now() + SILENCE;
+    while let Ok(count) = timeout_at(drained, link.read(&mut buffer)).await {
+        if count? == 0 {
+            return Err(std::io::ErrorKind::UnexpectedEof.into());
+        }
+    }
+    link.write_all(probe.request).await?;
+    link.flush().await?;
+    let (mut deadline, mut received) = (Instant::now() + PATIENCE, Vec::new());
+    let mut says = None;
+    while let Ok(count) = timeout_at(deadline, link.read(&mut buffer)).await {
+        match count? {
+            0 => return Err(std::io::ErrorKind::UnexpectedEof.into()),
+            count => received.extend(&buffer[..count]),
+        }
+        // What is an answer already may have an end that is still on its way.
+        if let Some(answer) = (probe.read)(&received) {
+            says = Some(answer);
+            deadline = deadline.min(Instant::now() + SILENCE);
+        }
+    }
+    Ok(says)
+}

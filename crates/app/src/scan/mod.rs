@@ -1,0 +1,354 @@
+//! `scan`: a plan becomes a run directory.
+
+mod estimate;
+mod narrator;
+pub mod plan;
+
+use camino::Utf8Path;
+use isolux_record::{Plan, Reading, RunDir, RunLock, RunLockError, Subject};
+use isolux_scan::clock::RunClock;
+use isolux_scan::{Awake, Cancel, Devices, DryRun, Engine, Nobody, ScanErrorKind, dry_run};
+pub use isolux_scan::{Operator, ScanSummary};
+use jiff::Timestamp;
+
+use crate::Failure;
+use crate::front_end::control::Control;
+use crate::front_end::live::State;
+pub use crate::front_end::progress::duration;
+use crate::front_end::progress::{Event, Progress};
+use crate::instruments::bench::Source;
+use crate::instruments::catalogue::Catalogue;
+use crate::instruments::owner::TakeOver;
+use crate::instruments::roles;
+use crate::instruments::session::{self, Session};
+use crate::run::record;
+use crate::system::keep_awake::keep_awake;
+use crate::system::signals::OnSignals;
+use crate::system::{asleep, log};
+pub(crate) use estimate::Estimate;
+use narrator::Narrator;
+pub(crate) use narrator::spread_words;
+
+/// Where a run is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target<'a> {
+    /// A new run directory.
+    New(&'a Utf8Path),
+    /// A broken-off run that is resumed.
+    Resume(&'a Utf8Path),
+    /// A run with a damaged record: what is whole stays, what is missing is read again.
+    Reread(&'a Utf8Path),
+}
+
+impl<'a> Target<'a> {
+    fn path(self) -> &'a Utf8Path {
+        match self {
+            Self::New(path) | Self::Resume(path) | Self::Reread(path) => path,
+        }
+    }
+}
+
+/// A run directory that this process alone writes from now on.
+#[derive(Debug, Clone)]
+pub struct Place<'a> {
+    target: Target<'a>,
+    lock: RunLock,
+    /// From whom it was taken over.
+    from: Option<String>,
+    /// What is measured there, and for whom.
+    subject: Subject,
+}
+
+impl<'a> Place<'a> {
+    /// Takes the run directory before any instrument is opened; with `force` also from a process that does not answer.
+    ///
+    /// # Errors
+    /// Exit 3 naming who writes it; bad input (exit 2) for what the disk would refuse later.
+    pub fn take(target: Target<'a>, force: bool) -> Result<Self, Failure> {
+        let path = target.path();
+        // A folder is made for a new run alone.
+        if matches!(target, Target::New(_)) || !path.is_dir() {
+            refuse(target)?;
+        }
+        let (lock, from) = RunLock::take(path, force).map_err(|error| {
+            let failure = Failure::instrument(&error);
+            match error {
+                RunLockError::InUse { held, .. } if held.works() => {
+                    failure.help("wait until it ends, or end it (Ctrl-C there)")
+                }
+                RunLockError::InUse { .. } => failure
+                    .help("end that process, or take the run over with --force \"REASON\"; the reason is recorded"),
+                RunLockError::Refused { .. } => failure,
+            }
+        })?;
+        refuse(target)?;
+        Ok(Self {
+            target,
+            lock,
+            from: from.map(|held| format!("{path} from {held}")),
+            subject: Subject::default(),
+        })
+    }
+
+    /// The same place, for a record of `subject`.
+    #[must_use]
+    pub fn of(mut self, subject: &Subject) -> Self {
+        self.subject = subject.clone();
+        self
+    }
+}
+
+/// Scans `plan` on `station`, files both, into a run directory. `force` is the reason for which instruments and run
+/// directory may be taken over from a process that does not answer.
+///
+/// # Errors
+/// Bad input (exit 2) with file and line before anything moves; 1 when a gate stays shut; 3 when an instrument fails,
+/// belongs to another process, or an axis could not be verified at rest; 130 when interrupted.
+pub fn run(
+    station: &Utf8Path,
+    plan_file: &Utf8Path,
+    target: Target<'_>,
+    force: Option<&str>,
+    operator: Option<&dyn Operator>,
+    control: &Control,
+    progress: &dyn Progress,
+) -> Result<ScanSummary, Failure> {
+    checked(station, plan_file, operator.is_some())?;
+    let place = Place::take(target, force.is_some())?;
+    run_in(&place, station, plan_file, force, operator, control, progress)
+}
+
+/// As [`run`], in a run directory that this process has.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_in(
+    place: &Place<'_>,
+    station: &Utf8Path,
+    plan_file: &Utf8Path,
+    force: Option<&str>,
+    operator: Option<&dyn Operator>,
+    control: &Control,
+    progress: &dyn Progress,
+) -> Result<ScanSummary, Failure> {
+    let (source, plan, _) = checked(station, plan_file, operator.is_some())?;
+    let in_memory = roles::is_virtual(&source.station);
+    session::run_controlled(in_memory, control, async {
+        let session = Session::of(&source.station, &source.file, progress)?;
+        let _signals = OnSignals::ending(&control.cancel)?;
+        let taken = session.claim(&source.station, force).await?;
+        let _awake = keep_awake(!in_memory, progress);
+        let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
+        let mut devices = source.open(&catalogue).await?;
+        let now = Timestamp::now();
+        let (place, taken) = (place.clone(), taken.as_ref());
+        under(
+            &source,
+            &mut devices,
+            &plan,
+            place,
+            taken,
+            operator,
+            control,
+            now,
+            progress,
+        )
+        .await
+        .map_err(|failure| session.explain(failure))
+    })
+}
+
+/// What a plan asks of a station, or why it cannot be carried out there: limits of the axes and of the rail, switches
+/// that are missing, a person who is not there.
+///
+/// # Errors
+/// Bad input (exit 2) with file and line.
+pub fn feasible(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Result<DryRun, Failure> {
+    Ok(checked(station, plan_file, attended)?.2)
+}
+
+/// The station and the plan, and that the one can carry out the other.
+///
+/// # Errors
+/// As [`feasible`].
+pub(crate) fn checked(
+    station: &Utf8Path,
+    plan_file: &Utf8Path,
+    attended: bool,
+) -> Result<(Source, Plan, DryRun), Failure> {
+    let source = Source::load(station)?;
+    let (plan, text) = plan::load(plan_file)?;
+    let day = dry_run(&source.station, &plan).map_err(|fault| plan::located(plan_file, &text, &fault))?;
+    if asks(&source, &plan) && !attended {
+        return Err(Failure::bad_input(format!(
+            "{plan_file} asks a person for something, and nobody is there to answer"
+        ))
+        .help("run it from a terminal or from the page"));
+    }
+    Ok((source, plan, day))
+}
+
+/// Scans on instruments that are open: the step that the whole day shares with `scan`. What was `taken` over is
+/// recorded.
+///
+/// # Errors
+/// As [`run`].
+pub async fn on(
+    source: &Source,
+    devices: &mut Devices,
+    plan: &Plan,
+    place: Place<'_>,
+    taken: Option<&TakeOver>,
+    operator: Option<&dyn Operator>,
+    cancel: &Cancel,
+    now_utc: Timestamp,
+    progress: &dyn Progress,
+) -> Result<ScanSummary, Failure> {
+    let control = Control {
+        cancel: cancel.clone(),
+        ..Control::default()
+    };
+    under(
+        source, devices, plan, place, taken, operator, &control, now_utc, progress,
+    )
+    .await
+}
+
+/// As [`on`], for a front end that may pause it.
+///
+/// # Errors
+/// As [`run`].
+pub async fn under(
+    source: &Source,
+    devices: &mut Devices,
+    plan: &Plan,
+    place: Place<'_>,
+    taken: Option<&TakeOver>,
+    operator: Option<&dyn Operator>,
+    control: &Control,
+    now_utc: Timestamp,
+    progress: &dyn Progress,
+) -> Result<ScanSummary, Failure> {
+    let mut header = source.header(devices, plan, now_utc.to_string());
+    header.state(&place.subject);
+    let (mut run, resumed) = match place.target {
+        Target::New(path) => (RunDir::create(path, header).map_err(record_failure)?, None),
+        Target::Resume(path) | Target::Reread(path) => {
+            let (run, old) = match place.target {
+                Target::Reread(_) => RunDir::reread(path, &header),
+                _ => RunDir::resume(path, &header),
+            }
+            .map_err(record_failure)?;
+            old.notices
+                .iter()
+                .for_each(|notice| progress.event(Event::Note(notice)));
+            (run, Some(old))
+        }
+    };
+    run.guard(place.lock);
+    log::keep_in(run.path());
+    if let Some(taken) = taken {
+        let from: Vec<&String> = taken.from.iter().chain(&place.from).collect();
+        let fields = serde_json::json!({ "reason": taken.reason, "from": from });
+        run.event(&now_utc.to_string(), "taken_over", &fields)
+            .map_err(record_failure)?;
+    }
+    let already: &[Reading] = resumed.as_ref().map_or(&[], |run| &run.readings.rows);
+    let lasting = (!roles::is_virtual(&source.station)).then_some(source.file.as_path());
+    // Virtual time stands still while the program does not run.
+    let awake = match lasting {
+        Some(_) => Awake::watching(asleep::clock()),
+        None => Awake::unwatched(),
+    };
+    let clock = RunClock::starting(now_utc, run.start_s(), &awake);
+    let observer = Narrator::new(progress, run.header(), run.path().as_str(), already, clock).of_station(lasting);
+    let wall_clock: &dyn Fn() -> Timestamp = &Timestamp::now;
+    let engine = Engine {
+        station: &source.station,
+        operator: operator.unwrap_or(&Nobody),
+        pause: &control.pause,
+        observer: &observer,
+        awake: &awake,
+        now_utc,
+        wall_clock: lasting.is_some().then_some(wall_clock),
+    };
+    // The states of a scan are too many for the stack of whoever waits for it.
+    let outcome = Box::pin(engine.run(devices, plan, &mut run, &control.cancel, resumed.as_ref())).await;
+    if let Err(error) = &outcome {
+        tracing::error!(%error, "the scan ended early");
+    }
+    log::leave_run();
+    observer.end(match &outcome {
+        Ok(summary) => format!(
+            "{} readings, {} spectra in {}",
+            summary.readings,
+            summary.spectra,
+            duration(summary.duration_s)
+        ),
+        Err(error) => format!("ended early: {error}"),
+    });
+    match &outcome {
+        Ok(_) => observer.state(
+            State::Completed,
+            "every point of the plan was read; the axes are at rest",
+        ),
+        Err(error) if error.kind() == ScanErrorKind::Interrupted => {
+            observer.state(State::Interrupted, &error.to_string());
+        }
+        Err(error) => observer.state(State::Failed, &error.to_string()),
+    }
+    outcome.map_err(|error| {
+        let failure = session::failure(&error);
+        let path = run.path();
+        failure.help(format!(
+            "{path} holds {} readings; go on with --resume {path}",
+            run.len()
+        ))
+    })
+}
+
+/// Whether somebody will be asked.
+fn asks(source: &Source, plan: &Plan) -> bool {
+    let station = &source.station;
+    let person = |access: Option<&isolux_record::station::Access>| access.is_some_and(|access| access.prompt.is_some());
+    let kinds = |kind| plan.blocks().iter().any(|block| block.kind == kind);
+    let other_distance = plan.blocks().iter().any(|block| {
+        block
+            .distance_mm
+            .is_some_and(|distance| distance != station.bench().distance_mm)
+            && block.instrument == isolux_record::plan::Instrument::Luxmeter
+    });
+    plan.blocks().iter().any(|block| block.prompt.is_some())
+        || station.lamp().is_some_and(|lamp| lamp.prompt.is_some())
+        || person(station.shutter()) && kinds(isolux_record::ReadingKind::Capped)
+        || person(station.baffle()) && kinds(isolux_record::ReadingKind::Baffled)
+        || station.rail().is_some_and(|rail| rail.prompt.is_some()) && other_distance
+}
+
+/// What would be refused by the disk is refused before the instruments are opened.
+fn refuse(target: Target<'_>) -> Result<(), Failure> {
+    match target {
+        Target::New(path) => {
+            if !isolux_record::run::vacant(path) {
+                return Err(Failure::bad_input(format!("{path} is not empty")).help(format!(
+                    "choose another folder, or take the run up again with --resume {path}"
+                )));
+            }
+        }
+        Target::Resume(path) => {
+            record::read(path)?;
+        }
+        Target::Reread(path) => {
+            isolux_record::RunHeader::read(path).map_err(Failure::bad_input)?;
+        }
+    }
+    Ok(())
+}
+
+fn record_failure(error: isolux_record::RunError) -> Failure {
+    let help = record::help(&error);
+    Failure {
+        help,
+        ..session::failure(&isolux_scan::ScanError::Record(error))
+    }
+}
