@@ -98,7 +98,7 @@ pub struct ParameterEntry {
     /// The value in the model as given, where the effect is in it already.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub before: Option<f64>,
-    /// Outside that range.
+    /// Outside that range by more than its standard uncertainty.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub implausible: bool,
 }

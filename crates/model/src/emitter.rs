@@ -242,25 +242,6 @@ impl Emitter {
         }
     }
 
-    /// Mean distance of the emitter's parts from its middle axis, weighted by their light.
-    pub(crate) fn mean_radius_mm(&self) -> f64 {
-        match self {
-            Self::Point {} => 0.0,
-            Self::Disc { diameter_mm } => diameter_mm / 3.0,
-            Self::Ring {
-                inner_diameter_mm,
-                outer_diameter_mm,
-            } => {
-                let (inner, outer) = (inner_diameter_mm / 2.0, outer_diameter_mm / 2.0);
-                2.0 / 3.0 * (inner + outer - inner * outer / (inner + outer))
-            }
-            Self::Rectangle { .. } | Self::Leds { .. } => {
-                let distance = |node: &Node| node.weight * node.position_mm.truncate().length();
-                self.nodes(8).iter().map(distance).sum()
-            }
-        }
-    }
-
     /// Inward tilt of the parts' axes.
     pub fn aim_deg(&self) -> f64 {
         match self {

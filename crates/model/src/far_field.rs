@@ -70,12 +70,20 @@ impl Model {
         }
     }
 
-    /// The parts of the emitter with what each still gives; none where no effect dims a part.
+    /// The parts of the emitter with what each still gives; none where no effect dims a part. The parts are those of the
+    /// emitter that the file states: what stands in its place to find another shape has the same loss, or the loss would
+    /// pass for that shape.
     pub fn sectors(&self) -> Option<Sectors> {
         let (law, values) = self.part_laws().next()?;
         let aim_deg = (law.aim_deg)(values);
         let given = |azimuth_deg| self.given_at(azimuth_deg);
-        Some(Sectors::of(self.luminaire().grid(), self.emitter(), aim_deg, given))
+        let luminaire = self.luminaire();
+        Some(Sectors::of(
+            luminaire.grid(),
+            luminaire.stated_emitter(),
+            aim_deg,
+            given,
+        ))
     }
 
     /// What the part of the emitter at an azimuth in degrees still gives: 1 where no effect dims it.

@@ -85,6 +85,8 @@ pub struct Luminaire {
     /// Bilinear between its directions, which are the distribution's own and for a smooth interpolation more.
     grid: Arc<IntensityDistribution>,
     emitter: Emitter,
+    /// The emitter of the file, where `emitter` was put in its place.
+    stated_emitter: Emitter,
     spectral: Spectral,
     lookup: Lookup,
     correction: Option<Correction>,
@@ -120,6 +122,7 @@ impl Luminaire {
         Self {
             distribution: Arc::new(distribution),
             grid: Arc::new(grid),
+            stated_emitter: emitter.clone(),
             emitter,
             spectral,
             lookup,
@@ -154,6 +157,11 @@ impl Luminaire {
     /// The luminous shape as the model's file gives it.
     pub fn emitter(&self) -> &Emitter {
         &self.emitter
+    }
+
+    /// The luminous shape before [`with_emitter`](Self::with_emitter) put another in its place.
+    pub(crate) fn stated_emitter(&self) -> &Emitter {
+        &self.stated_emitter
     }
 
     /// What links lx and W/m².

@@ -272,7 +272,7 @@ impl<'a> Bench<'a> {
             .map(|place| self.rotation * place.extend(0.0) + self.centre_mm)
             .collect();
         let seen = self.prepared.seen(&points_mm, self.facing);
-        let mut illuminance_lx = self.prepared.illuminances_lx(&points_mm, &seen);
+        let mut illuminance_lx = self.prepared.illuminances_lx(&points_mm, self.facing, &seen);
         if !self.chain.pixel.is_empty() {
             for ((light, place), point_mm) in illuminance_lx.iter_mut().zip(&places).zip(&points_mm) {
                 let pixel = Pixel {

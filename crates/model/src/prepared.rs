@@ -122,7 +122,7 @@ impl<'m> PreparedModel<'m> {
         let whole = self.whole_lx(point_mm, facing);
         self.sectors
             .as_ref()
-            .map_or(whole, |sectors| whole * sectors.left_at(point_mm))
+            .map_or(whole, |sectors| whole * sectors.left_at(point_mm, facing))
     }
 
     fn whole_lx(&self, point_mm: DVec3, facing: DVec3) -> f64 {
@@ -165,7 +165,7 @@ impl<'m> PreparedModel<'m> {
     }
 
     /// [`illuminance_lx`](Self::illuminance_lx) at every point, from what was [`seen`](Self::seen) there.
-    pub fn illuminances_lx(&self, points_mm: &[DVec3], seen: &SeenLight) -> Vec<f64> {
+    pub fn illuminances_lx(&self, points_mm: &[DVec3], facing: DVec3, seen: &SeenLight) -> Vec<f64> {
         let mut seen = seen.iter();
         let at = |point: &DVec3| {
             let nodes = self.nodes_at(*point).iter().zip(&mut seen);
@@ -174,7 +174,7 @@ impl<'m> PreparedModel<'m> {
                 .sum();
             self.sectors
                 .as_ref()
-                .map_or(whole, |sectors| whole * sectors.left_at(*point))
+                .map_or(whole, |sectors| whole * sectors.left_at(*point, facing))
         };
         points_mm.iter().map(at).collect()
     }
@@ -182,7 +182,10 @@ impl<'m> PreparedModel<'m> {
     /// What each direction of the distribution has to do with [`illuminance_lx`](Self::illuminance_lx): its number
     /// (`[ic * ng + ig]`) and the derivative in lx/cd, added up by `sink`.
     pub fn shares(&self, point_mm: DVec3, facing: DVec3, mut sink: impl FnMut(usize, f64)) {
-        let left = self.sectors.as_ref().map_or(1.0, |sectors| sectors.left_at(point_mm));
+        let left = self
+            .sectors
+            .as_ref()
+            .map_or(1.0, |sectors| sectors.left_at(point_mm, facing));
         for node in self.nodes_at(point_mm) {
             let path = point_mm - node.position_mm;
             let (c_deg, gamma_deg) = angles_deg(path);

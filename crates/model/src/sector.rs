@@ -8,6 +8,9 @@ use crate::luminaire::angles_deg;
 
 /// The radius of the ring that stands for the LEDs of a luminaire whose emitter is a point.
 const RADIUS_MM: f64 = 28.0;
+/// The same of an area, relative to its largest extent from the middle. Between 2/3, the mean of an even disc, and 1: LEDs
+/// sit nearer to the edge than to the middle, and what is stated is the edge.
+const RADIUS_REL: f64 = 0.84;
 const LEDS: usize = 36;
 const LOBE_STEPS: usize = 360;
 
@@ -20,14 +23,19 @@ pub struct Sectors {
 
 impl Sectors {
     /// The parts of `emitter`, of which one at an azimuth in degrees gives the share `given`. An emitter without LEDs
-    /// has a ring of them in its place, at its mean distance from the light centre, which lean inwards by `aim_deg`.
-    pub(crate) fn of(base: &IntensityDistribution, emitter: Emitter, aim_deg: f64, given: impl Fn(f64) -> f64) -> Self {
+    /// has a ring of them in its place, which lean inwards by `aim_deg`.
+    pub(crate) fn of(
+        base: &IntensityDistribution,
+        emitter: &Emitter,
+        aim_deg: f64,
+        given: impl Fn(f64) -> f64,
+    ) -> Self {
         let emitter = match emitter {
-            leds @ Emitter::Leds { .. } => leds,
+            leds @ Emitter::Leds { .. } => leds.clone(),
             area => Emitter::Leds {
                 position_mm: Vec::new(),
                 weight: Vec::new(),
-                radius_mm: vec![Some(area.mean_radius_mm()).filter(|r| *r > 0.0).unwrap_or(RADIUS_MM)],
+                radius_mm: vec![ring_radius_mm(area)],
                 count: vec![LEDS],
                 aim_deg,
             },
@@ -55,11 +63,20 @@ impl Sectors {
         }
     }
 
-    /// Share of the light at `point_mm` that is left.
-    pub fn left_at(&self, point_mm: DVec3) -> f64 {
+    /// Mean distance of the parts from the middle, mm.
+    pub fn radius_mm(&self) -> f64 {
+        let distance = |(node, _): &(Node, f64)| node.weight * node.position_mm.truncate().length();
+        self.parts.iter().map(distance).sum()
+    }
+
+    /// Share of the light at `point_mm` that is left on a plane whose normal reversed is `facing`. What is lost changes
+    /// from where light comes, which a tilted plane sees as another level.
+    pub fn left_at(&self, point_mm: DVec3, facing: DVec3) -> f64 {
         self.left(|node| {
             let path = point_mm - node.position_mm;
-            (path, path.length_squared())
+            let length_mm = path.length();
+            let cosine = path.dot(facing).max(0.0) / length_mm;
+            (path, cosine / (length_mm * length_mm))
         })
     }
 
@@ -71,16 +88,29 @@ impl Sectors {
     fn left(&self, path: impl Fn(&Node) -> (DVec3, f64)) -> f64 {
         let (mut left, mut whole) = (0.0, 0.0);
         for (node, given) in &self.parts {
-            let (path, square) = path(node);
+            let (path, share) = path(node);
             let cosine = path.dot(node.axis) / path.length();
             let place = (0.5 - 0.5 * cosine).clamp(0.0, 1.0).sqrt() * LOBE_STEPS as f64;
             let cell = (place as usize).min(LOBE_STEPS - 1);
             let intensity = self.lobe[cell] + (place - cell as f64) * (self.lobe[cell + 1] - self.lobe[cell]);
-            let light = node.weight * intensity.max(0.0) / square;
+            let light = node.weight * intensity.max(0.0) * share;
             left += given * light;
             whole += light;
         }
         if whole > 0.0 { left / whole } else { 1.0 }
+    }
+}
+
+fn ring_radius_mm(emitter: &Emitter) -> f64 {
+    match emitter {
+        Emitter::Ring {
+            inner_diameter_mm,
+            outer_diameter_mm,
+        } => 0.25 * (inner_diameter_mm + outer_diameter_mm),
+        point_or_area => match point_or_area.extent_mm() {
+            0.0 => RADIUS_MM,
+            extent_mm => RADIUS_REL * extent_mm,
+        },
     }
 }
 
@@ -100,7 +130,7 @@ mod tests {
             aim_deg: 6.0,
         }
         .nodes(1);
-        let light = |point: DVec3, dimmed: bool| -> f64 {
+        let light = |point: DVec3, facing: DVec3, dimmed: bool| -> f64 {
             let of_node = |node: &Node| {
                 let path = point - node.position_mm;
                 let azimuth = node.position_mm.y.atan2(node.position_mm.x).to_degrees();
@@ -110,7 +140,8 @@ mod tests {
                 } else {
                     0.0
                 };
-                (1.0 - depth) * node.axis.dot(path.normalize()).max(0.0).powi(5) / path.length_squared()
+                let cosine = facing.dot(path.normalize());
+                (1.0 - depth) * node.axis.dot(path.normalize()).max(0.0).powi(5) * cosine / path.length_squared()
             };
             nodes.iter().map(of_node).sum()
         };
@@ -119,7 +150,8 @@ mod tests {
             .iter()
             .map(|gamma| {
                 let (sin, cos) = gamma.to_radians().sin_cos();
-                light(DVec3::new(sin, 0.0, cos) * 1e7, false)
+                let direction = DVec3::new(sin, 0.0, cos);
+                light(direction * 1e7, direction, false)
             })
             .collect();
         let distribution = IntensityDistribution::new(vec![0.0], gamma_deg, far).unwrap();
@@ -127,19 +159,39 @@ mod tests {
         let model = Model::of(Luminaire::new(distribution, Emitter::Point {}, Spectral::None))
             .with_effects(vec![Effect::from_keys("dead_sector", keys).unwrap()]);
         let sectors = model.sectors().unwrap();
-        for (c, gamma, distance) in [
-            (70f64, 50f64, 2000.0),
-            (250.0, 50.0, 2000.0),
-            (160.0, 30.0, 1000.0),
-            (0.0, 0.0, 1000.0),
+        for (c, gamma, distance, turned_deg) in [
+            (70f64, 50f64, 2000.0, 0.0),
+            (250.0, 50.0, 2000.0, 0.0),
+            (160.0, 30.0, 1000.0, 0.0),
+            (0.0, 0.0, 1000.0, 0.0),
+            (70.0, 10.0, 300.0, 30.0),
+            (70.0, 10.0, 300.0, -30.0),
         ] {
-            let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
-            let point = DVec3::new(sin * cos_c, sin * sin_c, cos) * distance;
-            let (found, truth) = (sectors.left_at(point), light(point, true) / light(point, false));
+            let direction = |gamma: f64| {
+                let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
+                DVec3::new(sin * cos_c, sin * sin_c, cos)
+            };
+            let (point, facing) = (direction(gamma) * distance, direction(gamma + turned_deg));
+            let truth = light(point, facing, true) / light(point, facing, false);
+            let found = sectors.left_at(point, facing);
             assert!(
                 (found - truth).abs() < 0.05 * (1.0 - truth),
                 "C {c}, γ {gamma}: {found} for {truth}"
             );
         }
+        // What a tilted plane sees of the shift of the light is not lost in the tolerance.
+        let point = DVec3::new(0.0, 0.0, 300.0);
+        let towards = |sign: f64| {
+            let (sin, cos) = (sign * 30f64).to_radians().sin_cos();
+            let (sin_c, cos_c) = 70f64.to_radians().sin_cos();
+            DVec3::new(sin * cos_c, sin * sin_c, cos)
+        };
+        let [more, less] = [1.0, -1.0].map(|sign| sectors.left_at(point, towards(sign)));
+        let seen = |facing| light(point, facing, true) / light(point, facing, false);
+        let truth = seen(towards(1.0)) - seen(towards(-1.0));
+        assert!(
+            truth > 2e-3 && ((more - less) / truth - 1.0).abs() < 0.05,
+            "{more} {less} {truth}"
+        );
     }
 }

@@ -243,15 +243,23 @@ fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
 }
 
 /// The parts of an emitter some of which give less. `distribution` has the loss of the far field: LEDs, whose axes are
-/// known, carry the whole far field each by its own; the nodes of an area carry what is left.
+/// known, carry the whole far field each by its own; the nodes of an area carry what is left, so unequally that their
+/// middle moves as far as that of the ring which stands for LEDs.
 fn unequal(model: &Model, emitter: &Emitter, sectors: &Sectors, distribution: &IntensityDistribution) -> Source {
-    let mut nodes = emitter.nodes(UNEQUAL_NODES);
-    for node in &mut nodes {
-        node.weight *= model.given_at(node.position_mm.y.atan2(node.position_mm.x).to_degrees());
-    }
-    let given: f64 = nodes.iter().map(|node| node.weight).sum();
-    let lobe = model.lobe();
     let leds = matches!(emitter, Emitter::Leds { .. });
+    let mut nodes = emitter.nodes(UNEQUAL_NODES);
+    let given_at = |node: &Node| model.given_at(node.position_mm.y.atan2(node.position_mm.x).to_degrees());
+    let distance = |node: &Node| node.weight * node.position_mm.truncate().length();
+    let given: f64 = nodes.iter().map(|node| node.weight * given_at(node)).sum();
+    let farther = if leds {
+        1.0
+    } else {
+        sectors.radius_mm() / nodes.iter().map(distance).sum::<f64>()
+    };
+    for node in &mut nodes {
+        node.weight *= (1.0 + farther * (given_at(node) / given - 1.0)).max(0.0);
+    }
+    let lobe = model.lobe();
     let table = Arc::new(Table::new(distribution));
     let part = |node: Node| {
         let whole = |to: DVec3| {
@@ -260,7 +268,7 @@ fn unequal(model: &Model, emitter: &Emitter, sectors: &Sectors, distribution: &I
         };
         let share = |to: DVec3| lobe.as_ref().map_or(1.0, |lobe| lobe.share(node.axis, to)) * whole(to);
         Part {
-            share: node.weight / given,
+            share: node.weight,
             shape: Shape::Point(node.position_mm),
             table: if leds {
                 Arc::new(Table::new(&shared(distribution, share)))

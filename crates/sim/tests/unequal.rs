@@ -108,12 +108,21 @@ fn a_dimmed_sector_of_leds_darkens_its_own_side_or_the_other() {
 
 #[test]
 fn the_nodes_of_an_area_lose_what_a_sector_loses() {
-    let emitter = Emitter::Ring {
+    let ring = Emitter::Ring {
         inner_diameter_mm: 2.0 * RADIUS_MM - 1.0,
         outer_diameter_mm: 2.0 * RADIUS_MM + 1.0,
     };
-    let [simulated, summed] = changes(0.0, &emitter);
-    for (simulated, summed) in simulated.into_iter().zip(summed) {
-        assert!((simulated - summed).abs() < 3e-4, "{simulated} for {summed}");
+    // LEDs at 0.84 of the radius: those of the sum.
+    let disc = Emitter::Disc {
+        diameter_mm: 2.0 * RADIUS_MM / 0.84,
+    };
+    for emitter in [ring, disc] {
+        let [simulated, summed] = changes(0.0, &emitter);
+        for (simulated, summed) in simulated.into_iter().zip(summed) {
+            assert!(
+                (simulated - summed).abs() < 3e-4,
+                "{emitter:?}: {simulated} for {summed}"
+            );
+        }
     }
 }

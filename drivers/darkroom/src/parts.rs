@@ -69,7 +69,7 @@ impl Default for Lamp {
 pub struct Climate {
     /// At the start, °C.
     pub temperature_c: f64,
-    /// Drift, K/h.
+    /// Drift, K/h, until the room is 5 K away from where it began.
     pub drift_c_per_h: f64,
     /// Amplitude of the air conditioning's cycle, K.
     pub swing_c: f64,

@@ -81,7 +81,7 @@ impl AssumedModel {
                 Role::Shape { .. } | Role::Azimuth { .. } | Role::Period(_) | Role::RangeId
             )
         };
-        let with_leds = matches!(self.model.emitter(), Emitter::Leds { .. });
+        let with_leds = matches!(self.model.luminaire().emitter(), Emitter::Leds { .. });
         let has_meaning = |k: usize| !(with_leds && spec.parameters[k].without_leds);
         // What has changed keeps its shape.
         let keys: Vec<usize> = keys

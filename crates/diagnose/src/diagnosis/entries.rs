@@ -22,12 +22,27 @@ pub(super) const OUTSIDE: &str = "outside the catalogue";
 const BARELY: f64 = 0.05;
 
 /// Odds of something outside the catalogue against a name whose values lie beyond what is plausible: before any data
-/// [`OUTSIDE_CATALOGUE`], and more by as much as the values are unlikely. None within the plausible range.
-fn outside_odds(assumed: &AssumedModel, member: &Hypothesis) -> Option<f64> {
+/// [`OUTSIDE_CATALOGUE`], and more by as much as the values are unlikely. None within the plausible range, nor where the
+/// data hardly tell the values from its end: depth and width of a sector that make the same light.
+fn outside_odds(assumed: &AssumedModel, member: &Hypothesis, covariance: &DMatrix<f64>) -> Option<f64> {
     let searchable = &assumed.effects()[member.effect];
-    let shapes = member.shape.iter().zip(&searchable.assumed);
-    let square = searchable.implausibility(&member.linear)
-        + shapes.map(|(value, spread)| spread.beyond(*value).powi(2)).sum::<f64>();
+    // Beyond the range in its widths, and that in standard uncertainties.
+    let apart = |beyond: f64, width: f64, place: usize| {
+        let u = covariance[(place, place)].max(f64::MIN_POSITIVE).sqrt();
+        beyond.min(beyond * width / u)
+    };
+    let amplitudes = searchable.beyond(&member.linear).into_iter().enumerate();
+    let amplitudes = amplitudes.map(|(k, (share, _))| apart(share, searchable.plausible[k], k));
+    let fixed = searchable.fixed.iter().enumerate().filter(|(_, fixed)| !**fixed);
+    let shapes = fixed.enumerate().map(|(free, (shape, _))| {
+        let spread = &searchable.assumed[shape];
+        apart(
+            spread.beyond(member.shape[shape]),
+            spread.width,
+            member.linear.len() + free,
+        )
+    });
+    let square: f64 = amplitudes.chain(shapes).map(|beyond| beyond * beyond).sum();
     (square > BARELY.powi(2)).then(|| OUTSIDE_CATALOGUE / (1.0 - OUTSIDE_CATALOGUE) * (0.5 * square).min(50.0).exp())
 }
 
@@ -63,7 +78,7 @@ pub(super) fn effect_entries(assumed: &AssumedModel, outcome: &Outcome) -> Vec<E
             }
             sum += ranked.posterior;
         }
-        if let Some(odds) = outside_odds(assumed, member) {
+        if let Some(odds) = outside_odds(assumed, member, &own) {
             posterior /= 1.0 + odds;
             equivalents.push(OUTSIDE.to_owned());
         }
@@ -124,13 +139,14 @@ fn parameters(
             let slope = DVector::from_iterator(columns.len(), columns.iter().map(|column| column[key]));
             let variance = slope.dot(&(covariance * &slope));
             let (low, high) = parameter.plausible;
+            let u = variance.max(0.0).sqrt();
             let entry = ParameterEntry {
                 value: values[key],
-                u: variance.max(0.0).sqrt(),
+                u,
                 unit: parameter.unit,
                 plausible: [low, high],
                 before: assumed.known(member.effect).map(|before| before[key]),
-                implausible: parameter.role == Role::Amplitude && !(low..=high).contains(&values[key]),
+                implausible: parameter.role == Role::Amplitude && !(low - u..=high + u).contains(&values[key]),
             };
             (parameter.key, entry)
         })

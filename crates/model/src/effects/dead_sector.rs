@@ -1,6 +1,6 @@
 //! A group of LEDs gives less light. The far field loses a dipole in C that grows like tan γ where the LEDs lean, and
 //! nothing but its level where they do not; near the lamp there is a dipole in 1/d besides. Where the emitter has no LEDs
-//! a ring of them is taken, at the mean radius of the luminous area (28 mm for a point), that leans inwards by `aim_deg`.
+//! a ring of them is taken, at 0.84 of the luminous area's radius (28 mm for a point), that leans inwards by `aim_deg`.
 
 use super::act::{Act, PartLaw, Values};
 use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude, azimuth_of, shape};
