@@ -11,7 +11,7 @@ const RADIUS_MM: f64 = 28.0;
 /// The same of an area, relative to its largest extent from the middle. Between 2/3, the mean of an even disc, and 1: LEDs
 /// sit nearer to the edge than to the middle, and what is stated is the edge.
 const RADIUS_REL: f64 = 0.84;
-const LEDS: usize = 36;
+const LEDS: usize = 18;
 const LOBE_STEPS: usize = 360;
 
 /// The parts of an emitter with what each still gives.
