@@ -91,7 +91,7 @@ async function estimates(page) {
     const light = (t, tau) => 1 + 0.3 * Math.exp(-t / tau);
     const left = (until, of) => {
       const warmUps = [];
-      for (let at = 0; at <= until; at += 60) warmUps.push({ elapsed_s: at, illuminance_lx: of(at), spread_rel: at < 900 ? null : Math.abs(of(at - 900) - of(at)) });
+      for (let at = 0; at <= until; at += 60) warmUps.push({ lamp_s: at, illuminance_lx: of(at), spread_rel: at < 900 ? null : Math.abs(of(at - 900) - of(at)) });
       return warmUpLeft({ warmUps, outline }).left_s;
     };
     return [left(600, (t) => light(t, 300)), left(2400, (t) => light(t, 1200)), left(2400, (t) => 1 + Math.exp((t - 4000) / 900))];

@@ -205,10 +205,10 @@ await inBrowser(async (browser) => {
   step("ten updates a second with 100,000 points");
   const load = await page.evaluate(async () => {
     const modules = ["state", "polar", "grid", "charts"].map((name) => import(`/${name}.js`));
-    const [{ add, empty }, { Polar }, { Grid }, { Curve, Reference }] = await Promise.all(modules);
+    const [{ add, begin, empty }, { Polar }, { Grid }, { Curve, Reference }] = await Promise.all(modules);
     const points = Array.from({ length: 100_080 }, (_, at) => ({ block: "lit", kind: "lit", spectrum: false, c_deg: Math.floor(at / 278), gamma_deg: (at % 278) * 0.65 }));
     const model = empty();
-    add(model, { event: "began", points, drift_rel: 0.02, spread_rel: 0.005, window_s: 900, distance_mm: 3600 });
+    begin(model, { points, drift_rel: 0.02, spread_rel: 0.005, window_s: 900, distance_mm: 3600 });
     const panel = document.getElementById("scan");
     panel.hidden = false;
     const places = Array.from({ length: 8 }, () => panel.appendChild(document.createElement("div")));
@@ -216,7 +216,7 @@ await inBrowser(async (browser) => {
     let next = 0;
     const read = () => {
       const { c_deg, gamma_deg } = points[next];
-      add(model, { event: "reading", role: "point", point: next, kind: "lit", c_deg, gamma_deg, illuminance_lx: 30 * Math.max(0, Math.cos((gamma_deg * Math.PI) / 180)), u_lx: 0.01, quality: "ok", distance_mm: 3600, time_s: next });
+      add(model, { event: "reading", role: "point", point: next, kind: "lit", c_target_deg: c_deg, gamma_target_deg: gamma_deg, illuminance_lx: 30 * Math.max(0, Math.cos((gamma_deg * Math.PI) / 180)), u_lx: 0.01, quality: "ok", distance_mm: 3600, time_s: next });
       next += 1;
     };
     while (next < 99_000) read();

@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::disk::{self, DiskError, Pending};
 use isolux_record::file;
+use serde::de::DeserializeOwned;
 
 use crate::Failure;
 
@@ -32,6 +33,14 @@ impl Overwrite {
 /// be read.
 pub fn read(path: &Utf8Path) -> Result<Vec<u8>, Failure> {
     file::read(path, file::LARGEST_TABLE).map_err(|error| Failure::bad_input(format!("{path}: {error}")))
+}
+
+/// The JSON file at `path`, as the type that it was written from.
+///
+/// # Errors
+/// As [`read`], and for what is no such document.
+pub fn read_json<T: DeserializeOwned>(path: &Utf8Path) -> Result<T, Failure> {
+    serde_json::from_slice(&read(path)?).map_err(|error| Failure::bad_input(format!("{path}: {error}")))
 }
 
 /// Writes `bytes` to `path` through a temporary file beside it and a rename, so that no reader ever sees a part.

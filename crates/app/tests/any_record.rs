@@ -2,12 +2,11 @@
 
 use camino::Utf8Path;
 use isolux_any_record::{CHANGES, Random, run};
-use isolux_app::front_end::live::Live;
 use isolux_app::run::replay::Replay;
 use isolux_app::simulation::sensor_so_far::sensor_so_far;
 use isolux_app::study::{card, results};
-use isolux_record::Reading;
 use isolux_record::run::{RunDir, StopHow, Stopped};
+use isolux_record::{Event, Reading};
 
 /// A run directory with these rows.
 fn record(folder: &Utf8Path, rows: Vec<Reading>) {
@@ -31,8 +30,10 @@ fn any_record_is_shown() {
         let path = folder.join(round.to_string());
         let count = rows.len();
         record(&path, rows);
-        let events = Replay::of(&path).further().unwrap();
-        let shown = events.iter().filter(|event| matches!(event, Live::Reading(_)));
+        let (_, events) = Replay::of(&path).further().unwrap();
+        let shown = events
+            .iter()
+            .filter(|event| matches!(event.logged.event, Event::Reading(_)));
         assert_eq!(shown.count(), count, "{changes:?}");
         let card = card::card(&path).unwrap();
         drawn += u32::from(card.picture.is_some_and(|picture| !picture.contains("NaN")));

@@ -86,7 +86,7 @@ impl Progress for Bars {
                 }
             }
             // The words that follow say it.
-            Event::Live(_) => {}
+            Event::Outline(_) | Event::Live(_) => {}
             Event::Note(sentence) => {
                 let print = || {
                     let _ = writeln!(std::io::stderr().lock(), "{:>12}  {sentence}", "note");

@@ -237,7 +237,7 @@ impl Given {
 fn unexplained(found: &Unexplained, excess: f64) -> UnexplainedEntry {
     let total = excess.max(found.sigma.powi(2));
     UnexplainedEntry {
-        coordinate: found.rival.coordinate.name(),
+        coordinate: found.rival.coordinate.name().into(),
         range: found.rival.range,
         share_of_gap: (found.sigma.powi(2) / total).clamp(0.0, 1.0),
         significance_sigma: found.sigma,
@@ -255,7 +255,7 @@ fn known(outcome: &Outcome) -> Vec<KnownEntry> {
         .map(|(k, one)| KnownEntry {
             what: one.what.clone(),
             u: one.u,
-            unit: one.unit,
+            unit: one.unit.into(),
             assumed: one.assumed,
             before_sigma: outcome.moved_before.sigma[k],
             after_sigma: outcome.moved_after.sigma[k],
@@ -278,7 +278,7 @@ fn stated(model: &Model, known: &[KnownEntry]) -> Vec<String> {
     let mut assumed: Vec<String> = known
         .iter()
         .filter(|one| one.assumed)
-        .map(|one| format!("{} ±{}{}", one.what, digits(one.u, 2), unit(one.unit)))
+        .map(|one| format!("{} ±{}{}", one.what, digits(one.u, 2), unit(&one.unit)))
         .collect();
     // Orders of one pattern have one name.
     assumed.dedup();
@@ -324,7 +324,7 @@ fn model_after(
         let u: toml::Table = entry
             .parameters
             .iter()
-            .map(|(key, parameter)| ((*key).to_owned(), number(parameter.u)))
+            .map(|(key, parameter)| (key.to_string(), number(parameter.u)))
             .collect();
         let mut evidence = toml::Table::new();
         evidence.insert("ln_bayes_factor".into(), number(entry.evidence.ln_bayes_factor));

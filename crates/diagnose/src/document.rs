@@ -1,11 +1,14 @@
 //! `diagnosis.json`: the public form of a diagnosis.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use isolux_units::json::nan_if_null;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// The answer in one word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// Nothing beyond noise.
@@ -19,7 +22,7 @@ pub enum Verdict {
 }
 
 /// A diagnosis as written to `diagnosis.json`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Document {
     /// The answer.
     pub verdict: Verdict,
@@ -57,10 +60,10 @@ pub struct Document {
 }
 
 /// One coordinate along which the baseline disagrees.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlaceEntry {
     /// The coordinate.
-    pub coordinate: &'static str,
+    pub coordinate: Cow<'static, str>,
     /// Significance of the strongest generic pattern along it.
     pub significance_sigma: f64,
     /// The part of the coordinate that it touches.
@@ -70,43 +73,49 @@ pub struct PlaceEntry {
 }
 
 /// One effect that was added.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EffectEntry {
     /// Its id.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// The term of the standards.
-    pub standard_name: &'static str,
+    pub standard_name: Cow<'static, str>,
     /// Every other member of its 95 % set, most probable first.
     pub equivalents: Vec<String>,
     /// Values of its keys.
-    pub parameters: BTreeMap<&'static str, ParameterEntry>,
+    pub parameters: BTreeMap<Cow<'static, str>, ParameterEntry>,
     /// How sure.
     pub evidence: EvidenceEntry,
 }
 
 /// A fitted parameter.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterEntry {
     /// Value.
+    #[serde(deserialize_with = "nan_if_null")]
+    #[schemars(with = "Option<f64>")]
     pub value: f64,
     /// Standard uncertainty.
+    #[serde(deserialize_with = "nan_if_null")]
+    #[schemars(with = "Option<f64>")]
     pub u: f64,
     /// Unit.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// What a bench plausibly shows.
     pub plausible: [f64; 2],
     /// The value in the model as given, where the effect is in it already.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub before: Option<f64>,
     /// Outside that range by more than its standard uncertainty.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub implausible: bool,
 }
 
 /// How sure an effect is.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EvidenceEntry {
     /// Against nothing.
+    #[serde(deserialize_with = "nan_if_null")]
+    #[schemars(with = "Option<f64>")]
     pub ln_bayes_factor: f64,
     /// Of the scan that found it, among simulated noise-only scans.
     pub p_value: f64,
@@ -117,7 +126,7 @@ pub struct EvidenceEntry {
 }
 
 /// One line of the ranked table.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RankedEntry {
     /// A name, or `unnamed:coordinate`.
     pub name: String,
@@ -131,10 +140,10 @@ pub struct RankedEntry {
 }
 
 /// What no effect makes.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct UnexplainedEntry {
     /// Along what.
-    pub coordinate: &'static str,
+    pub coordinate: Cow<'static, str>,
     /// Where.
     pub range: [f64; 2],
     /// Its share of the squared gap.
@@ -146,7 +155,7 @@ pub struct UnexplainedEntry {
 }
 
 /// The noise of the observations.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseEntry {
     /// Common factor on the stated uncertainties.
     pub scale: f64,
@@ -162,7 +171,7 @@ pub struct NoiseEntry {
 }
 
 /// Whether what is left is noise.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseTestEntry {
     /// Of the strongest of all tests under noise alone.
     pub p_value: f64,
@@ -179,10 +188,10 @@ pub struct NoiseTestEntry {
 }
 
 /// One way in which what is left is no noise.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NoiseFindingEntry {
     /// Along what; `noise` for the scatter itself.
-    pub coordinate: &'static str,
+    pub coordinate: Cow<'static, str>,
     /// Where; numbers of readings for `noise`.
     pub range: [f64; 2],
     /// In seconds (`time_s`) or readings (`index`).
@@ -196,10 +205,10 @@ pub struct NoiseFindingEntry {
 }
 
 /// A peak of the periodogram of what is left.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PeakEntry {
     /// `time_s` or `index`.
-    pub coordinate: &'static str,
+    pub coordinate: Cow<'static, str>,
     /// In seconds or readings.
     pub period: f64,
     /// Of this period alone.
@@ -207,10 +216,10 @@ pub struct PeakEntry {
 }
 
 /// The gap, rms((measured − predicted)/(s·u)).
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GapEntry {
     /// What the numbers are.
-    pub metric: &'static str,
+    pub metric: Cow<'static, str>,
     /// The model as it came.
     pub as_given: f64,
     /// With what the model knows of itself where the data put it within its uncertainty, and what nothing is stated of
@@ -229,14 +238,14 @@ pub struct GapEntry {
 }
 
 /// One thing that the model's file knows with a standard uncertainty, and where the data put it.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct KnownEntry {
     /// What, in words.
     pub what: String,
     /// Its standard uncertainty.
     pub u: f64,
     /// The unit of that; empty for a ratio.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// The file does not state it: it was taken as wide as usual.
     pub assumed: bool,
     /// Where the data put it, in that uncertainty, without named effects.
@@ -244,11 +253,13 @@ pub struct KnownEntry {
     /// And with them.
     pub after_sigma: f64,
     /// Standard uncertainty that the data leave of it, in the same unit.
+    #[serde(deserialize_with = "nan_if_null")]
+    #[schemars(with = "Option<f64>")]
     pub u_after_sigma: f64,
 }
 
 /// The gap on readings that the fit has not seen.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeldOutEntry {
     /// Baseline.
     pub before: f64,
@@ -257,13 +268,15 @@ pub struct HeldOutEntry {
     /// Expected under noise alone.
     pub floor: f64,
     /// As in [`GapEntry::removed`].
+    #[serde(deserialize_with = "nan_if_null")]
+    #[schemars(with = "Option<f64>")]
     pub removed: f64,
     /// How many.
     pub readings: usize,
 }
 
 /// Whether model and data are independent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Independence {
     /// The model was made from other data.
@@ -276,11 +289,11 @@ pub enum Independence {
 }
 
 /// One suggested measurement.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NextEntry {
     /// What, in one word.
     #[serde(rename = "do")]
-    pub what: &'static str,
+    pub what: Cow<'static, str>,
     /// The two that it tells apart.
     pub splits: [String; 2],
     /// A plan file that does it.
@@ -292,12 +305,12 @@ pub struct NextEntry {
 }
 
 /// What these data could show of an effect.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BlindSpot {
     /// The effect.
-    pub effect: &'static str,
+    pub effect: Cow<'static, str>,
     /// Its amplitude's key.
-    pub parameter: &'static str,
+    pub parameter: Cow<'static, str>,
     /// The amplitude that these data would show at 5 σ; null: none, however large.
     pub amplitude_at_5_sigma: Option<f64>,
     /// What a bench plausibly shows at most.

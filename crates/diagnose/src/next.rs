@@ -47,7 +47,7 @@ pub fn suggest(assumed: &AssumedModel, outcome: &Outcome, rows: &[Row]) -> Next 
             .filter_map(|block| {
                 let expected_sigma = separation(assumed, outcome, rows, &block, &others, &pair)?;
                 let entry = NextEntry {
-                    what: block.what,
+                    what: block.what.into(),
                     splits: splits.clone(),
                     plan: None,
                     expected_sigma,

@@ -6,13 +6,14 @@
 use isolux_model::luminous_area_rel;
 use isolux_reduce::{NEAR_FIELD_AT_SENSOR, Reduction, no_uncertainty};
 use isolux_units::digits::{significant, stated};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// A gap beyond this many standard uncertainties is a disagreement.
 const DISAGREES_SIGMA: f64 = 2.0;
 
 /// Measured and simulated irradiance on the axis.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Comparison {
     /// Distance of the spectroradiometer from the light centre.
     pub distance_mm: f64,
@@ -144,7 +145,7 @@ pub fn on_axis<E>(
 }
 
 /// A number with its unit and standard uncertainty, for tables.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Stated {
     /// The number.
     pub value: f64,

@@ -41,3 +41,4 @@ pub use isolux_photometry::Symmetry;
 pub use number::significant;
 pub use options::{Beside, Opened, ReadOptions, WriteOptions};
 pub use parsed::{Format, Kind, LARGEST_FILE, Parsed, Written};
+pub use quantities::{GlareTable, Quantities};

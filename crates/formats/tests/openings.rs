@@ -67,11 +67,11 @@ fn ldt_lamp(sizes: [f64; 6]) -> Distribution {
 }
 
 fn ugr(lamp: &Distribution) -> Value {
-    lamp.quantities()["ugr"].clone()
+    serde_json::to_value(lamp.quantities().ugr).unwrap()
 }
 
 fn area_mm2(lamp: &Distribution) -> Option<f64> {
-    lamp.quantities()["luminous_area_mm2"].as_f64()
+    lamp.quantities().luminous_area_mm2
 }
 
 /// Largest distance of two tables.

@@ -11,7 +11,7 @@ import { Results } from "./results.js";
 import { Sensor } from "./sensor.js";
 import { Simulation } from "./simulation.js";
 import { Start, tiles } from "./start.js";
-import { STATES, add, empty } from "./state.js";
+import { STATES, add, begin, empty } from "./state.js";
 import { subscribe } from "./stream.js";
 import { Warming } from "./warmup.js";
 import { clock, clockSeconds, degrees, duration, percent, significant, withU } from "./words.js";
@@ -202,23 +202,23 @@ function results(names) {
 function readings() {
   const row = model.last;
   const at = row ?? {};
-  text("axis-c", degrees(at.axis_c_deg, 3));
-  text("axis-gamma", degrees(at.axis_gamma_deg, 3));
+  text("axis-c", degrees(at.c_deg, 3));
+  text("axis-gamma", degrees(at.gamma_deg, 3));
   const look = model.warmUps.at(-1);
   const warming = model.state === "warming_up" && look;
   text("lux", warming ? `${significant(look.illuminance_lx)} lx` : row ? withU(row.illuminance_lx, row.u_lx, "lx").replace(" (k = 2)", "") : "–");
   text("quality", row ? { ok: "✓ ok", over_range: "✕ over range", under_range: "✕ under range", failed: "✕ failed" }[row.quality] : "–");
   text("drift", percent(model.references.at(-1)?.drift_rel));
   text("ambient", at.ambient_c === null || at.ambient_c === undefined ? "–" : `${at.ambient_c.toFixed(1)} °C`);
-  const watts = warming ? look.power_w : at.power_w;
+  const watts = warming ? look.power_w : at.electrical?.power_w;
   text("power", watts === null || watts === undefined ? "not measured" : `${significant(watts)} W`);
-  text("lamp-on", duration(warming ? look.elapsed_s : at.lamp_s));
+  text("lamp-on", duration(warming ? look.lamp_s : at.lamp_s));
   for (const value of document.querySelectorAll("#scan .values dd")) value.parentElement.hidden = value.textContent === "–";
 }
 
 /** Of the visits to the reference point, the one farthest from their median, relative to it; null without visits. */
 function largestDrift(references) {
-  const levels = references.filter((row) => row.drift_rel !== null).map((row) => 1 + row.drift_rel).sort((a, b) => a - b);
+  const levels = references.filter((row) => row.drift_rel !== undefined).map((row) => 1 + row.drift_rel).sort((a, b) => a - b);
   if (!levels.length) return null;
   const half = levels.length / 2;
   const middle = (levels[Math.ceil(half) - 1] + levels[Math.floor(half)]) / 2;
@@ -265,14 +265,14 @@ function dark() {
 }
 
 function journal() {
-  const key = `${model.journal.length} ${model.journal[0]?.at_utc} ${model.journal[0]?.sentence}`;
+  const key = `${model.journal.length} ${model.journal[0]?.time_utc} ${model.journal[0]?.sentence}`;
   if (key === journal.key) return;
   journal.key = key;
   $("journal").replaceChildren(...model.journal.map((entry) => {
     const item = document.createElement("li");
     const time = document.createElement("time");
-    time.dateTime = entry.at_utc;
-    time.textContent = clockSeconds(entry.at_utc);
+    time.dateTime = entry.time_utc;
+    time.textContent = clockSeconds(entry.time_utc);
     const words = document.createElement("span");
     words.textContent = entry.sentence;
     item.append(time, words);
@@ -283,7 +283,7 @@ function journal() {
 function table() {
   $("rows").replaceChildren(...model.rows.map((row) => {
     const line = document.createElement("tr");
-    const cells = [row.index, row.block, row.c_deg, row.gamma_deg, significant(row.illuminance_lx), row.u_lx === null ? "–" : significant(2 * row.u_lx, 2), row.quality];
+    const cells = [row.index, row.block, row.c_target_deg, row.gamma_target_deg, significant(row.illuminance_lx), row.u_lx === null ? "–" : significant(2 * row.u_lx, 2), row.quality];
     line.append(...cells.map((cell) => Object.assign(document.createElement("td"), { textContent: cell })));
     return line;
   }));
@@ -325,8 +325,8 @@ addEventListener("hashchange", () => { scrollTo(0, 0); draw(); });
 acceptDrops($("inspect"), $("file"), $("inspected"));
 
 // The stream.
-subscribe(({ fresh, events, status: now }) => {
-  if (fresh) Object.assign(model, empty());
+subscribe(({ fresh, outline, events, status: now }) => {
+  if (fresh) begin(model, outline);
   for (const event of events) add(model, event);
   const wasBusy = busy();
   if (now) status = now;

@@ -45,7 +45,7 @@ export const line = (label, name, extra = {}) => ({ label, stroke: () => colour(
 export class Curve extends Chart {
   draw(model) {
     const row = model.last && model.last.kind === "lit" ? model.last : null;
-    const now = row ? row.c_deg % 180 : null;
+    const now = row ? row.c_target_deg % 180 : null;
     const pairs = [["C0–C180", "--c0", 0, {}], ["C90–C270", "--c90", 90, { dash: [6, 4] }]];
     const names = pairs.map(([, , c]) => c);
     const shown = names.includes(now) || now === null ? pairs : [...pairs, [`C${now}`, "--now", now, { dash: [1, 3] }]];
@@ -62,7 +62,7 @@ export class Curve extends Chart {
       series: [{}, ...shown.map(([label, name, , extra]) => line(label, name, extra))],
     };
     const legend = shown.map(([label], at) => `${label} ${["solid", "dashed", "dotted"][at]}`).join(", ");
-    const ray = row ? ` Current ray: C ${degrees(row.c_deg, 1)}, γ ${degrees(row.gamma_deg, 1)}.` : "";
+    const ray = row ? ` Current ray: C ${degrees(row.c_target_deg, 1)}, γ ${degrees(row.gamma_target_deg, 1)}.` : "";
     this.show(options, [x, ...series.map((one) => x.map((gamma) => one.get(gamma) ?? null))], x.length ? `${legend}.${ray}` : "No lit reading yet.");
   }
 }
@@ -74,7 +74,7 @@ export class WarmUp extends Chart {
     const looks = model.warmUps;
     const last = looks.at(-1);
     const { spread_rel: allowed, window_s: window } = model.outline;
-    this.end = Math.max(end_s, last?.elapsed_s ?? 0) / 60;
+    this.end = Math.max(end_s, last?.lamp_s ?? 0) / 60;
     const options = {
       scales: { x: { time: false, range: () => [0, this.end || 1] } },
       axes: [axis("lamp on / min"), axis("E / lx", { size: 62, space: 24 })],
@@ -86,7 +86,7 @@ export class WarmUp extends Chart {
     let words = "The lamp was not watched yet.";
     if (last) {
       words = spread === null
-        ? `Warm-up: ${significant(last.illuminance_lx)} lx after ${duration(last.elapsed_s)}; the window of ${duration(window)} is not full.`
+        ? `Warm-up: ${significant(last.illuminance_lx)} lx after ${duration(last.lamp_s)}; the window of ${duration(window)} is not full.`
         : `Warm-up: ${(spread * 100).toFixed(2)} % of ${(allowed * 100).toFixed(2)} % over ${duration(window)}${power === null ? "" : `; power ${(power * 100).toFixed(2)} %`}.`;
     }
     this.show(options, looks.length ? band(looks, allowed, window, this.end) : null, said ?? words);
@@ -95,11 +95,11 @@ export class WarmUp extends Chart {
 
 /** The light, and the band as wide as is allowed about the middle of the last window, drawn on to the end. */
 function band(looks, allowed, window_s, end) {
-  const last = looks.at(-1).elapsed_s;
-  const within = looks.filter((look) => look.elapsed_s >= last - window_s).map((look) => look.illuminance_lx);
+  const last = looks.at(-1).lamp_s;
+  const within = looks.filter((look) => look.lamp_s >= last - window_s).map((look) => look.illuminance_lx);
   const middle = (Math.max(...within) + Math.min(...within)) / 2;
   const inWindow = (x) => x * 60 >= last - window_s - 1e-6;
-  const x = looks.map((look) => look.elapsed_s / 60);
+  const x = looks.map((look) => look.lamp_s / 60);
   const lux = looks.map((look) => look.illuminance_lx);
   if (end > x.at(-1)) {
     x.push(end);
@@ -111,7 +111,7 @@ function band(looks, allowed, window_s, end) {
 
 export class Reference extends Chart {
   draw(model) {
-    const visits = model.references.filter((row) => row.time_s !== null && row.drift_rel !== null);
+    const visits = model.references.filter((row) => row.time_s !== null && row.drift_rel !== undefined);
     const band = model.outline?.drift_rel ?? 0.02;
     const reach = Math.max(band, ...visits.map((row) => Math.abs(row.drift_rel))) * 125;
     const options = {
@@ -134,7 +134,7 @@ const PREFIXES = [[1, "W"], [1e-3, "mW"], [1e-6, "µW"], [1e-9, "nW"]];
 export class Spectrum extends Chart {
   draw(model) {
     const one = model.spectrum;
-    const values = one?.irradiance_w_m2_nm ?? [];
+    const values = one?.curve.irradiance_w_m2_nm ?? [];
     const top = values.reduce((best, value, at) => (value !== null && value > (values[best] ?? -Infinity) ? at : best), 0);
     const [unit, name] = PREFIXES.find(([size]) => (values[top] ?? 0) >= size) ?? PREFIXES.at(-1);
     if (name !== this.unit) this.refresh();
@@ -149,6 +149,6 @@ export class Spectrum extends Chart {
       return;
     }
     const shown = values.map((value) => (value === null ? null : value / unit));
-    this.show(options, [one.wavelength_nm, shown], `Spectrum ${one.index}: peak ${significant(shown[top], 3)} ${name}/(m²·nm) at ${one.wavelength_nm[top].toFixed(1)} nm.`);
+    this.show(options, [one.curve.wavelength_nm, shown], `Spectrum ${one.index}: peak ${significant(shown[top], 3)} ${name}/(m²·nm) at ${one.curve.wavelength_nm[top].toFixed(1)} nm.`);
   }
 }

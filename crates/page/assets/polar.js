@@ -34,12 +34,12 @@ export class Polar {
       ? `E·d² of what was read so far, not corrected: largest ${significant(model.maxCd, 3)} cd; ${planes} half-plane${planes > 1 ? "s" : ""}.`
       : "No lit reading yet.";
     const row = model.last?.kind === "lit" ? model.last : null;
-    const c = row ? row.c_deg % 180 : 0;
-    const side = row && row.c_deg >= 180 && row.c_deg < 360 ? -1 : 1;
+    const c = row ? row.c_target_deg % 180 : 0;
+    const side = row && row.c_target_deg >= 180 && row.c_target_deg < 360 ? -1 : 1;
     const cd = row ? (row.illuminance_lx ?? 0) * (row.distance_mm / 1000) ** 2 : 0;
     await this.ask({
       c0: pair(model, 0), c90: pair(model, 90), current: c === 0 || c === 90 ? null : [`C${c}–C${c + 180}`, pair(model, c)],
-      ray: row ? [side * row.gamma_deg, cd] : null, peak_cd: model.maxCd, reach_deg: model.reach,
+      ray: row ? [side * row.gamma_target_deg, cd] : null, peak_cd: model.maxCd, reach_deg: model.reach,
     });
   }
 }

@@ -10,28 +10,31 @@ export function empty() {
 const ROWS_SHOWN = 200;
 const JOURNAL_SHOWN = 500;
 
+/** A scan begins, or is shown from its record. */
+export function begin(model, outline) {
+  Object.assign(model, empty(), { outline });
+  if (!outline) return;
+  outline.points.forEach((point, index) => model.points.set(index, { ...point, status: "open" }));
+  model.reach = outline.points.reduce((most, point) => (point.kind === "lit" ? Math.max(most, Math.abs(point.gamma_deg)) : most), 0);
+}
+
 export function add(model, event) {
   model.version += 1;
+  if (event.state) {
+    [model.state, model.sentence] = [event.state, event.sentence];
+    if (event.state === "warming_up") [model.stable, model.warmUps] = [false, []];
+    // A plan that begins in the dark has not looked at the lamp yet.
+    if (event.state === "scanning") model.stable = model.warmUps.length > 0;
+  }
+  if (event.left) model.left = event.left;
+  if (event.sentence) {
+    model.journal.unshift(event);
+    model.journal.length = Math.min(model.journal.length, JOURNAL_SHOWN);
+  }
   switch (event.event) {
-    case "began":
-      Object.assign(model, empty(), { outline: event });
-      event.points.forEach((point, index) => model.points.set(index, { ...point, status: "open" }));
-      model.reach = event.points.reduce((most, point) => (point.kind === "lit" ? Math.max(most, Math.abs(point.gamma_deg)) : most), 0);
-      break;
-    case "state":
-      [model.state, model.sentence] = [event.state, event.sentence];
-      if (event.state === "warming_up") [model.stable, model.warmUps] = [false, []];
-      // A plan that begins in the dark has not looked at the lamp yet.
-      if (event.state === "scanning") model.stable = model.warmUps.length > 0;
-      break;
     case "warm_up": model.warmUps.push(event); break;
     case "reading": reading(model, event); break;
     case "spectrum": spectrum(model, event); break;
-    case "left": model.left = event; break;
-    case "journal":
-      model.journal.unshift(event);
-      model.journal.length = Math.min(model.journal.length, JOURNAL_SHOWN);
-      break;
   }
 }
 
@@ -57,14 +60,14 @@ function reading(model, row) {
   // I = E·d², by the inverse square law; nothing is corrected yet.
   const cd = row.illuminance_lx * (row.distance_mm / 1000) ** 2;
   if (point) point.cd = cd;
-  const plane = model.planes.get(row.c_deg) ?? new Map();
-  plane.set(row.gamma_deg, cd);
-  model.planes.set(row.c_deg, plane);
+  const plane = model.planes.get(row.c_target_deg) ?? new Map();
+  plane.set(row.gamma_target_deg, cd);
+  model.planes.set(row.c_target_deg, plane);
   model.maxCd = Math.max(model.maxCd, cd);
 }
 
 function spectrum(model, event) {
-  model.spectrum = event;
+  if (event.curve) model.spectrum = event;
   const open = [...model.points.values()].find((point) => point.spectrum && point.status === "open");
   if (open) open.status = "done";
 }

@@ -17,7 +17,7 @@ export function subscribe(onMessage, onConnection) {
     if (!fresh && message.first > next) return false;
     const events = message.events.slice(fresh ? 0 : next - message.first);
     [session, next] = [message.session, Math.max(fresh ? 0 : next, message.first + message.events.length)];
-    onMessage({ fresh, events, status: message.status });
+    onMessage({ fresh, outline: message.outline, events, status: message.status });
     return true;
   }
 

@@ -16,12 +16,12 @@ export function untilSteady(looks, allowed) {
   if (last.spread_rel <= allowed) return 0;
   const n = known.length;
   const mean = (of) => known.reduce((sum, look) => sum + of(look), 0) / n;
-  const [t, y] = [mean((look) => look.elapsed_s), mean((look) => Math.log(look.spread_rel))];
-  const across = mean((look) => (look.elapsed_s - t) * (Math.log(look.spread_rel) - y));
-  const along = mean((look) => (look.elapsed_s - t) ** 2);
+  const [t, y] = [mean((look) => look.lamp_s), mean((look) => Math.log(look.spread_rel))];
+  const across = mean((look) => (look.lamp_s - t) * (Math.log(look.spread_rel) - y));
+  const along = mean((look) => (look.lamp_s - t) ** 2);
   const slope = along > 0 ? across / along : 0;
   if (slope >= 0) return null;
-  return Math.max(0, t + (Math.log(allowed) - y) / slope - last.elapsed_s);
+  return Math.max(0, t + (Math.log(allowed) - y) / slope - last.lamp_s);
 }
 
 /** What is left of the warm-up: least time on and steady light, whichever takes longer. `left_s` is null where nobody
@@ -29,7 +29,7 @@ export function untilSteady(looks, allowed) {
 export function warmUpLeft({ warmUps, outline }) {
   const last = warmUps.at(-1);
   const least = Math.max(outline.least_s, outline.window_s);
-  const gate = Math.max(0, least - (last?.elapsed_s ?? 0));
+  const gate = Math.max(0, least - (last?.lamp_s ?? 0));
   const full = last && last.spread_rel !== null;
   const steady = full ? untilSteady(warmUps, outline.spread_rel) : 0;
   return { gate, least, full: Boolean(full), left_s: steady === null ? null : Math.max(gate, steady) };
@@ -47,7 +47,7 @@ export class Warming {
   draw(model, times) {
     const { gate, least, full, left_s } = warmUpLeft(model);
     const last = model.warmUps.at(-1);
-    const on = last?.elapsed_s ?? 0;
+    const on = last?.lamp_s ?? 0;
     const here = left_s !== null && model.outline.in_memory && times ? `; ${duration(left_s / times)} at ${times} times the speed` : "";
     // Before the window is full nobody knows how the lamp goes on after the least time.
     const [number, why] = model.state === "homing" ? ["The axes search their reference.", "Then the lamp is switched on and watched."]

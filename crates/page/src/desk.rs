@@ -98,7 +98,7 @@ impl Desk {
         *locked(&self.control) = Some(control.clone());
         self.runs.leave();
         // What was shown before is not of this scan.
-        self.hub.begin();
+        self.hub.begin(None);
         self.hub.status(|status| {
             status.running = true;
             status.run = None;

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use isolux_app::front_end::live::{Live, Role};
+use isolux_app::front_end::live::{Event as ScanEvent, Live, Outline, Role};
 use isolux_app::front_end::progress::{Event, Progress};
 use serde::Serialize;
 use tokio::sync::watch;
@@ -67,6 +67,8 @@ pub struct Hub {
 struct Inner {
     /// Counted up with each scan that is shown: numbers of events begin anew.
     session: u64,
+    /// What that scan measures, JSON.
+    outline: String,
     events: Vec<String>,
     status: Status,
     /// The half-plane that is being read, and how often it changed.
@@ -79,6 +81,7 @@ impl Hub {
         Self {
             inner: Mutex::new(Inner {
                 session: 1,
+                outline: json(&None::<Outline>),
                 events: Vec::new(),
                 status,
                 half_plane: (None, 0),
@@ -96,11 +99,12 @@ impl Hub {
         self.changed.send_modify(|count| *count += 1);
     }
 
-    /// Another scan is shown from now on.
-    pub fn begin(&self) {
+    /// Another scan is shown from now on; none: what it measures is not known yet.
+    pub fn begin(&self, outline: Option<&Outline>) {
         {
             let mut inner = self.inner();
             inner.session += 1;
+            inner.outline = json(&outline);
             inner.events.clear();
         }
         self.wake();
@@ -113,9 +117,9 @@ impl Hub {
             {
                 let mut inner = self.inner();
                 inner.events.push(text);
-                let at = match live {
-                    Live::Reading(reading) if reading.role == Role::Point => Some(reading.c_deg),
-                    Live::State { .. } => None,
+                let at = match &live.logged.event {
+                    ScanEvent::Reading(reading) if reading.role == Role::Point => Some(reading.c_target_deg),
+                    _ if live.state.is_some() => None,
                     _ => inner.half_plane.0,
                 };
                 if inner.half_plane.0 != at {
@@ -150,20 +154,23 @@ impl Hub {
     }
 
     /// The events from number `from` of `session` on, as one JSON object with the status; and where the next one
-    /// begins. Of another session: from its beginning.
+    /// begins. Of another session: from its beginning. What begins there has the outline of the scan.
     pub fn message(&self, session: u64, from: usize) -> Message {
         let inner = self.inner();
         let same = session == inner.session && from <= inner.events.len();
         let from = if same { from } else { 0 };
         let to = inner.events.len().min(from + EVENTS_A_MESSAGE);
-        let status = serde_json::to_string(&inner.status).unwrap_or_else(|_| "null".to_owned());
+        let status = json(&inner.status);
+        let outline = if from == 0 { &inner.outline } else { "null" };
         let events = inner.events[from..to].join(",");
         let session = inner.session;
         Message {
             session,
             next: to,
             more: to < inner.events.len(),
-            text: format!("{{\"session\":{session},\"first\":{from},\"status\":{status},\"events\":[{events}]}}"),
+            text: format!(
+                "{{\"session\":{session},\"first\":{from},\"status\":{status},\"outline\":{outline},\"events\":[{events}]}}"
+            ),
         }
     }
 
@@ -182,6 +189,10 @@ impl Hub {
     pub fn readers(&self) -> usize {
         self.readers.load(Ordering::Relaxed)
     }
+}
+
+fn json(of: &impl Serialize) -> String {
+    serde_json::to_string(of).unwrap_or_else(|_| "null".to_owned())
 }
 
 /// One part of the events.
@@ -216,15 +227,16 @@ pub struct TabProgress<'a> {
 
 impl Progress for TabProgress<'_> {
     fn event(&self, event: Event<'_>) {
-        if let Event::Live(live) = &event {
-            if let Live::Began(outline) = live {
-                self.hub.begin();
+        match &event {
+            Event::Outline(outline) => {
+                self.hub.begin(Some(outline));
                 self.hub.status(|status| {
                     status.run = Some(outline.run.clone());
                     status.notice = None;
                 });
             }
-            self.hub.publish(live);
+            Event::Live(live) => self.hub.publish(live),
+            _ => {}
         }
         self.beside.event(event);
     }
@@ -235,8 +247,7 @@ mod tests {
     use super::*;
 
     fn journal(sentence: &str) -> Live {
-        let (sentence, at_utc) = (sentence.to_owned(), "2026-01-01T00:00:00Z".to_owned());
-        Live::Journal { sentence, at_utc }
+        Live::now(None, sentence)
     }
 
     #[test]
@@ -255,7 +266,7 @@ mod tests {
         assert_eq!(parsed["first"], 5);
         assert_eq!(parsed["events"][0]["sentence"], "line 5");
         // Another scan begins: its first event is number 0.
-        hub.begin();
+        hub.begin(None);
         hub.publish(&journal("of the next scan"));
         let next = hub.message(further.session, further.next);
         assert_eq!((next.session, next.next), (further.session + 1, 1));

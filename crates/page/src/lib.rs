@@ -234,16 +234,16 @@ fn carry_out(page: &Page, order: &Order, beside: &dyn Progress) {
                 page.desk.back_to(run);
             }
             for sentence in &sentences {
-                page.desk.say(&Live::journal_now(sentence));
+                page.desk.say(&Live::now(None, sentence));
             }
-            page.desk.say(&Live::state_now(State::Completed, &last));
+            page.desk.say(&Live::now(Some(State::Completed), &last));
         }
         Err(failure) => {
             let state = match failure.kind {
                 FailureKind::Interrupted => State::Interrupted,
                 _ => State::Failed,
             };
-            page.desk.say(&Live::state_now(state, &failure.message));
+            page.desk.say(&Live::now(Some(state), &failure.message));
             beside.event(Event::Note(&failure.message));
         }
     }
@@ -259,7 +259,7 @@ impl Progress for Steps<'_> {
         if let Event::Began { step, .. } = &event
             && !["home", "warm up", "scan"].contains(step)
         {
-            self.tabs.hub.publish(&Live::state_now(State::Evaluating, step));
+            self.tabs.hub.publish(&Live::now(Some(State::Evaluating), step));
         }
         self.tabs.event(event);
     }

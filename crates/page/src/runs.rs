@@ -100,8 +100,8 @@ impl Runs {
     pub fn show_quietly(&self, path: &Utf8Path) -> Result<(), Failure> {
         let read = state(path);
         let mut replay = Replay::of(path);
-        let told = replay.further()?;
-        self.hub.begin();
+        let (outline, told) = replay.further()?;
+        self.hub.begin(outline.as_ref());
         self.hub.status(|status| status.run = Some(path.to_string()));
         for live in &told {
             self.hub.publish(live);
@@ -139,7 +139,7 @@ impl Runs {
             let now = state(&shown.path);
             // A record that is being written may be between two files.
             if now != shown.read
-                && let Ok(told) = shown.replay.further()
+                && let Ok((_, told)) = shown.replay.further()
             {
                 shown.read = now;
                 for live in &told {

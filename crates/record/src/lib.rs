@@ -4,6 +4,7 @@
 
 pub mod disk;
 pub mod document;
+pub mod event;
 pub mod file;
 pub mod job;
 pub mod limits;
@@ -19,6 +20,7 @@ pub mod steadiness;
 pub mod subject;
 
 pub use document::DocumentError;
+pub use event::{BenchState, Event, Logged};
 pub use job::Job;
 pub use limits::Limits;
 pub use plan::Plan;

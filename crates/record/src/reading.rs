@@ -159,7 +159,7 @@ macro_rules! shown_as_in_files {
 shown_as_in_files!(ReadingKind, Quality, Role);
 
 /// The lamp's supply line during a reading, as the power meter gave it: each where it gave a number.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Electrical {
     /// RMS voltage (mean for DC).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -176,7 +176,7 @@ pub struct Electrical {
 }
 
 /// One row of `readings.csv`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// Number of the row, from 0, without gaps.
     pub index: u64,

@@ -13,6 +13,7 @@ pub use error::{RunError, vacant};
 pub use header::{DeviceRecord, FORMAT, FORMAT_3, Resumed, RunHeader, SpectrumEntry, StopHow, Stopped, Written};
 
 use crate::disk::{self, Appended, failed, sha256};
+use crate::event::{EVENTS_FILE, Event, Logged};
 use crate::reading::Reading;
 use crate::readings::Chain;
 use crate::run_lock::RunLock;
@@ -65,7 +66,7 @@ impl RunDir {
         let readings_path = path.join("readings.csv");
         let columns = header.layout().header();
         disk::replace(&readings_path, columns.as_bytes())?;
-        let events_path = path.join("events.jsonl");
+        let events_path = path.join(EVENTS_FILE);
         disk::replace(&events_path, b"")?;
         let mut run = Self {
             path: path.to_owned(),
@@ -140,7 +141,7 @@ impl RunDir {
         };
         let readings_path = path.join("readings.csv");
         disk::replace(&readings_path, whole)?;
-        let events_path = path.join("events.jsonl");
+        let events_path = path.join(EVENTS_FILE);
         let events = whole_lines(&events_path)?;
         let mut dir = Self {
             readings: Appended::open(&readings_path, whole)?,
@@ -167,8 +168,13 @@ impl RunDir {
         }
         dir.write_header()?;
         if !survey.damage.is_empty() {
-            let fields = serde_json::json!({ "damage": survey.damage, "first_row": dir.next_index });
-            dir.event(&now.started_utc, "reread", &fields)?;
+            dir.event(&Logged {
+                time_utc: now.started_utc.clone(),
+                event: Event::Reread {
+                    damage: survey.damage,
+                    first_row: dir.next_index,
+                },
+            })?;
         }
         Ok((dir, survey.run))
     }
@@ -198,12 +204,12 @@ impl RunDir {
         self.next_index == 0
     }
 
-    /// Appends one reading and syncs; its `index`, `session` and `burning` are set here. When this returns, the row
+    /// Appends one reading and syncs; its `index`, `session` and `burning` are set here. When this returns it, the row
     /// outlives a loss of power. After an error no further row is taken: the run has to be resumed.
     ///
     /// # Errors
     /// What the system says.
-    pub fn append(&mut self, mut reading: Reading) -> Result<u64, RunError> {
+    pub fn append(&mut self, mut reading: Reading) -> Result<Reading, RunError> {
         self.still_ours()?;
         reading.index = self.next_index;
         reading.session = self.header.resumed.len() as u32;
@@ -215,7 +221,7 @@ impl RunDir {
         if self.next_index == 1 || self.next_index.is_multiple_of(ROWS_PER_HEADER) {
             self.write_header()?;
         }
-        Ok(reading.index)
+        Ok(reading)
     }
 
     /// Writes one spectrum whole; its `index` is set here.
@@ -242,20 +248,15 @@ impl RunDir {
         Ok(spectrum.index)
     }
 
-    /// Appends one event; `fields` is an object whose members follow `time_utc` and `event`.
+    /// Appends one event.
     ///
     /// # Errors
     /// What the system says.
-    pub fn event(&mut self, time_utc: &str, event: &str, fields: &serde_json::Value) -> Result<(), RunError> {
+    pub fn event(&mut self, logged: &Logged) -> Result<(), RunError> {
         self.still_ours()?;
-        let mut line = serde_json::Map::new();
-        line.insert("time_utc".to_owned(), time_utc.into());
-        line.insert("event".to_owned(), event.into());
-        if let Some(fields) = fields.as_object() {
-            line.extend(fields.clone());
-        }
-        let text = format!("{}\n", serde_json::Value::Object(line));
-        self.events.write(text.as_bytes())?;
+        // By way of a value: its keys are in the order of the alphabet.
+        let line = serde_json::to_value(logged).map_err(RunError::Event)?;
+        self.events.write(format!("{line}\n").as_bytes())?;
         self.event_count += 1;
         Ok(())
     }

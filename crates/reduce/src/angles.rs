@@ -5,7 +5,8 @@
 //! distance, drift) moves no edge.
 
 use isolux_photometry::{Divergence, IntensityDistribution};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::budget::{self, Common};
 use crate::grid::{Grid, folded};
@@ -21,7 +22,7 @@ const SHARES: [f64; 2] = [0.5, 0.1];
 const BESIDE_DEG: f64 = 1e-3;
 
 /// The angles of one plane; none where the intensity does not fall so far.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BeamAngles {
     /// The plane goes through this half-plane and its opposite.
     pub c_deg: f64,
@@ -87,7 +88,10 @@ fn angle(
         parts.remove(factor);
     }
     let level_cd = share * at(found.top_deg);
-    parts.insert("near_field", near_field::standard(near_rel) * level_cd * deg_per_cd);
+    parts.insert(
+        "near_field".into(),
+        near_field::standard(near_rel) * level_cd * deg_per_cd,
+    );
 
     let angle_deg = found.full_angle_deg();
     let change = |thin: &IntensityDistribution| {
@@ -97,7 +101,10 @@ fn angle(
     let thinned = interpolation::without_every_second_gamma(distribution).unwrap_or_default();
     let changes: Option<Vec<f64>> = thinned.iter().map(change).collect();
     let too_coarse = changes.is_none().then(|| interpolation::COARSE_GAMMA.to_owned());
-    parts.insert("interpolation", changes.into_iter().flatten().fold(0.0, f64::max));
+    parts.insert(
+        "interpolation".into(),
+        changes.into_iter().flatten().fold(0.0, f64::max),
+    );
     Quantity::new(angle_deg, "°", parts).lacking(missing.iter().cloned().chain(too_coarse))
 }
 

@@ -1,12 +1,13 @@
 //! The axis as it appears from the other distances of the run.
 
 use isolux_record::{Quality, Reading, ReadingKind};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::levels::{Level, Levels, Subtract};
 
 /// Intensity on the axis as it appears from a distance: equal at all of them where the inverse square law holds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Apparent {
     /// Distance.
     pub distance_mm: f64,

@@ -2,13 +2,15 @@
 
 use std::collections::HashMap;
 
-use serde::Serialize;
+use isolux_units::json::nan_if_null;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::grid::Grid;
 use crate::quantity::Quantity;
 
 /// Relative and absolute standard uncertainties (k = 1) that all readings share.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Common {
     /// What was subtracted from every reading (offset, ambient, stray): its scatter, in candela.
     pub dark_noise_cd: f64,
@@ -25,6 +27,8 @@ pub struct Common {
     /// Calibration of the lux meter.
     pub calibration_rel: f64,
     /// Drift.
+    #[serde(deserialize_with = "nan_if_null")]
+    #[schemars(with = "Option<f64>")]
     pub drift_rel: f64,
     /// γ.
     pub gamma_deg: f64,

@@ -1,11 +1,12 @@
 //! The closing half-plane at C 360°, a check of the one at C 0°.
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::samples::Sample;
 
 /// Closing half-plane against the first.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Closing {
     /// Directions compared.
     pub directions: usize,

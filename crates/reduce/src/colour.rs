@@ -5,13 +5,14 @@ use isolux_spectrum::Spectrum;
 use isolux_spectrum::cct::{Cct, nearest_planckian};
 use isolux_spectrum::fidelity::fidelity_of;
 use isolux_spectrum::rendering::rendering_of;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::known::Known;
 use crate::quantity::Quantity;
 
 /// Colour by CIE 15, CIE 13.3 and CIE 224; none where the light has no such number.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Colour {
     /// Correlated colour temperature in K.
     pub cct: Option<Quantity>,

@@ -1,35 +1,53 @@
 //! Drift of lamp and meter from the visits to the reference point.
 
 use isolux_record::{Reading, ReadingKind, Station};
-use serde::Serialize;
+use isolux_units::json::nan_if_null;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// How the reference readings changed, and what is done about it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Drift {
     /// Fewer than two visits, or not corrected: what a lamp that counts as stable may do in that time.
     Unknown {
         /// Relative standard uncertainty that stays.
+        #[serde(deserialize_with = "nan_if_null")]
+        #[schemars(with = "Option<f64>")]
         u_rel: f64,
     },
     /// No change beyond the uncertainty of the visits.
     None {
         /// Relative standard uncertainty that a drift within it leaves.
+        #[serde(deserialize_with = "nan_if_null")]
+        #[schemars(with = "Option<f64>")]
         u_rel: f64,
         /// What the relative change per hour may be: its root mean square.
+        #[serde(deserialize_with = "nan_if_null")]
+        #[schemars(with = "Option<f64>")]
         u_rate_per_h: f64,
         /// Middle of the visits, seconds since the lamp was switched on.
+        #[serde(deserialize_with = "nan_if_null")]
+        #[schemars(with = "Option<f64>")]
         centre_s: f64,
     },
     /// A straight line in the time since the lamp was switched on.
     Linear {
         /// Relative change per hour.
+        #[serde(deserialize_with = "nan_if_null")]
+        #[schemars(with = "Option<f64>")]
         rate_per_h: f64,
         /// Its standard uncertainty.
+        #[serde(deserialize_with = "nan_if_null")]
+        #[schemars(with = "Option<f64>")]
         u_rate_per_h: f64,
         /// Time at which the factor is 1, seconds since the lamp was switched on.
+        #[serde(deserialize_with = "nan_if_null")]
+        #[schemars(with = "Option<f64>")]
         centre_s: f64,
         /// Relative standard uncertainty of the correction.
+        #[serde(deserialize_with = "nan_if_null")]
+        #[schemars(with = "Option<f64>")]
         u_rel: f64,
     },
     /// Lines between the visits: they scatter more about a straight line than their uncertainty allows.
@@ -39,6 +57,8 @@ pub enum Drift {
         /// Reading ÷ mean of all visits.
         factor: Vec<f64>,
         /// Relative standard uncertainty of the correction.
+        #[serde(deserialize_with = "nan_if_null")]
+        #[schemars(with = "Option<f64>")]
         u_rel: f64,
     },
     /// The lamp was switched on more than once and came back at another level: every burning by its own visits.
@@ -46,12 +66,14 @@ pub enum Drift {
         /// The burnings that have readings of the distribution, in the order of the rows.
         burning: Vec<Burning>,
         /// Relative standard uncertainty of the correction, of the burning where it is largest.
+        #[serde(deserialize_with = "nan_if_null")]
+        #[schemars(with = "Option<f64>")]
         u_rel: f64,
     },
 }
 
 /// One burning of the lamp, from switching on to switching off.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Burning {
     /// Its first row.
     pub first_row: u64,

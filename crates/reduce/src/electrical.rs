@@ -1,12 +1,13 @@
 //! What the lamp took from its supply while its light was read, and how much light it made of that.
 
 use isolux_record::{Electrical as Line, Reading, Station};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::Quantity;
 
 /// The supply line over the readings of the distribution.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Electrical {
     /// Readings with a power.
     pub readings: usize,
@@ -25,7 +26,7 @@ pub struct Electrical {
 }
 
 /// One quantity over the readings.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Over {
     /// Mean.
     pub mean: f64,

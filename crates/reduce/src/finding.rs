@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// What a budget lacks where a disagreement was accepted.
 pub const ACCEPTED: &str = "a drift beyond the limits was accepted";
@@ -11,7 +12,7 @@ pub const ACCEPTED: &str = "a drift beyond the limits was accepted";
 const MOST_ROWS: usize = 6;
 
 /// What does not agree, and the rows that show it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Finding {
     /// What is wrong and which limit it breaks, one sentence.
     pub what: String,
@@ -20,7 +21,7 @@ pub struct Finding {
 }
 
 /// A row that shows a disagreement.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Evidence {
     /// Its number.
     pub row: u64,
@@ -35,7 +36,7 @@ pub struct Evidence {
 }
 
 /// A disagreement that a person has accepted.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Accepted {
     /// Why, in their words; empty where they gave none.
     pub reason: String,

@@ -1,7 +1,8 @@
 //! Samples → one intensity distribution, with one value at the poles.
 
 use isolux_photometry::{IntensityDistribution, Symmetry};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::circle::Circle;
 use crate::error::ReduceError;
@@ -12,7 +13,7 @@ use crate::samples::Sample;
 const ROUNDS: usize = 6;
 
 /// What smoothing did.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Smoothing {
     /// Root mean square of (smoothed − raw), in candela.
     pub rms_cd: f64,

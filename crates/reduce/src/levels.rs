@@ -1,10 +1,11 @@
 //! What the meter shows without the lamp's direct light: offset, ambient, stray.
 
 use isolux_record::{Quality, Reading, ReadingKind};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// The mean of readings of one kind, and what is known of it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Level {
     /// Mean.
     pub mean_lx: f64,
@@ -75,7 +76,7 @@ pub fn noise_of_one(u_lx: f64, digit_lx: f64) -> f64 {
 }
 
 /// The levels of a run at one distance.
-#[derive(Debug, Clone, PartialEq, Serialize, Default)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema, Default)]
 pub struct Levels {
     /// Capped: the meter's offset.
     pub capped: Option<Level>,

@@ -65,7 +65,7 @@ pub use levels::{Level, Levels, Subtract};
 pub use partial::Partial;
 pub use quantity::{Quantity, no_uncertainty};
 pub use rehearsal::rehearse;
-pub use results::{ResultFile, budget_json, file_name, files, photometric};
+pub use results::{Budget, ResultFile, Subtracted, budget_of, file_name, files, photometric};
 pub use samples::Sample;
 pub use smooth::SmoothError;
 pub use spectral::{SpectralResult, on_axis};

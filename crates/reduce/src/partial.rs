@@ -8,13 +8,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use isolux_record::plan::{Block, Instrument};
 use isolux_record::{Role, Run};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::blocks::{once, order, target};
 use crate::samples::{Sample, unsigned};
 
 /// What was read of a scan that is not finished.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Partial {
     /// Half-planes whose every direction was read: C in degrees, rising.
     pub whole_c_deg: Vec<f64>,

@@ -1,37 +1,51 @@
 //! A number with its standard uncertainty, the parts of it, and what is not in it.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use isolux_units::digits::{K, Rounded, rounded};
-use serde::Serialize;
+use isolux_units::json::{nan_for_nulls, nan_if_null};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// One number with its standard uncertainty and the parts of it. Where a part was neither measured nor stated, the
 /// number has no uncertainty: what is left out would make it smaller, and a reader would take the number for better
 /// than it is.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Quantity {
     /// The number.
+    #[serde(deserialize_with = "nan_if_null")]
+    #[schemars(with = "Option<f64>")]
     pub value: f64,
     /// Its unit.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Standard uncertainty (k = 1); none where `missing` says what is not known.
     pub u: Option<f64>,
     /// What the known parts give: the uncertainty of the number only where nothing is missing.
+    #[serde(deserialize_with = "nan_if_null")]
+    #[schemars(with = "Option<f64>")]
     pub u_of_parts: f64,
     /// The known parts by name, in the same unit; they add in squares.
-    pub parts: BTreeMap<&'static str, f64>,
+    #[serde(deserialize_with = "nan_for_nulls")]
+    #[schemars(with = "BTreeMap<String, Option<f64>>")]
+    pub parts: BTreeMap<Cow<'static, str>, f64>,
     /// What was neither measured nor stated, one phrase each.
     pub missing: Vec<String>,
 }
 
 impl Quantity {
     /// A quantity from its parts, nothing missing.
-    pub fn new(value: f64, unit: &'static str, parts: impl IntoIterator<Item = (&'static str, f64)>) -> Self {
-        let parts: BTreeMap<_, _> = parts.into_iter().map(|(name, part)| (name, part.abs())).collect();
+    pub fn new(
+        value: f64,
+        unit: impl Into<Cow<'static, str>>,
+        parts: impl IntoIterator<Item = (impl Into<Cow<'static, str>>, f64)>,
+    ) -> Self {
+        let parts = parts.into_iter().map(|(name, part)| (name.into(), part.abs()));
+        let parts: BTreeMap<_, _> = parts.collect();
         let u_of_parts = parts.values().map(|part| part * part).sum::<f64>().sqrt();
         Self {
             value,
-            unit,
+            unit: unit.into(),
             u: Some(u_of_parts),
             u_of_parts,
             parts,
@@ -56,15 +70,15 @@ impl Quantity {
     /// The same quantity with one more part.
     #[must_use]
     pub fn with_part(&self, name: &'static str, part: f64) -> Self {
-        let parts = self.parts.iter().map(|(name, part)| (*name, *part));
-        Self::new(self.value, self.unit, parts.chain([(name, part)])).lacking(self.missing.iter().cloned())
+        let parts = self.parts.clone().into_iter().chain([(name.into(), part)]);
+        Self::new(self.value, self.unit.clone(), parts).lacking(self.missing.iter().cloned())
     }
 
     /// The same quantity without one of its parts, for a comparison that tests just that.
     #[must_use]
     pub fn without_part(&self, name: &str) -> Self {
-        let parts = self.parts.iter().map(|(name, part)| (*name, *part));
-        Self::new(self.value, self.unit, parts.filter(|(part, _)| *part != name)).lacking(self.missing.iter().cloned())
+        let parts = self.parts.clone().into_iter().filter(|(part, _)| part != name);
+        Self::new(self.value, self.unit.clone(), parts).lacking(self.missing.iter().cloned())
     }
 
     /// The value and its expanded uncertainty (k = 2) of the known parts, to the digits that the uncertainty leaves. A
@@ -79,8 +93,8 @@ impl Quantity {
     pub fn stated(&self) -> String {
         let said = self.rounded();
         // A chromaticity has no unit; the sign of degrees stands close to its number.
-        let unit = match self.unit {
-            "" | "°" => self.unit.to_owned(),
+        let unit = match self.unit.as_ref() {
+            unit @ ("" | "°") => unit.to_owned(),
             unit => format!(" {unit}"),
         };
         match self.u {
@@ -106,8 +120,8 @@ impl Quantity {
         let parts = self
             .parts
             .iter()
-            .map(|(name, part)| (*name, part / other.value))
-            .chain([(name, value * other.u_of_parts_rel())]);
+            .map(|(name, part)| (name.clone(), part / other.value))
+            .chain([(name.into(), value * other.u_of_parts_rel())]);
         Self::new(value, unit, parts).lacking(self.missing.iter().chain(&other.missing).cloned())
     }
 }

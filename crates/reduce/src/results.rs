@@ -1,5 +1,6 @@
 //! The files of `results/` that reduction makes. No clock and no path in them: the same run gives the same bytes.
 
+mod budget;
 mod file;
 mod model_file;
 mod photometric;
@@ -9,11 +10,12 @@ use isolux_record::disk::sha256;
 use isolux_record::run::Run;
 use serde_json::{Value, json};
 
+pub use budget::{Budget, Subtracted};
 pub use file::ResultFile;
 pub use photometric::photometric;
 
+use crate::Reduction;
 use crate::error::ReduceError;
-use crate::{Reduction, SENSOR_MM};
 pub use file::file_name;
 use file::hashes;
 use model_file::model_toml;
@@ -62,7 +64,7 @@ pub fn files(
     });
     files.push(ResultFile {
         name: named("budget.json"),
-        bytes: pretty(&budget_of(reduction, &shown)),
+        bytes: pretty(&json!(Budget::of(reduction, &shown))),
     });
     let provenance = provenance(reduction, run, run_files, program, &files);
     files.push(ResultFile {
@@ -87,61 +89,8 @@ fn without_negative(measured: &IntensityDistribution) -> Result<IntensityDistrib
 ///
 /// # Errors
 /// [`ReduceError::Distribution`] never for a distribution that is one already.
-pub fn budget_json(reduction: &Reduction) -> Result<Value, ReduceError> {
-    Ok(budget_of(reduction, &without_negative(&reduction.grid.distribution)?))
-}
-
-/// budget.json; `shown` is the distribution as files hold it.
-fn budget_of(reduction: &Reduction, shown: &IntensityDistribution) -> Value {
-    let [offset, ambient, stray] = reduction.levels.parts_lx(0.0);
-    let spectral = reduction.spectral.as_ref();
-    // A sensor outside the measured zone has no number, not one of 0 ± 0.
-    let seen = reduction.sensor_illuminance.u_of_parts_rel().is_finite();
-    let mut budget = json!({
-        "coverage": "standard uncertainties, k = 1; u is null where something is missing that was neither measured nor stated",
-        "flux": reduction.flux,
-        "i_max": reduction.i_max,
-        "i_max_c_deg": reduction.i_max_deg.0,
-        "i_max_gamma_deg": reduction.i_max_deg.1,
-        "angles": reduction.angles,
-        "sensor_mm": SENSOR_MM.0,
-        "sensor_distance_mm": SENSOR_MM.1,
-        "sensor_mean_illuminance": seen.then_some(&reduction.sensor_illuminance),
-        "sensor_mean_irradiance": reduction.sensor_irradiance.as_ref().filter(|_| seen),
-        "efficacy": spectral.map(|spectral| &spectral.ler),
-        "cct": spectral.and_then(|spectral| spectral.colour.cct.as_ref()),
-        "colour": spectral.map(|spectral| &spectral.colour),
-        "on_axis_irradiance": spectral.map(|spectral| &spectral.irradiance),
-        "on_axis_illuminance": spectral.map(|spectral| &spectral.illuminance),
-        "on_axis_distance_mm": spectral.map(|spectral| spectral.distance_mm),
-        "common": reduction.common,
-        "subtracted": {
-            "dark": reduction.subtract.dark, "ambient": reduction.subtract.ambient, "stray": reduction.subtract.stray,
-            "offset_lx": offset, "ambient_lx": ambient, "stray_on_axis_lx": stray,
-            "levels": reduction.levels,
-        },
-        "negative_points_written_as_zero": reduction.grid.distribution.intensity_cd().iter().filter(|cd| **cd < 0.0).count(),
-        "flux_added_by_them_lm": shown.flux_lm() - reduction.grid.distribution.flux_lm(),
-        "smoothing": reduction.grid.smoothed.as_ref().map(|(_, facts)| facts),
-        "drift": reduction.drift,
-        "closing_plane": reduction.closing,
-        "pole_spread_cd": reduction.grid.pole_spread_cd,
-        "distance_mm": reduction.distance_mm,
-        "other_distances": reduction.other_distances,
-        "readings_used": reduction.readings.0,
-        "readings": reduction.readings.1,
-        "without": reduction.without,
-        "accepted_drift": reduction.accepted,
-        "removed_effects": reduction.removed_effects,
-        "notes": reduction.notes,
-    });
-    if let Some(partial) = &reduction.partial {
-        budget["partial"] = json!(partial);
-    }
-    if let Some(electrical) = &reduction.electrical {
-        budget["electrical"] = json!(electrical);
-    }
-    budget
+pub fn budget_of(reduction: &Reduction) -> Result<Budget, ReduceError> {
+    Ok(Budget::of(reduction, &without_negative(&reduction.grid.distribution)?))
 }
 
 fn provenance(

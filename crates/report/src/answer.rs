@@ -64,7 +64,11 @@ pub fn key_words(key: &str) -> String {
 
 /// `value ± U unit (k = 2)` of a parameter.
 pub fn with_uncertainty(parameter: &ParameterEntry) -> String {
-    let unit = if parameter.unit == "1" { "" } else { parameter.unit };
+    let unit = if parameter.unit == "1" {
+        ""
+    } else {
+        parameter.unit.as_ref()
+    };
     if !(parameter.u.is_finite() && parameter.u > 0.0) {
         return format!("{} {unit}", digits(parameter.value, 6)).trim_end().to_owned();
     }
@@ -93,7 +97,7 @@ pub fn words(answer: &Answer) -> Vec<String> {
         ));
     }
     let blind = document.blind_spots.iter().filter(|spot| spot.blind);
-    let blind: Vec<&str> = blind.map(|spot| spot.effect).collect();
+    let blind: Vec<&str> = blind.map(|spot| spot.effect.as_ref()).collect();
     if !blind.is_empty() {
         lines.push(format!(
             "blind spots   these data cannot show a plausible amount of: {}",

@@ -66,7 +66,7 @@ pub fn report(found: &Diagnosis, diff: &[String]) -> Report {
 
 /// What was fitted of an effect.
 fn values(page: &mut Page, effect: &EffectEntry) {
-    page.heading(&capitalised(effect.standard_name).replace('.', ""));
+    page.heading(&capitalised(&effect.standard_name).replace('.', ""));
     let rows: Vec<Vec<String>> = effect
         .parameters
         .iter()
@@ -105,7 +105,7 @@ fn unexplained(page: &mut Page, document: &Document) {
     page.paragraph(&format!(
         "{}, along {} between {} and {}: {:.1} σ, {:.0} % of the squared gap.",
         unexplained.note,
-        along_words(unexplained.coordinate),
+        along_words(&unexplained.coordinate),
         digits(unexplained.range[0], 4),
         digits(unexplained.range[1], 4),
         unexplained.significance_sigma,
@@ -230,7 +230,7 @@ fn places(page: &mut Page, document: &Document) {
         .iter()
         .map(|place| {
             vec![
-                along_words(place.coordinate).to_owned(),
+                along_words(&place.coordinate).to_owned(),
                 format!("{} … {}", digits(place.range[0], 4), digits(place.range[1], 4)),
                 format!("{:.1}", place.significance_sigma),
                 place.note.clone(),
@@ -266,14 +266,14 @@ fn noise(page: &mut Page, noise: &NoiseEntry) {
         .findings
         .iter()
         .map(|finding| {
-            let period = match (finding.period, finding.coordinate) {
+            let period = match (finding.period, finding.coordinate.as_ref()) {
                 (Some(period), "time_s") => format!("{} s", digits(period, 3)),
                 (Some(period), _) => format!("{} readings", digits(period, 3)),
                 (None, _) => String::new(),
             };
             vec![
                 finding.note.clone(),
-                along_words(finding.coordinate).to_owned(),
+                along_words(&finding.coordinate).to_owned(),
                 format!("{} … {}", digits(finding.range[0], 4), digits(finding.range[1], 4)),
                 period,
                 format!("{:.1e}", finding.p_value),
@@ -296,11 +296,11 @@ fn blind_spots(page: &mut Page, document: &Document) {
                 .amplitude_at_5_sigma
                 .map_or_else(|| "never".to_owned(), |a| digits(a, 2));
             vec![
-                effect_words(spot.effect),
-                key_words(spot.parameter),
+                effect_words(&spot.effect),
+                key_words(&spot.parameter),
                 amplitude,
                 number(spot.plausible_max),
-                unit(spot.effect, spot.parameter),
+                unit(&spot.effect, &spot.parameter),
                 if spot.blind { "blind" } else { "" }.to_owned(),
             ]
         })

@@ -68,7 +68,7 @@ pub fn page(scene: &Scene, simulation: &Simulation) -> Result<String, ViewError>
     };
     page.tiles(&[
         tile("mean", mean(facts), String::new()),
-        tile("method", facts.method.to_owned(), numeric(facts, unit)),
+        tile("method", facts.method.to_string(), numeric(facts, unit)),
         tile(
             "minimum over mean",
             format!("{:.4}", facts.uniformity_min_over_mean),

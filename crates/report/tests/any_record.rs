@@ -28,7 +28,7 @@ fn report(folder: &Utf8Path, rows: Vec<Reading>) -> Result<Document, String> {
     let model = Model::load(&model).map_err(|error| error.to_string())?;
     let scene = Scene::parse_with(Utf8Path::new("scene.toml"), SENSOR, &model).map_err(|error| error.to_string())?;
     let mut simulation = simulate(&scene, Method::Inverse, &|| 0.0).map_err(|error| error.to_string())?;
-    simulation.facts.elapsed_s = f64::NAN;
+    simulation.facts.elapsed_s = None;
     document(&DayResults {
         run,
         reduction,

@@ -6,7 +6,7 @@ use std::task::Poll;
 
 use isolux_record::plan::Plan;
 use isolux_record::run::{Run, RunDir, StopHow, Stopped};
-use serde_json::json;
+use isolux_record::{Event, Logged};
 
 use crate::bench_state;
 use crate::cancel::Cancel;
@@ -15,7 +15,6 @@ use crate::devices::Devices;
 use crate::dry_run::dry_run;
 use crate::error::ScanError;
 use crate::motion::stop_all;
-use crate::observe::ScanEvent;
 use session::Session;
 
 pub use around::{Engine, ScanSummary};
@@ -88,13 +87,20 @@ impl Engine<'_> {
         };
         let axes_at_rest = rest.is_ok();
         let utc = clock.utc_now();
-        let fields = json!({ "how": how.to_string(), "message": message, "axes_at_rest": axes_at_rest, "left": left });
-        let event = run.event(&utc, "stopped", &fields);
+        let event = Event::Stopped {
+            how,
+            message: message.clone(),
+            axes_at_rest,
+            left: Some(left),
+        };
+        let time_utc = utc.clone();
+        let ended = Logged { time_utc, event };
+        let event = run.event(&ended);
         // The end is recorded where the events cannot be written, too.
         let recorded = run
             .stop(Stopped::new(utc, how, message.clone(), axes_at_rest))
             .and(event);
-        self.observer.event(&ScanEvent::Ended(&left));
+        self.observer.event(&ended);
         match rest {
             Err(axes) => {
                 let before = if outcome.is_ok() {

@@ -5,7 +5,7 @@
 //! that hours pass in seconds where the clock is paused; nothing ever sleeps for "long enough".
 
 pub mod awake;
-pub mod bench_state;
+mod bench_state;
 pub mod cancel;
 pub mod clock;
 pub mod devices;
@@ -26,12 +26,11 @@ pub mod warmup;
 mod testing;
 
 pub use awake::Awake;
-pub use bench_state::BenchState;
 pub use cancel::Cancel;
 pub use devices::{CalibratedSpectro, Devices, Nobody, Operator, Request, TwoState};
 pub use distance::{Cost, DisplayRange, Distances, distances};
 pub use dry_run::{DistanceClass, DryRun, VisitTime, dry_run, visit_times};
 pub use engine::{Engine, ScanSummary};
 pub use error::{ScanError, ScanErrorKind};
-pub use observe::{Observer, ScanEvent, Silent};
+pub use observe::{Observer, Silent};
 pub use pause::Pause;

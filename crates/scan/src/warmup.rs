@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use isolux_device::{LuxOutcome, PowerMeter};
+use isolux_record::event::PowerLook;
 use isolux_record::{Limits, Station};
 use tokio::time::{Instant, sleep_until};
 
@@ -70,16 +71,7 @@ pub struct Look {
     /// (max − min)/mean over the window, once it is full.
     pub spread_rel: Option<f64>,
     /// The power; none without a power meter.
-    pub power: Option<Power>,
-}
-
-/// The power at a look at the lamp.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Power {
-    /// Active power; none where the meter gave no number.
-    pub power_w: Option<f64>,
-    /// (max − min)/mean over the window, once it is full and ends with a number.
-    pub spread_rel: Option<f64>,
+    pub power: Option<PowerLook>,
 }
 
 /// The lamp is stable.
@@ -159,18 +151,22 @@ impl Gate {
         })
     }
 
-    async fn power(&mut self, meter: &dyn PowerMeter) -> Result<Power, ScanError> {
+    async fn power(&mut self, meter: &dyn PowerMeter) -> Result<PowerLook, ScanError> {
         let reading = electrical::read(meter, Instant::now()).await?;
         let power_w = electrical::recorded(&reading).power_w;
         let Some(watts) = power_w else {
-            let spread_rel = None;
-            return Ok(Power { power_w, spread_rel });
+            return Ok(PowerLook {
+                power_w,
+                power_spread_rel: None,
+            });
         };
         let window_s = self.criterion.window_s;
         let at = reading.ended.saturating_duration_since(self.on_at).as_secs_f64();
         self.power.push(at, watts, window_s);
-        let spread_rel = self.power.spread(window_s);
-        Ok(Power { power_w, spread_rel })
+        Ok(PowerLook {
+            power_w,
+            power_spread_rel: self.power.spread(window_s),
+        })
     }
 
     /// Whether the lamp is stable by this look.
@@ -198,8 +194,9 @@ impl Gate {
         let criterion = &self.criterion;
         let steady_light = spread_rel < criterion.spread_rel;
         let steady_power = power.is_none_or(|power| {
-            let spread_rel = power.spread_rel;
-            spread_rel.is_some_and(|spread_rel| spread_rel < criterion.power_spread_rel)
+            power
+                .power_spread_rel
+                .is_some_and(|spread_rel| spread_rel < criterion.power_spread_rel)
         });
         if steady_light && steady_power && elapsed_s >= criterion.least_s {
             return Ok(Some(Stable {
@@ -213,7 +210,7 @@ impl Gate {
             return Ok(None);
         }
         let (of, spread_rel, allowed_rel) = match power {
-            Some(power) if steady_light => match power.spread_rel {
+            Some(power) if steady_light => match power.power_spread_rel {
                 Some(spread_rel) => ("power", spread_rel, criterion.power_spread_rel),
                 None => return Err(ScanError::NoPower { elapsed_s }),
             },

@@ -1,22 +1,7 @@
 //! Whether two simulations differ more than their noise: an earlier `result.json` against a new one.
 
 use crate::noise;
-use crate::simulation::{Against, Facts, MapUnit};
-
-/// What an earlier simulation's `result.json` says.
-#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
-pub struct Earlier {
-    /// Unit of its map.
-    pub unit: MapUnit,
-    /// Its mean.
-    pub mean: f64,
-    /// What the computation adds to the mean.
-    pub u_mean_numeric: f64,
-    /// How rays were drawn, where they were.
-    pub sampling: Option<String>,
-    /// Their seed.
-    pub seed: Option<u64>,
-}
+use crate::simulation::{Against, Facts};
 
 /// Two maps of different quantities.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -32,7 +17,7 @@ pub struct OtherUnit {
 ///
 /// # Errors
 /// Where one is in lx and the other in W/m².
-pub fn compare(facts: &Facts, earlier: &Earlier, folder: &str) -> Result<Against, OtherUnit> {
+pub fn compare(facts: &Facts, earlier: &Facts, folder: &str) -> Result<Against, OtherUnit> {
     if earlier.unit != facts.unit {
         return Err(OtherUnit {
             folder: folder.to_owned(),
@@ -52,6 +37,6 @@ pub fn compare(facts: &Facts, earlier: &Earlier, folder: &str) -> Result<Against
         sigma: difference.sigma,
         p_value: difference.p_value,
         differs: difference.p_value < noise::SIGNIFICANT,
-        same_rays: facts.seed.is_some() && facts.seed == earlier.seed && facts.sampling == earlier.sampling.as_deref(),
+        same_rays: facts.seed.is_some() && facts.seed == earlier.seed && facts.sampling == earlier.sampling,
     })
 }

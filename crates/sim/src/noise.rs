@@ -6,7 +6,7 @@ use crate::random::ln_factorial;
 use crate::sum::{self, Sum};
 
 /// A quantity with its 95 % interval.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 pub struct Interval {
     /// Half of all runs lie below.
     pub median: f64,

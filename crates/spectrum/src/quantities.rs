@@ -1,11 +1,12 @@
 //! Everything a photometrist asks of a spectrum, with the names that `inspect --json` prints.
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::{EQUAL_ENERGY, Spectrum, dominant, fidelity, meter, rendering};
 
 /// The quantities of one spectrum. What the data do not allow is none.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Quantities {
     /// ∫S dλ over 360–830 nm, in the file's unit × nm.
     pub integral: f64,

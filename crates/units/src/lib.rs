@@ -5,6 +5,7 @@
 //! (dark-subtracted noise), not errors.
 
 pub mod digits;
+pub mod json;
 mod quantity;
 
 pub use quantity::{AxisAngle, Celsius, Lux, Millimetre, NotFinite};

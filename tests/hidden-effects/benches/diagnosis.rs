@@ -226,7 +226,7 @@ fn answer(case: &Case) -> Answer {
             .iter()
             .map(|effect| {
                 (
-                    effect.name.to_owned(),
+                    effect.name.clone().into_owned(),
                     effect.equivalents.clone(),
                     effect.evidence.posterior,
                 )
@@ -346,7 +346,7 @@ fn next(case: &Case, path: &Utf8Path, found: &Diagnosis) -> Option<Next> {
     let effects = &together.document.effects;
     let settled = together.document.verdict == Verdict::Named && effects.len() == 1 && effects[0].name == *hidden;
     Some(Next {
-        suggested: Some((entry.what, entry.expected_sigma)),
+        suggested: Some((entry.what.clone().into_owned(), entry.expected_sigma)),
         verdict: together.document.sentence,
         settled,
     })

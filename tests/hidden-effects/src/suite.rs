@@ -74,7 +74,7 @@ pub struct Answer {
 #[derive(Debug, Clone)]
 pub struct Next {
     /// What was suggested; none where nothing of 3 σ or more was.
-    pub suggested: Option<(&'static str, f64)>,
+    pub suggested: Option<(String, f64)>,
     /// Verdict, first name and its equivalents of old and new data together.
     pub verdict: String,
     /// Whether they single out what was hidden.

@@ -92,7 +92,7 @@ impl Said {
             effects: effects
                 .map(|effect| {
                     let others = effect.equivalents.clone();
-                    (effect.name.to_owned(), others, effect.evidence.posterior)
+                    (effect.name.clone().into_owned(), others, effect.evidence.posterior)
                 })
                 .collect(),
             sentence: document.sentence.clone(),

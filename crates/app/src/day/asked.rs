@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::{Job, RunHeader, Station, Subject};
+use isolux_sim::simulation::Facts;
 use isolux_virtual::twins::Choice;
 use toml::{Table, Value};
 
@@ -224,10 +225,9 @@ fn built_in(day: &Utf8Path) -> Result<bool, Failure> {
     if !file.is_file() {
         return Ok(true);
     }
-    let result: serde_json::Value =
-        serde_json::from_slice(&files::read(&file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+    let result: Facts = files::read_json(&file)?;
     let sensor = scene::load(day, &Changes::default())?.sensor;
-    Ok(result["pixels"] == serde_json::json!(sensor.pixels) && result["size_mm"] == serde_json::json!(sensor.size_mm))
+    Ok(result.pixels == sensor.pixels && result.size_mm == sensor.size_mm)
 }
 
 /// Which of the built-in plans a day has.

@@ -36,12 +36,12 @@ pub(super) fn light(
         "{} × {} pixels in {:.2} s, mean {:.4} {}",
         simulation.facts.pixels[0],
         simulation.facts.pixels[1],
-        simulation.facts.elapsed_s,
+        simulation.facts.elapsed_s.unwrap_or_default(),
         simulation.facts.mean,
         simulation.facts.unit.symbol()
     )));
-    // No wall clock in results: the time of the solver is for the terminal. NaN is written as null.
-    simulation.facts.elapsed_s = f64::NAN;
+    // No wall clock in results: the time of the solver is for the terminal.
+    simulation.facts.elapsed_s = None;
     let colour = reduction
         .spectral
         .as_ref()

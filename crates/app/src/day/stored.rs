@@ -2,9 +2,13 @@
 //! them belong to another one.
 
 use camino::Utf8Path;
+use isolux_diagnose::document::{Document, Independence, Verdict};
+use isolux_diagnose::on_axis::Comparison;
 use isolux_record::Run;
-use isolux_reduce::Reduction;
+use isolux_reduce::{Budget, Reduction};
 use isolux_report::day::{DayResults, Diagnosed};
+use isolux_sim::simulation::Facts;
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::Failure;
@@ -29,15 +33,15 @@ pub(super) fn reduction(folder: &Utf8Path, run: &Run) -> Result<Reduction, Failu
             .help(format!("reduce the run first: isolux reduce {folder}")));
     };
     record::check_results(&results)?;
-    let budget = json(&file)?;
+    let budget: Budget = files::read_json(&file)?;
     let options = reduce::options_of(&file)?.unwrap_or_default();
     let with = reduce::kept_model(&results)?;
     for model in std::iter::once(None).chain(with.map(Some)) {
         if let Ok(reduction) = isolux_reduce::reduce(run, &options, model)
-            && alike(
-                &isolux_reduce::budget_json(&reduction).map_err(Failure::bad_input)?,
+            && same(
+                &isolux_reduce::budget_of(&reduction).map_err(Failure::bad_input)?,
                 &budget,
-            )
+            )?
         {
             return Ok(reduction);
         }
@@ -58,10 +62,9 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, day_results: &mut DayRe
     let results = &day_results.folder.clone();
     let file = results.join("result.json");
     if file.is_file() {
-        let now = serde_json::to_value(&day_results.simulation.facts).map_err(Failure::instrument)?;
-        let then = json(&file)?;
-        let differs = |key: &str| !alike(&now[key], &then[key]);
-        if ["mean", "min", "max", "pixels", "size_mm"].into_iter().any(differs) {
+        let (now, then): (_, Facts) = (&day_results.simulation.facts, files::read_json(&file)?);
+        let numbers = |facts: &Facts| (facts.mean, facts.min, facts.max, facts.pixels, facts.size_mm);
+        if !same(&numbers(now), &numbers(&then))? {
             day_results
                 .stale
                 .extend(["irradiance.npy", "irradiance.png", "result.json"]);
@@ -69,8 +72,7 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, day_results: &mut DayRe
     }
     let file = results.join("comparison.json");
     if file.is_file() {
-        let now = serde_json::to_value(&day_results.comparison).map_err(Failure::instrument)?;
-        if !alike(&now, &json(&file)?) {
+        if !same(&day_results.comparison, &files::read_json::<Option<Comparison>>(&file)?)? {
             day_results.stale.push("comparison.json");
         }
     }
@@ -85,16 +87,13 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, day_results: &mut DayRe
             );
         }
         if own_model || diagnosed_here(results)? {
-            let answer = json(&file)?;
-            day_results.diagnosis = answer["plain"]
-                .as_str()
-                .or(answer["sentence"].as_str())
-                .map(|plain| Diagnosed {
-                    plain: plain.to_owned(),
-                    good: answer["verdict"] == "consistent",
-                    details: Vec::new(),
-                    same_record: answer["independence"] == "same_run",
-                });
+            let answer: Document = files::read_json(&file)?;
+            day_results.diagnosis = Some(Diagnosed {
+                good: answer.verdict == Verdict::Consistent,
+                same_record: answer.independence == Independence::SameRun,
+                plain: answer.plain,
+                details: Vec::new(),
+            });
         } else {
             day_results.stale.push("diagnosis.json");
         }
@@ -128,6 +127,11 @@ fn diagnosed_here(results: &Utf8Path) -> Result<bool, Failure> {
 }
 
 /// Equal but for the last digits of numbers; sentences may be worded anew.
+fn same<T: Serialize>(now: &T, then: &T) -> Result<bool, Failure> {
+    let value = |of: &T| serde_json::to_value(of).map_err(Failure::instrument);
+    Ok(alike(&value(now)?, &value(then)?))
+}
+
 fn alike(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => {
@@ -142,8 +146,4 @@ fn alike(a: &Value, b: &Value) -> bool {
         }
         _ => a == b,
     }
-}
-
-fn json(file: &Utf8Path) -> Result<Value, Failure> {
-    serde_json::from_slice(&files::read(file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))
 }

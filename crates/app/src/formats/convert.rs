@@ -11,7 +11,7 @@ use isolux_formats::{
 pub use isolux_formats::{Edit, Symmetry};
 
 use crate::files::{self, Overwrite};
-use crate::formats::inspect::{self, Inspection};
+use crate::formats::inspect::{self, Inspection, Quantities};
 use crate::{Failure, FailureKind};
 
 /// What a person asks of the target.
@@ -63,7 +63,7 @@ pub fn run(
         kind: only.kind,
         readable: only.document.is_some(),
         findings: only.findings,
-        quantities: serde_json::Map::new(),
+        quantities: Quantities::None {},
         content: only.document,
     };
     let result = written

@@ -9,13 +9,13 @@ mod stated;
 
 use camino::Utf8Path;
 use isolux_formats::{Content, Parsed, ReadOptions};
-use serde_json::{Map, Value};
 
 use self::read::parsed;
 use self::source::Source;
 
-pub use inspection::Inspection;
+pub use inspection::{Inspection, Quantities, SpectrumQuantities};
 pub use mismatch::Meter;
+pub use rays::RayQuantities;
 pub use read::read;
 
 /// Looks at one file; a file that cannot be read gives its reason as a finding.
@@ -33,7 +33,7 @@ pub fn file(path: &Utf8Path, options: ReadOptions) -> Vec<Inspection> {
             kind: None,
             readable: false,
             findings: vec![finding],
-            quantities: Map::new(),
+            quantities: Quantities::None {},
             content: None,
         }],
     }
@@ -45,12 +45,14 @@ fn inspection(path: &Utf8Path, parsed: Parsed<Content>) -> Inspection {
         .as_ref()
         .map_or_else(|| path.to_string(), |inner| format!("{path}!{inner}"));
     let quantities = match &parsed.document {
-        Some(Content::Distribution(distribution)) => distribution.quantities(),
-        Some(Content::Spectrum(spectrum)) => match serde_json::to_value(spectrum.quantities()) {
-            Ok(Value::Object(quantities)) => quantities,
-            _ => Map::new(),
-        },
-        None => Map::new(),
+        Some(Content::Distribution(distribution)) => Quantities::Distribution(Box::new(distribution.quantities())),
+        Some(Content::Spectrum(spectrum)) => spectrum.quantities().map_or(Quantities::None {}, |of| {
+            Quantities::Spectrum(Box::new(SpectrumQuantities {
+                of,
+                spectral_mismatch: None,
+            }))
+        }),
+        None => Quantities::None {},
     };
     Inspection {
         file,

@@ -1,47 +1,41 @@
-//! The events of a scan, typed: the command line prints them, the page draws them, and a record gives the same ones
-//! again.
+//! The events of a scan as they are shown, from the bench and from a record alike: what each means, in a state and in a
+//! sentence.
 
+use isolux_record::ReadingKind;
 use isolux_record::plan::Instrument;
 use isolux_record::run::RunHeader;
-use isolux_record::{Quality, Reading, ReadingKind};
+use isolux_record::spectra::{DarkSubtraction, SpectralCalibration, SpectrumRecord};
+pub use isolux_record::{Event, Logged, Role};
 use isolux_scan::itinerary::{Visit, visits};
 use isolux_scan::warmup::Criterion;
 use serde::Serialize;
 
-pub use isolux_record::Role;
-
 use crate::instruments::roles;
 
-/// One thing that happened in a scan. `at_utc` is the bench's own clock, which is virtual where the bench is.
+/// Points of a spectrum that a screen shows.
+const SHOWN_PIXELS: usize = 400;
+
+/// An event and what it means. Its time is of the bench's own clock, which is virtual where the bench is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "event", rename_all = "snake_case")]
-pub enum Live {
-    /// A scan begins, or is shown from its record.
-    Began(Box<Outline>),
-    /// What the bench does from now on.
-    State {
-        /// It.
-        state: State,
-        /// In a sentence, with who asked for it or why.
-        sentence: String,
-        /// When.
-        at_utc: String,
-    },
-    /// A look at the lamp during warm-up.
-    WarmUp(WarmUp),
-    /// A reading of the lux meter.
-    Reading(Box<LiveReading>),
-    /// A spectrum.
-    Spectrum(Box<LiveSpectrum>),
-    /// How much is left.
-    Left(Left),
-    /// A line of the journal.
-    Journal {
-        /// The line.
-        sentence: String,
-        /// When.
-        at_utc: String,
-    },
+pub struct Live {
+    /// The event.
+    #[serde(flatten)]
+    pub logged: Logged,
+    /// What the bench does from now on; none: as before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub state: Option<State>,
+    /// In words, for the journal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sentence: Option<String>,
+    /// How much is left, where that has changed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left: Option<Left>,
+    /// Of a visit to the reference point: its change against the first since the lamp was switched on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drift_rel: Option<f64>,
+    /// Of a spectrum: its curve.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub curve: Option<Curve>,
 }
 
 /// What the bench does.
@@ -110,117 +104,13 @@ pub struct PlanPoint {
     pub gamma_deg: f64,
 }
 
-/// A look at the lamp.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct WarmUp {
-    /// Seconds since the lamp was switched on.
-    pub elapsed_s: f64,
-    /// Illuminance at the reference point in lx.
-    pub illuminance_lx: f64,
-    /// (max − min)/mean over the window, once it is full.
-    pub spread_rel: Option<f64>,
-    /// What is allowed.
-    pub allowed_rel: f64,
-    /// The window in s.
-    pub window_s: f64,
-    /// Power in W; none without a power meter.
-    pub power_w: Option<f64>,
-    /// Its (max − min)/mean over the window.
-    pub power_spread_rel: Option<f64>,
-}
-
-/// A reading of the lux meter.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LiveReading {
-    /// Number of the row.
-    pub index: u64,
-    /// A point, or the reference point.
-    pub role: Role,
-    /// Number of the point in the plan.
-    pub point: u64,
-    /// What the detector saw.
-    pub kind: ReadingKind,
-    /// Name of the block.
-    pub block: String,
-    /// Target C in degrees.
-    pub c_deg: f64,
-    /// Target γ in degrees.
-    pub gamma_deg: f64,
-    /// C as read back, in degrees.
-    pub axis_c_deg: f64,
-    /// γ as read back, in degrees.
-    pub axis_gamma_deg: f64,
-    /// Illuminance; none where there is no number.
-    pub illuminance_lx: Option<f64>,
-    /// Its standard uncertainty by scatter and rounding, in lx.
-    pub u_lx: Option<f64>,
-    /// What is to be thought of it.
-    pub quality: Quality,
-    /// Against the first visit to the reference point, for such a visit.
-    pub drift_rel: Option<f64>,
-    /// Distance of the detector in mm.
-    pub distance_mm: f64,
-    /// Temperature of the room in °C.
-    pub ambient_c: Option<f64>,
-    /// Electrical power in W.
-    pub power_w: Option<f64>,
-    /// Voltage in V.
-    pub voltage_v: Option<f64>,
-    /// Current in A.
-    pub current_a: Option<f64>,
-    /// Seconds since the run began.
-    pub time_s: Option<f64>,
-    /// Seconds since the lamp was switched on.
-    pub lamp_s: Option<f64>,
-    /// Points done.
-    pub done: u64,
-}
-
-impl LiveReading {
-    /// A row of the record; `first_lx` is the first visit to the reference point at its distance since the lamp was
-    /// switched on.
-    pub fn of(reading: &Reading, first_lx: Option<f64>, done: u64) -> Self {
-        let drift = reading
-            .illuminance_lx
-            .zip(first_lx)
-            .map(|(now, first)| now / first - 1.0);
-        Self {
-            index: reading.index,
-            role: reading.role,
-            point: reading.point,
-            kind: reading.kind,
-            block: reading.block.clone(),
-            c_deg: reading.c_target_deg,
-            gamma_deg: reading.gamma_target_deg,
-            axis_c_deg: reading.c_deg,
-            axis_gamma_deg: reading.gamma_deg,
-            illuminance_lx: reading.illuminance_lx,
-            u_lx: reading.u_lx,
-            quality: reading.quality,
-            drift_rel: drift.filter(|drift| reading.role == Role::Reference && drift.is_finite()),
-            distance_mm: reading.distance_mm,
-            ambient_c: reading.ambient_c,
-            power_w: reading.electrical.power_w,
-            voltage_v: reading.electrical.voltage_v,
-            current_a: reading.electrical.current_a,
-            time_s: reading.time_s,
-            lamp_s: reading.lamp_s,
-            done,
-        }
-    }
-}
-
 /// A spectrum, thinned to what a screen shows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LiveSpectrum {
-    /// Number in the run.
-    pub index: u64,
+pub struct Curve {
     /// Wavelengths in nm.
     pub wavelength_nm: Vec<f64>,
     /// Spectral irradiance in W/m²/nm; none where saturated.
     pub irradiance_w_m2_nm: Vec<Option<f64>>,
-    /// Seconds since the run began.
-    pub time_s: Option<f64>,
 }
 
 /// How much is left.
@@ -273,20 +163,49 @@ impl Outline {
     }
 }
 
+impl Curve {
+    /// Of a record; none where its counts give no irradiance.
+    pub(crate) fn of(record: &SpectrumRecord, calibration: &SpectralCalibration) -> Option<Self> {
+        let irradiance = record.irradiance(calibration, DarkSubtraction::Spectrum).ok()?;
+        let every = record.pixels.len().div_ceil(SHOWN_PIXELS).max(1);
+        let wavelengths = record.pixels.iter().map(|pixel| pixel.wavelength_nm);
+        Some(Self {
+            wavelength_nm: wavelengths.step_by(every).collect(),
+            irradiance_w_m2_nm: irradiance.irradiance_w_m2_nm.iter().step_by(every).copied().collect(),
+        })
+    }
+}
+
 impl Live {
-    /// What the bench does from this moment on, by the clock of this machine.
-    pub fn state_now(state: State, sentence: &str) -> Self {
-        let (sentence, at_utc) = (sentence.to_owned(), jiff::Timestamp::now().to_string());
-        Self::State {
-            state,
-            sentence,
-            at_utc,
+    /// An event of which nothing more is to be said.
+    pub(crate) const fn of(logged: Logged) -> Self {
+        Self {
+            logged,
+            state: None,
+            sentence: None,
+            left: None,
+            drift_rel: None,
+            curve: None,
         }
     }
 
-    /// A line of the journal, at this moment.
-    pub fn journal_now(sentence: &str) -> Self {
-        let (sentence, at_utc) = (sentence.to_owned(), jiff::Timestamp::now().to_string());
-        Self::Journal { sentence, at_utc }
+    /// A line of the journal at `time_utc`.
+    pub(crate) fn note(time_utc: String, sentence: &str) -> Self {
+        let message = sentence.to_owned();
+        Self {
+            sentence: Some(message.clone()),
+            ..Self::of(Logged {
+                time_utc,
+                event: Event::Note { message },
+            })
+        }
+    }
+
+    /// A line of the journal at this moment, by the clock of this machine; with `state` for what is done from now on.
+    pub fn now(state: Option<State>, sentence: &str) -> Self {
+        Self {
+            state,
+            ..Self::note(jiff::Timestamp::now().to_string(), sentence)
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use jiff::{Span, Timestamp};
 
-use crate::front_end::live::Live;
+use crate::front_end::live::{Live, Outline};
 
 /// One thing that happened.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,7 +27,9 @@ pub enum Event<'a> {
     Ended(&'a str),
     /// Something worth a line that is no step: a warning, a correction that does not apply.
     Note(&'a str),
-    /// An event of a scan, typed; what people should read of it follows in the words above.
+    /// A scan begins.
+    Outline(&'a Outline),
+    /// An event of a scan; what a terminal should say of it follows in the words above.
     Live(&'a Live),
 }
 

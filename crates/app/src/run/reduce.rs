@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_model::Model;
 use isolux_record::{Run, Subject};
-use isolux_reduce::{Correction, Options, ReduceError, Reduction, reduce};
-use serde_json::Value;
+use isolux_reduce::{Budget, Correction, Options, ReduceError, Reduction, reduce};
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
@@ -150,15 +149,15 @@ pub(crate) fn options_of(budget: &Utf8Path) -> Result<Option<Options>, Failure> 
     if !budget.is_file() {
         return Ok(None);
     }
-    let wrong = |error: &dyn std::fmt::Display| Failure::bad_input(format!("{budget}: {error}"));
-    let found: Value = serde_json::from_slice(&files::read(budget)?).map_err(|error| wrong(&error))?;
-    let words = found["without"].as_array().into_iter().flatten();
-    let without = words
-        .map(|word| word.as_str().unwrap_or_default().parse::<Correction>())
-        .collect::<Result<_, _>>()
-        .map_err(|error| wrong(&error))?;
-    let accept_drift = found["accepted_drift"]["reason"].as_str().map(str::to_owned);
-    Ok(Some(Options { without, accept_drift }))
+    let Budget {
+        without,
+        accepted_drift,
+        ..
+    } = files::read_json(budget)?;
+    Ok(Some(Options {
+        without,
+        accept_drift: accepted_drift.map(|accepted| accepted.reason),
+    }))
 }
 
 /// Where the results of a run lie: those of a scan that is not finished in a folder of their own, so that nothing takes

@@ -1,20 +1,15 @@
 //! In what state a run left the bench.
 
 use camino::Utf8Path;
-use isolux_scan::BenchState;
-use serde::Deserialize as _;
-use serde_json::Value;
+use isolux_record::{BenchState, Event, event};
 
 /// How lamp, shutter, baffle and axes were left by the run directory `run`, and how the lamp is switched off; none
 /// while it is written, and for a record that does not say so.
 pub fn left_behind(run: &Utf8Path) -> Option<String> {
-    let events = std::fs::read_to_string(run.join("events.jsonl")).ok()?;
-    let last: Value = serde_json::from_str(events.lines().last()?).ok()?;
-    if last["event"] != "stopped" {
-        return None;
+    match event::read(run).pop()?.event {
+        Event::Stopped { left, .. } => Some(sentence(&left?, Some(Utf8Path::new("STATION.toml")))),
+        _ => None,
     }
-    let left = BenchState::deserialize(&last["left"]).ok()?;
-    Some(sentence(&left, Some(Utf8Path::new("STATION.toml"))))
 }
 
 /// The same as a sentence; `station` is the file of a bench that goes on existing after the scan.

@@ -2,10 +2,9 @@
 
 use isolux_record::run::RunHeader;
 use isolux_record::{Reading, Role};
-use isolux_scan::clock::RunClock;
 use isolux_scan::itinerary::{Visit, visits};
 use isolux_scan::visit_times;
-use tokio::time::Instant;
+use jiff::Timestamp;
 
 /// Visits after which the pace so far counts.
 const VISITS_OF_A_PACE: usize = 5;
@@ -18,9 +17,9 @@ pub struct Estimate {
     left: Vec<Ahead>,
     /// Visits made; those that lie in the record already among them.
     reached: usize,
-    /// The visit at which this session began to read, and when, in s of its clock.
-    began: Option<(usize, f64)>,
-    now_s: f64,
+    /// The visit at which this session began to read, and when.
+    began: Option<(usize, Timestamp)>,
+    now: Timestamp,
     paused_s: f64,
 }
 
@@ -33,8 +32,8 @@ struct Ahead {
 }
 
 impl Estimate {
-    /// For a run that holds `already`.
-    pub fn of(header: &RunHeader, already: &[Reading]) -> Self {
+    /// For a run that holds nothing yet.
+    pub fn of(header: &RunHeader) -> Self {
         let visits = visits(&header.plan);
         let times = visit_times(&header.station, &header.plan);
         let mut left = vec![Ahead::default(); visits.len() + 1];
@@ -45,18 +44,14 @@ impl Estimate {
                 warm_up_s: left[at + 1].warm_up_s + time.warm_up_s,
             };
         }
-        let mut estimate = Self {
+        Self {
             visits,
             left,
             reached: 0,
             began: None,
-            now_s: 0.0,
+            now: Timestamp::default(),
             paused_s: 0.0,
-        };
-        for reading in already {
-            estimate.advance(reading);
         }
-        estimate
     }
 
     /// Points of the plan.
@@ -69,9 +64,14 @@ impl Estimate {
         self.total() - self.left[self.reached].points
     }
 
+    /// A session at the bench begins: how fast an earlier one was says nothing about this one.
+    pub fn begin_session(&mut self) {
+        self.began = None;
+    }
+
     /// Reading begins: what came before says nothing about the pace.
-    pub fn begin_work(&mut self, clock: &RunClock) {
-        (self.began, self.paused_s) = (Some((self.reached, clock.seconds(Instant::now()))), 0.0);
+    pub fn begin_work(&mut self, at: Timestamp) {
+        (self.began, self.paused_s) = (Some((self.reached, at)), 0.0);
     }
 
     /// The scan was paused for so long.
@@ -79,21 +79,16 @@ impl Estimate {
         self.paused_s += paused_s;
     }
 
-    /// This reading was recorded just now.
-    pub fn reached(&mut self, reading: &Reading, clock: &RunClock) {
-        self.advance(reading);
-        self.now_s = clock.seconds(Instant::now());
-        if self.began.is_none() {
-            self.begin_work(clock);
-        }
-    }
-
-    /// This reading is recorded.
-    pub fn advance(&mut self, reading: &Reading) {
+    /// This reading was recorded.
+    pub fn reached(&mut self, reading: &Reading, at: Timestamp) {
+        self.now = at;
         let ahead = self.visits.iter().enumerate().skip(self.reached.saturating_sub(1));
         let same = |visit: &Visit| visit.role == reading.role && visit.point == reading.point;
         if let Some((index, _)) = ahead.clone().find(|(_, visit)| same(visit)) {
             self.reached = self.reached.max(index + 1);
+        }
+        if self.began.is_none() {
+            self.begin_work(at);
         }
     }
 
@@ -109,12 +104,12 @@ impl Estimate {
 
     /// How long visits took, relative to what the plan asks.
     fn pace(&self) -> f64 {
-        let Some((from, began_s)) = self.began else { return 1.0 };
+        let Some((from, began)) = self.began else { return 1.0 };
         if self.reached < from + VISITS_OF_A_PACE {
             return 1.0;
         }
         let planned = self.left[from].work_s - self.left[self.reached].work_s;
-        let took = self.now_s - began_s - self.paused_s;
+        let took = self.now.duration_since(began).as_secs_f64() - self.paused_s;
         if planned > 0.0 && took > 0.0 {
             took / planned
         } else {

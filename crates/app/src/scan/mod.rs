@@ -3,17 +3,16 @@
 mod estimate;
 mod narrator;
 pub mod plan;
+mod state;
 
 use camino::Utf8Path;
-use isolux_record::{Plan, Reading, RunDir, RunLock, RunLockError, Subject};
-use isolux_scan::clock::RunClock;
-use isolux_scan::{Awake, Cancel, Devices, DryRun, Engine, Nobody, ScanErrorKind, dry_run};
+use isolux_record::{Logged, Plan, Reading, RunDir, RunLock, RunLockError, Subject};
+use isolux_scan::{Awake, Cancel, Devices, DryRun, Engine, Nobody, dry_run};
 pub use isolux_scan::{Operator, ScanSummary};
 use jiff::Timestamp;
 
 use crate::Failure;
 use crate::front_end::control::Control;
-use crate::front_end::live::State;
 pub use crate::front_end::progress::duration;
 use crate::front_end::progress::{Event, Progress};
 use crate::instruments::bench::Source;
@@ -25,9 +24,8 @@ use crate::run::record;
 use crate::system::keep_awake::keep_awake;
 use crate::system::signals::OnSignals;
 use crate::system::{asleep, log};
-pub(crate) use estimate::Estimate;
 use narrator::Narrator;
-pub(crate) use narrator::spread_words;
+pub(crate) use state::{ScanState, spread_words};
 
 /// Where a run is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -248,10 +246,15 @@ pub async fn under(
     run.guard(place.lock);
     log::keep_in(run.path());
     if let Some(taken) = taken {
-        let from: Vec<&String> = taken.from.iter().chain(&place.from).collect();
-        let fields = serde_json::json!({ "reason": taken.reason, "from": from });
-        run.event(&now_utc.to_string(), "taken_over", &fields)
-            .map_err(record_failure)?;
+        let from = taken.from.iter().chain(&place.from).cloned().collect();
+        run.event(&Logged {
+            time_utc: now_utc.to_string(),
+            event: isolux_record::Event::TakenOver {
+                reason: taken.reason.clone(),
+                from,
+            },
+        })
+        .map_err(record_failure)?;
     }
     let already: &[Reading] = resumed.as_ref().map_or(&[], |run| &run.readings.rows);
     let lasting = (!roles::is_virtual(&source.station)).then_some(source.file.as_path());
@@ -260,8 +263,7 @@ pub async fn under(
         Some(_) => Awake::watching(asleep::clock()),
         None => Awake::unwatched(),
     };
-    let clock = RunClock::starting(now_utc, run.start_s(), &awake);
-    let observer = Narrator::new(progress, run.header(), run.path().as_str(), already, clock).of_station(lasting);
+    let observer = Narrator::new(progress, run.header(), run.path(), already, lasting);
     let wall_clock: &dyn Fn() -> Timestamp = &Timestamp::now;
     let engine = Engine {
         station: &source.station,
@@ -278,7 +280,7 @@ pub async fn under(
         tracing::error!(%error, "the scan ended early");
     }
     log::leave_run();
-    observer.end(match &outcome {
+    observer.ended(&match &outcome {
         Ok(summary) => format!(
             "{} readings, {} spectra in {}",
             summary.readings,
@@ -287,16 +289,6 @@ pub async fn under(
         ),
         Err(error) => format!("ended early: {error}"),
     });
-    match &outcome {
-        Ok(_) => observer.state(
-            State::Completed,
-            "every point of the plan was read; the axes are at rest",
-        ),
-        Err(error) if error.kind() == ScanErrorKind::Interrupted => {
-            observer.state(State::Interrupted, &error.to_string());
-        }
-        Err(error) => observer.state(State::Failed, &error.to_string()),
-    }
     outcome.map_err(|error| {
         let failure = session::failure(&error);
         let path = run.path();

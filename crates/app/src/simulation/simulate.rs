@@ -6,7 +6,7 @@ use std::time::Instant;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_record::disk::Pending;
 use isolux_report::sensor;
-use isolux_sim::against::{self, Earlier};
+use isolux_sim::against;
 use isolux_sim::direct::DirectError;
 use isolux_sim::rays;
 use isolux_sim::setup::SetupError;
@@ -127,17 +127,17 @@ pub fn run(request: &Request, progress: &dyn Progress) -> Result<Facts, Failure>
     files::publish(files)?;
     progress.event(Event::Ended(&format!(
         "{} × {} pixels in {:.3} s",
-        nx, ny, facts.elapsed_s
+        nx,
+        ny,
+        facts.elapsed_s.unwrap_or_default()
     )));
     Ok(simulation.facts)
 }
 
 /// What the `result.json` of an earlier simulation in `folder` says.
-fn earlier_result(folder: &Utf8Path) -> Result<Earlier, Failure> {
-    let path = folder.join("result.json");
-    serde_json::from_slice(&files::read(&path)?).map_err(|error| {
-        Failure::bad_input(format!("{path}: {error}")).help("give the folder of an earlier `isolux simulate`")
-    })
+fn earlier_result(folder: &Utf8Path) -> Result<Facts, Failure> {
+    files::read_json(&folder.join("result.json"))
+        .map_err(|failure| failure.help("give the folder of an earlier `isolux simulate`"))
 }
 
 /// Refuses a scene that cannot be lit, without lighting it.

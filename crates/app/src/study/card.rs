@@ -4,12 +4,12 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_formats::{Content, ReadOptions};
 use isolux_record::run::StopHow;
 use isolux_record::{Reading, ReadingKind, Role, RunHeader, RunLock, readings};
+use isolux_reduce::{Budget, Quantity};
 use isolux_report::plots::{Curves, thumbnail};
-use isolux_units::digits::{K, rounded};
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::Failure;
+use crate::files;
 use crate::formats::inspect;
 
 /// Readings are drawn where their file is at most so long, in bytes; of more the picture waits for the results.
@@ -95,30 +95,23 @@ fn file(folder: &Utf8Path, beginning: &str, extension: &str) -> Option<Utf8PathB
 }
 
 fn numbers(results: &Utf8Path) -> Option<Vec<(&'static str, String)>> {
-    let budget = std::fs::read_to_string(file(results, "budget", "json")?).ok()?;
-    let budget: Value = serde_json::from_str(&budget).ok()?;
+    let budget: Budget = files::read_json(&file(results, "budget", "json")?).ok()?;
     let wanted = [
-        ("luminous flux", &budget["flux"]),
-        ("largest intensity", &budget["i_max"]),
-        ("CCT", &budget["cct"]),
+        ("luminous flux", Some(&budget.flux)),
+        ("largest intensity", Some(&budget.i_max)),
+        ("CCT", budget.cct.as_ref()),
     ];
-    Some(
-        wanted
-            .into_iter()
-            .filter_map(|(name, of)| Some((name, number(of)?)))
-            .collect(),
-    )
+    let known = wanted.into_iter().filter_map(|(name, of)| Some((name, number(of?))));
+    Some(known.collect())
 }
 
-/// A quantity of budget.json to the digits of the report; why it has no uncertainty is said there.
-fn number(of: &Value) -> Option<String> {
-    let (value, unit) = (of["value"].as_f64()?, of["unit"].as_str()?);
-    let finest = if unit == "K" { 0 } else { -9 };
-    let said = rounded(value, K * of["u_of_parts"].as_f64()?, finest);
-    Some(match of["u"].as_f64() {
+/// A quantity to the digits of the report; why it has no uncertainty is said there.
+fn number(of: &Quantity) -> String {
+    let (said, unit) = (of.rounded(), &of.unit);
+    match of.u {
         Some(_) => format!("{} ± {} {unit} (k = 2)", said.value, said.expanded),
         None => format!("{} {unit}, no uncertainty", said.value),
-    })
+    }
 }
 
 fn picture(run: &Utf8Path, results: Option<&Utf8Path>) -> Option<String> {
@@ -179,11 +172,11 @@ mod tests {
 
     #[test]
     fn a_number_is_stated_as_the_report_does() {
-        let of = |u: Value| serde_json::json!({ "value": 338.24, "unit": "lm", "u": u, "u_of_parts": 1.7 });
-        assert_eq!(number(&of(1.7.into())).unwrap(), "338 ± 3 lm (k = 2)");
-        assert_eq!(number(&of(Value::Null)).unwrap(), "338 lm, no uncertainty");
-        let cct = serde_json::json!({ "value": 5896.69, "unit": "K", "u": 12.7, "u_of_parts": 12.7 });
-        assert_eq!(number(&cct).unwrap(), "5897 ± 25 K (k = 2)");
-        assert_eq!(number(&Value::Null), None);
+        let flux = Quantity::new(338.24, "lm", [("calibration", 1.7)]);
+        assert_eq!(number(&flux), "338 ± 3 lm (k = 2)");
+        let lacking = flux.lacking(["not corrected for stray light".to_owned()]);
+        assert_eq!(number(&lacking), "338 lm, no uncertainty");
+        let cct = Quantity::new(5896.69, "K", [("noise", 12.7)]);
+        assert_eq!(number(&cct), "5897 ± 25 K (k = 2)");
     }
 }

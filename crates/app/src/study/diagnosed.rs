@@ -2,12 +2,12 @@
 //! added to the model and taken out of it again.
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_diagnose::document::{Document, EffectEntry, GapEntry, Independence, NextEntry, ParameterEntry};
 use isolux_model::Model;
 use isolux_record::disk::sha256;
 use isolux_report::answer::{SAME_RECORD, effect_words, key_words};
 use isolux_units::digits::{significant, stated};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::curves::{Curve, curves};
 use super::{Figure, StatedNumber, job, reduced_model};
@@ -149,58 +149,46 @@ pub fn diagnosed(run: &Utf8Path) -> Result<Option<Diagnosed>, Failure> {
     if round == 0 {
         return Ok(None);
     }
-    let file = folder.join("diagnosis.json");
-    let document: Value =
-        serde_json::from_slice(&files::read(&file)?).map_err(|error| Failure::bad_input(format!("{file}: {error}")))?;
+    let document: Document = files::read_json(&folder.join("diagnosis.json"))?;
     let case = Case::of(run);
-    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    let list = |key: &str| document[key].as_array().cloned().unwrap_or_default();
-    let same = document["independence"] == "same_run";
     Ok(Some(Diagnosed {
-        plain: text(&document["plain"]),
-        sentence: text(&document["sentence"]),
-        same_record: same.then_some(SAME_RECORD),
-        gaps: gaps(&document["gap"]),
-        effects: list("effects").iter().map(found).collect(),
+        same_record: (document.independence == Independence::SameRun).then_some(SAME_RECORD),
+        gaps: gaps(&document.gap),
+        effects: document.effects.iter().map(found).collect(),
         figures: figures(&folder),
         curves: curves(&folder, &case.observations)?,
         model: case.model.to_string(),
         added: added(run).map(Utf8PathBuf::into_string),
-        next: list("next_measurement").iter().map(proposal).collect(),
+        next: document.next_measurement.iter().map(proposal).collect(),
         round,
+        plain: document.plain,
+        sentence: document.sentence,
     }))
 }
 
-fn gaps(gap: &Value) -> Vec<(String, f64, f64, f64)> {
-    let number = |of: &Value, key: &str| of[key].as_f64().unwrap_or(f64::NAN);
-    let row = |name: &str, of: &Value| {
-        (
-            name.to_owned(),
-            number(of, "before"),
-            number(of, "after"),
-            number(of, "floor"),
-        )
-    };
-    let mut rows = vec![row("fitted readings", gap)];
-    if gap["held_out"].is_object() {
-        rows.push(row("held-out readings", &gap["held_out"]));
+fn gaps(gap: &GapEntry) -> Vec<(String, f64, f64, f64)> {
+    let mut rows = vec![("fitted readings".to_owned(), gap.before, gap.after, gap.floor)];
+    if let Some(held_out) = &gap.held_out {
+        rows.push((
+            "held-out readings".to_owned(),
+            held_out.before,
+            held_out.after,
+            held_out.floor,
+        ));
     }
     rows
 }
 
-fn found(effect: &Value) -> Found {
-    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    let parameters = effect["parameters"].as_object().into_iter().flatten();
-    let parameters = parameters.map(|(key, parameter)| {
-        let (value, u) = (parameter["value"].as_f64(), parameter["u"].as_f64());
-        let unit = match parameter["unit"].as_str() {
-            None | Some("1") => "",
-            Some(unit) => unit,
-        };
-        let value = match (value, u) {
-            (Some(value), Some(u)) if u > 0.0 => stated(value, u, unit).replace("  ", " "),
-            (Some(value), _) => format!("{} {unit}, no uncertainty", significant(value, 4)),
-            _ => "no number".to_owned(),
+fn found(effect: &EffectEntry) -> Found {
+    let parameters = effect.parameters.iter().map(|(key, parameter)| {
+        let ParameterEntry { value, u, unit, .. } = parameter;
+        let unit = if unit == "1" { "" } else { unit };
+        let value = if *u > 0.0 {
+            stated(*value, *u, unit).replace("  ", " ")
+        } else if value.is_finite() {
+            format!("{} {unit}, no uncertainty", significant(*value, 4))
+        } else {
+            "no number".to_owned()
         };
         StatedNumber {
             name: key_words(key),
@@ -209,25 +197,18 @@ fn found(effect: &Value) -> Found {
         }
     });
     Found {
-        name: text(&effect["standard_name"]),
-        equivalents: effect["equivalents"]
-            .as_array()
-            .into_iter()
-            .flatten()
-            .map(|label| effect_words(&text(label)))
-            .collect(),
+        name: effect.standard_name.to_string(),
+        equivalents: effect.equivalents.iter().map(|label| effect_words(label)).collect(),
         parameters: parameters.collect(),
     }
 }
 
-fn proposal(next: &Value) -> Proposal {
-    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    let plan = next["plan"].as_str().filter(|plan| plan.ends_with(".plan.toml"));
+fn proposal(next: &NextEntry) -> Proposal {
     Proposal {
-        what: text(&next["do"]).replace('_', " "),
-        splits: [0, 1].map(|k| effect_words(&text(&next["splits"][k]))),
-        expected_sigma: next["expected_sigma"].as_f64().unwrap_or_default(),
-        plan: plan.map(str::to_owned),
+        what: next.what.replace('_', " "),
+        splits: next.splits.each_ref().map(|label| effect_words(label)),
+        expected_sigma: next.expected_sigma,
+        plan: next.plan.clone().filter(|plan| plan.ends_with(".plan.toml")),
     }
 }
 

@@ -238,7 +238,10 @@ fn told(solved: &Simulation, pixel: &Facts, stand: Stand, by: &str) -> Lit {
         numbers: numbers(facts, pixel, &stand, unit),
         by: by.to_owned(),
         findings: facts.findings.clone(),
-        solver_ms: 1000.0 * (facts.elapsed_s + pixel.elapsed_s),
+        solver_ms: [facts, pixel]
+            .map(|one| 1000.0 * one.elapsed_s.unwrap_or_default())
+            .iter()
+            .sum(),
         map: Explored::of(&sensor::picture(solved), DIGITS),
     }
 }

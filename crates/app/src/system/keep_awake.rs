@@ -38,7 +38,7 @@ pub(crate) fn keep_awake(real_time: bool, progress: &dyn Progress) -> KeptAwake 
                 "the computer cannot be kept awake from here ({reason}): see to it that it does not go to sleep meanwhile"
             );
             progress.event(Event::Note(&sentence));
-            progress.event(Event::Live(&Live::journal_now(&sentence)));
+            progress.event(Event::Live(&Live::now(None, &sentence)));
             KeptAwake { _until: None }
         }
     }

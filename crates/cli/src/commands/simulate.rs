@@ -176,7 +176,7 @@ fn print(facts: &Facts, arguments: &Simulate) -> Result<(), Failure> {
     let unit = facts.unit.symbol();
     screen::say(format_args!("mean        {}", simulate::mean(facts)))?;
     screen::say(format_args!("computation {}", simulate::numeric(facts, unit)))?;
-    if let (Some(accuracy), Some(bound)) = (facts.accuracy, facts.pixel_error_bound) {
+    if let (Some(accuracy), Some(bound)) = (&facts.accuracy, facts.pixel_error_bound) {
         screen::say(format_args!(
             "error       {}: no pixel is off by more than {:.1e} {unit} or {:.1e} of itself; allowed are {:.0e} of a pixel, and of \
              {:.0e} of the largest where it is dimmer",
@@ -216,7 +216,7 @@ fn print(facts: &Facts, arguments: &Simulate) -> Result<(), Failure> {
             }
         ))?;
     }
-    screen::say(format_args!("solver      {:.4} s", facts.elapsed_s))?;
+    screen::say(format_args!("solver      {:.4} s", facts.elapsed_s.unwrap_or_default()))?;
     screen::say(format_args!("written     {}", arguments.out))
 }
 

@@ -1,5 +1,6 @@
 //! What was found, as the document lists it: effects, rankings, places, blind spots.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use isolux_model::Role;
@@ -83,8 +84,8 @@ pub(super) fn effect_entries(assumed: &AssumedModel, outcome: &Outcome) -> Vec<E
             equivalents.push(OUTSIDE.to_owned());
         }
         entries.push(EffectEntry {
-            name: spec.name,
-            standard_name: spec.standard_name,
+            name: spec.name.into(),
+            standard_name: spec.standard_name.into(),
             equivalents,
             parameters: parameters(assumed, member, &own),
             evidence: EvidenceEntry {
@@ -110,7 +111,7 @@ fn parameters(
     assumed: &AssumedModel,
     member: &Hypothesis,
     covariance: &DMatrix<f64>,
-) -> BTreeMap<&'static str, ParameterEntry> {
+) -> BTreeMap<Cow<'static, str>, ParameterEntry> {
     let searchable = &assumed.effects()[member.effect];
     let values = assumed.values(member);
     let free_shapes: Vec<usize> = (0..member.shape.len()).filter(|&j| !searchable.fixed[j]).collect();
@@ -143,12 +144,12 @@ fn parameters(
             let entry = ParameterEntry {
                 value: values[key],
                 u,
-                unit: parameter.unit,
+                unit: parameter.unit.into(),
                 plausible: [low, high],
                 before: assumed.known(member.effect).map(|before| before[key]),
                 implausible: parameter.role == Role::Amplitude && !(low - u..=high + u).contains(&values[key]),
             };
-            (parameter.key, entry)
+            (parameter.key.into(), entry)
         })
         .collect()
 }
@@ -196,7 +197,7 @@ pub(super) fn noise_test(test: &NoiseTest) -> NoiseTestEntry {
             .findings
             .iter()
             .map(|finding| NoiseFindingEntry {
-                coordinate: finding.coordinate.name(),
+                coordinate: finding.coordinate.name().into(),
                 range: finding.range,
                 period: finding.period,
                 significance_sigma: finding.sigma,
@@ -208,7 +209,7 @@ pub(super) fn noise_test(test: &NoiseTest) -> NoiseTestEntry {
             .spectrum
             .iter()
             .map(|peak| PeakEntry {
-                coordinate: peak.coordinate.name(),
+                coordinate: peak.coordinate.name().into(),
                 period: peak.period,
                 significance_sigma: peak.sigma,
             })
@@ -219,7 +220,7 @@ pub(super) fn noise_test(test: &NoiseTest) -> NoiseTestEntry {
 pub(super) fn places(outcome: &Outcome) -> Vec<PlaceEntry> {
     let found = outcome.noise_test.iter().flat_map(|test| &test.findings);
     let of_noise = found.map(|finding| PlaceEntry {
-        coordinate: finding.coordinate.name(),
+        coordinate: finding.coordinate.name().into(),
         significance_sigma: finding.explained.sqrt(),
         range: finding.range,
         note: finding.note.clone(),
@@ -229,7 +230,7 @@ pub(super) fn places(outcome: &Outcome) -> Vec<PlaceEntry> {
         .iter()
         .filter(|place| place.sigma >= PLACE_SIGMA)
         .map(|place| PlaceEntry {
-            coordinate: place.coordinate.name(),
+            coordinate: place.coordinate.name().into(),
             significance_sigma: place.sigma,
             range: place.range,
             note: place.note.clone(),
@@ -263,8 +264,8 @@ pub(super) fn blind_spots(assumed: &AssumedModel, outcome: &Outcome) -> Vec<Blin
             .then(|| plausible_max * (5.0 / sigma).powf(1.0 / f64::from(spec.amplitude_power)))
             .filter(|amplitude| *amplitude < 1e4 * plausible_max);
         spots.push(BlindSpot {
-            effect: spec.name,
-            parameter: parameter.key,
+            effect: spec.name.into(),
+            parameter: parameter.key.into(),
             amplitude_at_5_sigma: amplitude,
             plausible_max,
             blind: amplitude.is_none_or(|amplitude| amplitude > plausible_max),

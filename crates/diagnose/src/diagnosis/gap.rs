@@ -43,7 +43,7 @@ pub(super) fn gap(
         (true, true) => by_rule(assumed, outcome, rows),
     };
     GapEntry {
-        metric: "rms((measured − predicted)/(s·u))",
+        metric: "rms((measured − predicted)/(s·u))".into(),
         as_given: all(as_given),
         before: first,
         after,

@@ -32,8 +32,8 @@ pub fn along(coordinate: &str) -> &str {
 
 /// The sentence of an effect with the values that were fitted.
 fn told(effect: &EffectEntry) -> String {
-    effects::by_name(effect.name).map_or_else(
-        || effect.standard_name.to_owned(),
+    effects::by_name(&effect.name).map_or_else(
+        || effect.standard_name.to_string(),
         |spec| spec.told(|key| effect.parameters.get(key).map(|parameter| parameter.value)),
     )
 }
@@ -55,7 +55,7 @@ fn farthest(known: &[KnownEntry]) -> Option<String> {
         .iter()
         .max_by(|a, b| a.before_sigma.abs().total_cmp(&b.before_sigma.abs()))?;
     let moved = far.before_sigma * far.u;
-    let amount = match far.unit {
+    let amount = match far.unit.as_ref() {
         "" => format!("{:+.2} %", 100.0 * moved),
         unit => format!("{moved:+.3} {unit}"),
     };
@@ -111,7 +111,7 @@ pub(super) fn plain(
             }
         }
         Verdict::Unexplained => {
-            let where_ = unexplained.map_or("no coordinate", |found| along(found.coordinate));
+            let where_ = unexplained.map_or("no coordinate", |found| along(&found.coordinate));
             sentences.push(format!(
                 "The readings have a pattern along {where_} that no effect of the catalogue makes."
             ));

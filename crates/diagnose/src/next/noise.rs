@@ -46,7 +46,7 @@ pub(super) fn suggest(next: &mut Next, test: &NoiseTest, rows: &[Row]) {
 
 fn entry(what: &'static str, splits: [&str; 2], readings: usize, expected_sigma: f64) -> NextEntry {
     NextEntry {
-        what,
+        what: what.into(),
         splits: splits.map(str::to_owned),
         plan: None,
         expected_sigma,

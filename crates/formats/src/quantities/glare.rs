@@ -10,7 +10,8 @@
 
 use std::f64::consts::PI;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::luminous_body::{Rounding, extents_mm, sides};
 use super::utilisation::direct_shares;
@@ -58,25 +59,38 @@ const SPACING: f64 = 0.25;
 /// A luminous opening longer along C0 than along C90 by more than this is one that lies along C0.
 const LONGER: f64 = 1.1;
 
-/// The table for the luminaire's own flux; null without a luminous area or without downward light. Crosswise and
-/// endwise are those of the luminaire (CIE 117): it lies along C90–C270, as in EULUMDAT, unless its opening is longer
-/// along C0.
-pub(super) fn table(distribution: &Distribution) -> Value {
-    let Some(source) = Source::new(distribution) else {
-        return Value::Null;
-    };
+/// UGR of the standard rooms for the luminaire's own flux. Crosswise and endwise are those of the luminaire (CIE 117):
+/// it lies along C90–C270, as in EULUMDAT, unless its opening is longer along C0.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GlareTable {
+    /// Spacing of the luminaires over their height above the eye.
+    pub spacing_over_height: f64,
+    /// Reflectances of ceiling, walls and floor cavity: a column each.
+    pub reflectance_percent: [[f64; 3]; 5],
+    /// Sides of the rooms across and along the line of sight in H, the height of the luminaires above the eye: a row
+    /// each.
+    pub room_h: [[f64; 2]; 19],
+    /// Seen across the luminaire, by room and reflectances.
+    pub crosswise: Vec<Vec<Option<f64>>>,
+    /// Seen along it.
+    pub endwise: Vec<Vec<Option<f64>>>,
+}
+
+/// The table; none without a luminous area or without downward light.
+pub(super) fn table(distribution: &Distribution) -> Option<GlareTable> {
+    let source = Source::new(distribution)?;
     let [x, y] = extents_mm(&distribution.luminaire);
     let lies_along_c0 = x > LONGER * y;
     let view = |endwise: bool| -> Vec<Vec<Option<f64>>> {
         let along_c90 = endwise != lies_along_c0;
         ROOMS.iter().map(|&room| source.row(room, along_c90)).collect()
     };
-    json!({
-        "spacing_over_height": SPACING,
-        "reflectance_percent": REFLECTANCES,
-        "room_h": ROOMS,
-        "crosswise": view(false),
-        "endwise": view(true),
+    Some(GlareTable {
+        spacing_over_height: SPACING,
+        reflectance_percent: REFLECTANCES,
+        room_h: ROOMS,
+        crosswise: view(false),
+        endwise: view(true),
     })
 }
 
@@ -337,14 +351,14 @@ mod tests {
             ),
         ];
         for (which, (lamp, rooms)) in published.iter().enumerate() {
-            let table = table(lamp);
+            let table = table(lamp).unwrap();
             for (room, expected) in [0, 10, 18].into_iter().zip(rooms) {
-                for view in ["crosswise", "endwise"] {
+                for view in [&table.crosswise, &table.endwise] {
                     for (column, expected) in [0, 4].into_iter().zip(expected) {
-                        let found = table[view][room][column].as_f64().unwrap();
+                        let found = view[room][column].unwrap();
                         assert!(
                             (found - expected).abs() < 0.4,
-                            "lamp {which}, room {room}, {view}: {found} for {expected}"
+                            "lamp {which}, room {room}: {found} for {expected}"
                         );
                     }
                 }

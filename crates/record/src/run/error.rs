@@ -52,6 +52,9 @@ pub enum RunError {
     /// The header could not be written as TOML.
     #[error("run.toml: {0}")]
     Serialise(#[from] toml::ser::Error),
+    /// An event could not be written as JSON.
+    #[error("events.jsonl: {0}")]
+    Event(serde_json::Error),
     /// readings.csv cannot be trusted.
     #[error(transparent)]
     Readings(#[from] ReadingsError),

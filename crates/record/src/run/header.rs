@@ -2,13 +2,15 @@
 //! since.
 
 use camino::Utf8Path;
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use serde::{Deserialize, Serialize};
 
 use super::error::{RunError, vacant};
 use crate::disk::sha256;
 use crate::document::{Source, read_text};
+use crate::event::{Event, Logged};
 use crate::plan::Plan;
+use crate::reading::Reading;
 use crate::readings::Layout;
 use crate::spectra::SpectralCalibration;
 use crate::station::Station;
@@ -199,9 +201,37 @@ impl Stopped {
             events_sha256: None,
         }
     }
+
+    /// The same as an event, of which the record of the events may know nothing.
+    pub fn logged(self) -> Logged {
+        Logged {
+            time_utc: self.utc,
+            event: Event::Stopped {
+                how: self.how,
+                message: self.message,
+                axes_at_rest: self.axes_at_rest,
+                left: None,
+            },
+        }
+    }
 }
 
 impl RunHeader {
+    /// UTC of `time_s` seconds of the run; its beginning where that is not known.
+    pub fn utc(&self, time_s: Option<f64>) -> String {
+        let began = self.started_utc.parse::<Timestamp>().unwrap_or_default();
+        let after = SignedDuration::try_from_secs_f64(time_s.unwrap_or_default()).unwrap_or_default();
+        began.checked_add(after).unwrap_or(began).to_string()
+    }
+
+    /// A row of the run as the event that it was.
+    pub fn logged(&self, row: &Reading) -> Logged {
+        Logged {
+            time_utc: self.utc(row.time_s),
+            event: Event::Reading(Box::new(row.clone())),
+        }
+    }
+
     /// run.toml of a run that begins: no lamp, no rows, no spectrum yet.
     pub fn new(
         program: String,

@@ -9,6 +9,7 @@ use super::axis;
 use super::error::RunError;
 use super::header::{RunHeader, SpectrumEntry, StopHow};
 use crate::disk::{failed, lines, sha256};
+use crate::event::EVENTS_FILE;
 use crate::file::{self, FileError, LARGEST_TABLE};
 use crate::readings;
 use crate::spectra::SpectrumRecord;
@@ -228,7 +229,7 @@ impl Survey {
                     notices.push(format!("the run was {}: {}", stopped.how, stopped.message));
                 }
                 if let Some((count, hash)) = stopped.events.zip(stopped.events_sha256.as_ref()) {
-                    let events = std::fs::read(path.join("events.jsonl")).unwrap_or_default();
+                    let events = std::fs::read(path.join(EVENTS_FILE)).unwrap_or_default();
                     if sha256(&events) != *hash {
                         let lines = lines(&events);
                         notices.push(format!(

@@ -33,6 +33,13 @@ fn stopped() -> Stopped {
     )
 }
 
+fn homed() -> Logged {
+    Logged {
+        time_utc: "2026-01-01T00:00:01Z".to_owned(),
+        event: Event::Homed {},
+    }
+}
+
 /// A completed run of five readings and two spectra.
 fn completed(path: &Utf8Path) {
     let mut dir = RunDir::create(path, header()).unwrap();
@@ -44,8 +51,7 @@ fn completed(path: &Utf8Path) {
     for _ in 0..2 {
         dir.spectrum(spectrum(), &calibration()).unwrap();
     }
-    dir.event("2026-01-01T00:00:01Z", "homed", &serde_json::json!({"axis": "c"}))
-        .unwrap();
+    dir.event(&homed()).unwrap();
     dir.stop(stopped()).unwrap();
 }
 
@@ -75,8 +81,7 @@ fn what_was_written_is_read() {
         dir.append(reading(99)).unwrap();
     }
     dir.spectrum(spectrum(), &calibration()).unwrap();
-    dir.event("2026-01-01T00:00:01Z", "homed", &serde_json::json!({"axis": "c"}))
-        .unwrap();
+    dir.event(&homed()).unwrap();
     dir.lamp_on("2026-01-01T00:00:02Z".to_owned()).unwrap();
     dir.stop(stopped()).unwrap();
     let run = Run::read(&path).unwrap();
@@ -224,7 +229,7 @@ fn a_damaged_record_is_read_again_from_its_whole_rows_on_and_nothing_is_thrown_a
         std::fs::read_to_string(path.join("damaged-1/readings.csv")).unwrap(),
         changed.concat()
     );
-    assert_eq!(dir.append(reading(0)).unwrap(), 2);
+    assert_eq!(dir.append(reading(0)).unwrap().index, 2);
     assert_eq!(dir.spectrum(spectrum(), &calibration()).unwrap(), 2);
     dir.stop(stopped()).unwrap();
     let run = Run::read(&path).unwrap();
@@ -261,7 +266,7 @@ fn a_row_that_the_disk_did_not_confirm_is_no_reading() {
     assert_eq!(run.readings.rows.len(), 1);
     assert!(run.notices.concat().contains("rows from 1 on were never confirmed"));
     let (mut dir, _) = RunDir::resume(&path, &header()).unwrap();
-    assert_eq!(dir.append(reading(0)).unwrap(), 1);
+    assert_eq!(dir.append(reading(0)).unwrap().index, 1);
     dir.stop(stopped()).unwrap();
     let run = Run::read(&path).unwrap();
     assert_eq!((run.readings.rows.len(), run.readings.rows[1].session), (2, 1));

@@ -5,10 +5,10 @@ use crate::axes::{Frame, Scale};
 use crate::document::Section;
 use crate::svg::{Anchor, HEIGHT, Stroke, Svg, WIDTH, colour};
 use isolux_photometry::IntensityDistribution;
-use isolux_record::{ReadingKind, Role};
+use isolux_record::event::{self, WarmUp};
+use isolux_record::{Event, Logged, ReadingKind, Role};
 use isolux_reduce::{Drift, Over};
 use isolux_units::digits::significant;
-use serde_json::Value;
 
 use super::results::DayResults;
 use super::words::angle;
@@ -18,7 +18,7 @@ const STABLE_REL: f64 = 0.005;
 
 pub fn section(day_results: &DayResults) -> Section {
     let mut section = Section::new("Conditions");
-    let events = events(day_results);
+    let events = event::read(&day_results.run.path);
     section.facts(facts(day_results, &events));
     section.subheading("Electrical");
     electrical(&mut section, day_results);
@@ -54,7 +54,7 @@ pub fn section(day_results: &DayResults) -> Section {
     section
 }
 
-fn facts(day_results: &DayResults, events: &[Value]) -> Vec<(String, String)> {
+fn facts(day_results: &DayResults, events: &[Logged]) -> Vec<(String, String)> {
     let header = &day_results.run.header;
     let reduction = &day_results.reduction;
     let mut facts = Vec::new();
@@ -64,10 +64,13 @@ fn facts(day_results: &DayResults, events: &[Value]) -> Vec<(String, String)> {
     }
     let temperatures = day_results.run.readings.rows.iter().filter_map(|row| row.ambient_c);
     add("ambient temperature", over(temperatures, "°C", 1));
-    let stable = events.iter().rev().find(|event| event["event"] == "stable");
+    let stable = events.iter().rev().find_map(|logged| match logged.event {
+        Event::Stable { lamp_s, spread_rel, .. } => Some((lamp_s, spread_rel)),
+        _ => None,
+    });
     add(
         "stabilisation",
-        match stable.and_then(|event| Some((lamp_s(event)?, event["spread_rel"].as_f64()?))) {
+        match stable {
             Some((lamp_s, spread)) => format!(
                 "{:.0} min; spread (max − min)/mean {:.2} % over the last {:.0} min, allowed {} %",
                 lamp_s / 60.0,
@@ -289,29 +292,20 @@ fn instruments(section: &mut Section, day_results: &DayResults) {
     }
 }
 
-/// The journal of the run, as far as it can be read: the report is not about its damage.
-fn events(day_results: &DayResults) -> Vec<Value> {
-    let text = std::fs::read_to_string(day_results.run.path.join("events.jsonl")).unwrap_or_default();
-    text.lines()
-        .filter_map(|line| serde_json::from_str(line).ok())
-        .collect()
-}
-
-/// Seconds since the lamp was switched on, of an event of the warm-up; in runs of format 3 it is `time_s`.
-fn lamp_s(event: &Value) -> Option<f64> {
-    event["lamp_s"].as_f64().or_else(|| event["time_s"].as_f64())
-}
-
 /// Illuminance during the last warm-up; none where the run began with a warm lamp.
-fn warm_up(events: &[Value]) -> Option<String> {
+fn warm_up(events: &[Logged]) -> Option<String> {
     let from = events
         .iter()
-        .rposition(|event| event["event"] == "lamp" && event["on"] == true)
+        .rposition(|logged| logged.event == Event::Lamp { on: true })
         .unwrap_or(0);
     let looks: Vec<(f64, f64)> = events[from..]
         .iter()
-        .filter(|event| event["event"] == "warm_up")
-        .filter_map(|event| Some((lamp_s(event)? / 60.0, event["illuminance_lx"].as_f64()?)))
+        .filter_map(|logged| match logged.event {
+            Event::WarmUp(WarmUp {
+                lamp_s, illuminance_lx, ..
+            }) => Some((lamp_s / 60.0, illuminance_lx)),
+            _ => None,
+        })
         .collect();
     let last = looks.last()?.1;
     if looks.len() < 2 || last <= 0.0 {

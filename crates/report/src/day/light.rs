@@ -2,10 +2,10 @@
 
 use crate::document::Section;
 use crate::plots::{IsoluxOptions, PolarOptions, cartesian, cone, cones, isocandela, isolux, zones};
+use isolux_formats::GlareTable;
 use isolux_photometry::IntensityDistribution;
 use isolux_reduce::{Quantity, Reduction};
 use isolux_units::digits::significant;
-use serde_json::Value;
 
 use super::results::DayResults;
 use super::words::{angle, direction, quantities};
@@ -164,12 +164,8 @@ pub fn flux(day_results: &DayResults) -> Section {
         zones(&shown.zonal_flux_lm(ZONE_DEG), ZONE_DEG),
         "Zonal luminous flux in steps of 10° of γ.",
     )]);
-    let quantities = quantities(day_results);
-    if let Some(code) = quantities["cie_flux_code"].as_array() {
-        let code: Vec<String> = code
-            .iter()
-            .map(|share| format!("{:.0}", share.as_f64().unwrap_or(f64::NAN)))
-            .collect();
+    if let Some(code) = quantities(day_results).cie_flux_code {
+        let code = code.map(|share| format!("{share:.0}"));
         section.paragraph(format!("CIE flux code (CIE 52) {}.", code.join(" ")));
     }
     section
@@ -185,7 +181,7 @@ pub fn glare(day_results: &DayResults) -> Section {
     let mut section = Section::new("Glare");
     let quantities = quantities(day_results);
     let shown = &day_results.reduction.grid.distribution;
-    let Some(area_mm2) = quantities["luminous_area_mm2"].as_f64() else {
+    let Some(area_mm2) = quantities.luminous_area_mm2 else {
         section.paragraph("The station states no luminous area: neither luminance nor UGR can be given.");
         return section;
     };
@@ -209,8 +205,9 @@ pub fn glare(day_results: &DayResults) -> Section {
         .collect();
     let head = std::iter::once(String::new()).chain(planes.iter().map(|c| format!("C {c}°")));
     section.numbers(head.collect(), rows);
-    match ugr(&quantities["ugr"]) {
-        Some((head, rows, note)) => {
+    match &quantities.ugr {
+        Some(table) => {
+            let (head, rows, note) = ugr(table);
             section.subheading("UGR, corrected for the luminous flux (CIE 117, CIE 190)");
             section.numbers(head, rows);
             section.paragraph(note);
@@ -221,37 +218,24 @@ pub fn glare(day_results: &DayResults) -> Section {
 }
 
 /// The table of 19 rooms: crosswise for the five sets of reflectances, then endwise.
-fn ugr(table: &Value) -> Option<(Vec<String>, Vec<Vec<String>>, String)> {
-    let (rooms, sets) = (table["room_h"].as_array()?, table["reflectance_percent"].as_array()?);
-    let set = |set: &Value| {
-        let parts = set.as_array().into_iter().flatten().filter_map(Value::as_f64);
-        parts.map(|part| format!("{part:.0}")).collect::<Vec<_>>().join("/")
-    };
+fn ugr(table: &GlareTable) -> (Vec<String>, Vec<Vec<String>>, &'static str) {
+    let set = |set: &[f64; 3]| set.map(|part| format!("{part:.0}")).join("/");
+    let sets = &table.reflectance_percent;
     let mut head = vec!["room".to_owned()];
     head.extend(sets.iter().map(|one| format!("× {}", set(one))));
-    head.extend(sets.iter().map(|one| format!("∥ {}", set(one)).replace('∥', "=")));
-    let number = |value: &Value| value.as_f64().map_or_else(|| "–".to_owned(), |ugr| format!("{ugr:.1}"));
-    let rows = rooms
-        .iter()
-        .enumerate()
-        .map(|(place, room)| {
-            let room: Vec<String> = room
-                .as_array()
-                .into_iter()
-                .flatten()
-                .filter_map(Value::as_f64)
-                .map(|side| format!("{side:.0}H"))
-                .collect();
-            let mut row = vec![room.join(" × ")];
-            for view in ["crosswise", "endwise"] {
-                row.extend(table[view][place].as_array().into_iter().flatten().map(number));
-            }
-            row
+    head.extend(sets.iter().map(|one| format!("= {}", set(one))));
+    let number = |value: &Option<f64>| value.map_or_else(|| "–".to_owned(), |ugr| format!("{ugr:.1}"));
+    let rows = table.room_h.iter().zip(&table.crosswise).zip(&table.endwise);
+    let rows = rows
+        .map(|((room, crosswise), endwise)| {
+            let room = room.map(|side| format!("{side:.0}H")).join(" × ");
+            let numbers = crosswise.iter().chain(endwise).map(number);
+            std::iter::once(room).chain(numbers).collect()
         })
         .collect();
     let note = "× crosswise, = endwise; reflectances of ceiling, walls and floor in %; spacing 0.25 H. It assumes luminaires of one \
         kind in a regular array, as the standard rooms have them.";
-    Some((head, rows, note.to_owned()))
+    (head, rows, note)
 }
 
 /// Intensities, at most so many γ and half-planes that a page can hold; the files have all of them.

@@ -1,5 +1,7 @@
 //! The light on the sensor, the test on the axis, and the diagnosis.
 
+use std::borrow::Cow;
+
 use crate::document::{Block, Section};
 use crate::html::Page;
 use crate::viewer::explorer;
@@ -150,7 +152,7 @@ pub fn diagnosis(day_results: &DayResults) -> Option<Section> {
 }
 
 /// Names of effects in words.
-fn list(names: &[&str]) -> String {
+fn list(names: &[Cow<'_, str>]) -> String {
     if names.is_empty() {
         "none".to_owned()
     } else {

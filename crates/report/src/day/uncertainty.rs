@@ -50,7 +50,7 @@ fn budget(section: &mut Section, name: &str, quantity: &Quantity) {
         );
         return;
     }
-    let mut parts: Vec<(&str, f64)> = quantity.parts.iter().map(|(name, u)| (*name, *u)).collect();
+    let mut parts: Vec<(&str, f64)> = quantity.parts.iter().map(|(name, u)| (name.as_ref(), *u)).collect();
     parts.sort_by(|a, b| b.1.total_cmp(&a.1));
     // Below this nothing of a part is seen in the sum, and its digits are those of the arithmetic.
     let least = 1e-4 * quantity.u_of_parts;

@@ -1,7 +1,7 @@
 //! What several parts of the report say alike.
 
+use isolux_formats::Quantities;
 use isolux_record::subject::{LUMINAIRE_KEYS, REPORT_KEYS};
-use serde_json::{Map, Value};
 
 use super::results::DayResults;
 use crate::document::Section;
@@ -32,7 +32,7 @@ pub fn identity(day_results: &DayResults, section: &mut Section) {
 }
 
 /// What the photometric formats compute of the distribution: zonal flux, flux code, UGR.
-pub fn quantities(day_results: &DayResults) -> Map<String, Value> {
+pub fn quantities(day_results: &DayResults) -> Quantities {
     isolux_reduce::photometric(&day_results.reduction, &day_results.run).quantities()
 }
 

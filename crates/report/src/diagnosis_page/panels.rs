@@ -119,9 +119,9 @@ pub fn along(found: &Diagnosis) -> Option<(Coordinate, String)> {
     let wanted = document
         .unexplained
         .as_ref()
-        .map(|unexplained| unexplained.coordinate)
-        .or_else(|| document.places.first().map(|place| place.coordinate))?;
-    let coordinate = ALL.into_iter().find(|coordinate| coordinate.name() == wanted)?;
+        .map(|unexplained| &unexplained.coordinate)
+        .or_else(|| document.places.first().map(|place| &place.coordinate))?;
+    let coordinate = ALL.into_iter().find(|coordinate| coordinate.name() == *wanted)?;
     let place = |i: usize| found.rows[i].coordinate(coordinate, found.level[i]);
     let pick: Vec<usize> = (0..found.rows.len()).filter(|&i| place(i).is_finite()).collect();
     let points: Vec<(f64, f64)> = pick.iter().map(|&i| (place(i), found.before[i])).collect();

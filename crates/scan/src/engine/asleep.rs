@@ -1,14 +1,13 @@
 //! After a time in which the program did not run: it is said and recorded, the bench is asked where it is, the lamp has to
 //! be proved again, and what was being done is done once more.
 
-use serde_json::json;
+use isolux_record::Event;
 
 use super::session::Session;
 use crate::awake::Sleep;
 use crate::clock::microseconds;
 use crate::error::ScanError;
 use crate::motion::stop_all;
-use crate::observe::ScanEvent;
 
 /// Sleeps during one step before the scan ends: a computer that never stays awake long enough measures nothing.
 const MOST_SLEEPS: u32 = 30;
@@ -56,14 +55,12 @@ impl Session<'_> {
     }
 
     async fn find_bench(&mut self, sleep: &Sleep) -> Result<(), ScanError> {
-        let from_utc = self.clock.utc(sleep.from);
-        let slept_s = microseconds(sleep.length().as_secs_f64());
-        let suspended_s = microseconds(sleep.suspended.as_secs_f64());
-        let time_s = self.time_s(sleep.from);
-        self.event(
-            "slept",
-            &json!({ "from_utc": from_utc, "time_s": time_s, "slept_s": slept_s, "suspended_s": suspended_s }),
-        )?;
+        self.event(Event::Slept {
+            from_utc: self.clock.utc(sleep.from),
+            time_s: self.time_s(sleep.from),
+            slept_s: microseconds(sleep.length().as_secs_f64()),
+            suspended_s: microseconds(sleep.suspended.as_secs_f64()),
+        })?;
         // What was under way went on without anybody who looked.
         stop_all(self.devices).await.map_err(|axes| ScanError::NotAtRest {
             axes,
@@ -71,15 +68,11 @@ impl Session<'_> {
         })?;
         let homed_again = self.axes.home_if_lost().await?;
         let pose = self.axes.pose().await?;
-        self.event(
-            "bench_found",
-            &json!({ "c_deg": pose.c_deg, "gamma_deg": pose.gamma_deg, "homed_again": homed_again }),
-        )?;
-        self.engine.observer.event(&ScanEvent::Slept {
-            slept_s,
+        self.event(Event::BenchFound {
             c_deg: pose.c_deg,
             gamma_deg: pose.gamma_deg,
-        });
+            homed_again,
+        })?;
         self.restore().await?;
         self.lamp_unproven = self.lamp_is_on && self.warm;
         Ok(())

@@ -1,6 +1,6 @@
 //! The reference point at a limit of the plan: the scan waits for a stable lamp, reads it again and says what it found.
 
-use serde_json::json;
+use isolux_record::Event;
 use tokio::time::Instant;
 
 use super::session::Session;
@@ -19,8 +19,10 @@ impl Session<'_> {
     /// is the limit that was reached, with its numbers.
     pub(super) fn wait_for_lamp(&mut self, why: &str) -> Result<Waiting, ScanError> {
         let now = Instant::now();
-        let fields = json!({ "time_s": self.time_s(now), "reason": why });
-        self.event("lamp_outside_band", &fields)?;
+        self.event(Event::LampOutsideBand {
+            time_s: self.time_s(now),
+            reason: why.to_owned(),
+        })?;
         self.note(&format!("the scan waits until the lamp is stable again: {why}"))?;
         self.warm = false;
         let since_s = self.clock.seconds(now);
@@ -35,8 +37,11 @@ impl Session<'_> {
         let Some(reading) = readings.first() else { return Ok(()) };
         let waited_s = microseconds(self.clock.seconds(Instant::now()) - waiting.since_s);
         let (found_lx, time_s) = (reading.illuminance_lx, reading.time_s);
-        let fields = json!({ "time_s": time_s, "found_lx": found_lx, "waited_s": waited_s });
-        self.event("lamp_inside_band", &fields)?;
+        self.event(Event::LampInsideBand {
+            time_s,
+            found_lx,
+            waited_s,
+        })?;
         let found = found_lx.map_or_else(|| "no number".to_owned(), |lux| format!("{lux:.3} lx"));
         self.note(&format!(
             "the lamp is stable after {waited_s:.0} s and the reference point gives {found}, within the limits: the scan goes on"

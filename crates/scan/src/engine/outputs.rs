@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use isolux_record::ReadingKind;
+use isolux_record::event::WarmUp;
 use isolux_record::plan::{Block, Instrument};
-use serde_json::json;
+use isolux_record::{Event, ReadingKind};
 use tokio::time::Instant;
 
 use super::session::Session;
@@ -16,9 +16,8 @@ use crate::dry_run::distance_mm;
 use crate::error::ScanError;
 use crate::itinerary::REFERENCE_DEG;
 use crate::motion::{drive_rail, rail_holds, stop_all};
-use crate::observe::ScanEvent;
 use crate::settle::Noise;
-use crate::warmup::{Criterion, Gate, Look, Stable};
+use crate::warmup::{Criterion, Gate, Stable};
 
 impl Session<'_> {
     /// Brings the detector to the distance of a block, and asks what the block asks.
@@ -33,7 +32,7 @@ impl Session<'_> {
             Some(rail) if of_meter && self.rail_mm != Some(distance) => {
                 let found_mm = drive_rail(rail.as_ref(), distance).await?;
                 self.rail_mm = Some(distance);
-                self.event("rail", &json!({ "distance_mm": found_mm }))?;
+                self.event(Event::Rail { distance_mm: found_mm })?;
             }
             None if of_meter && distance != self.distance_mm && block.prompt.is_none() => {
                 let prompt = station.rail().and_then(|rail| rail.prompt.clone());
@@ -77,10 +76,8 @@ impl Session<'_> {
     /// is where the axes came from: they approach again from there, because backlash depends on it.
     pub async fn again(&mut self, error: &ScanError, before: Option<(f64, f64)>) -> Result<(), ScanError> {
         self.visits_again += 1;
-        self.event("again", &json!({ "reason": error.to_string() }))?;
-        self.engine
-            .observer
-            .event(&ScanEvent::Note(&format!("measured again: {error}")));
+        let reason = error.to_string();
+        self.event(Event::Again { reason })?;
         self.restore().await?;
         if let Some((c_deg, gamma_deg)) = before
             && self.axes.hold().await.is_err()
@@ -97,7 +94,14 @@ impl Session<'_> {
         {
             drive_rail(rail, distance).await?;
         }
-        for Output { role, device, left, .. } in self.outputs_left() {
+        for Output {
+            role,
+            device,
+            left,
+            switched,
+            ..
+        } in self.outputs_left()
+        {
             if device.state().await.map_err(ScanError::device(role))? == left {
                 continue;
             }
@@ -105,7 +109,7 @@ impl Session<'_> {
             if role == "lamp" && left {
                 self.lamp_now_on()?;
             }
-            self.event(role, &json!({ "on": left }))?;
+            self.event(switched(left))?;
         }
         Ok(())
     }
@@ -127,7 +131,7 @@ impl Session<'_> {
                 self.lamp_is_on = false;
                 self.warm = false;
             }
-            self.event("lamp", &json!({ "on": on }))?;
+            self.event(Event::Lamp { on })?;
         }
         if on && !self.warm {
             self.warm_up(block).await?;
@@ -157,11 +161,9 @@ impl Session<'_> {
         self.baffle(block, false).await?;
         self.shutter(block, true).await?;
         self.axes.go_to(REFERENCE_DEG.0, REFERENCE_DEG.1).await?;
-        let observer = self.engine.observer;
         let now = Instant::now();
         let on_for = self.clock.seconds(now) - self.lamp_on_s.unwrap_or_default();
         let criterion = Criterion::of(self.engine.station, &self.limits).beginning_at(on_for);
-        observer.event(&ScanEvent::WarmUpBegan { criterion: &criterion });
         let on_at = now.checked_sub(Duration::from_secs_f64(on_for.max(0.0))).unwrap_or(now);
         let mut gate = Gate::new(criterion, on_at);
         let stable = loop {
@@ -172,26 +174,12 @@ impl Session<'_> {
             // Nobody looked at the lamp meanwhile: its window begins anew.
             self.awake_until_now()?;
             self.look_at_wall_clock()?;
-            let Look {
-                elapsed_s,
-                illuminance_lx,
-                spread_rel,
-                power,
-                ..
-            } = look;
-            observer.event(&ScanEvent::WarmUp {
-                elapsed_s,
-                illuminance_lx,
-                spread_rel,
-                power,
-            });
-            let lamp_s = microseconds(elapsed_s);
-            let mut fields = json!({ "lamp_s": lamp_s, "illuminance_lx": illuminance_lx, "spread_rel": spread_rel });
-            if let Some(power) = power {
-                fields["power_w"] = power.power_w.into();
-                fields["power_spread_rel"] = power.spread_rel.into();
-            }
-            self.event("warm_up", &fields)?;
+            self.event(Event::WarmUp(WarmUp {
+                lamp_s: microseconds(look.elapsed_s),
+                illuminance_lx: look.illuminance_lx,
+                spread_rel: look.spread_rel,
+                power: look.power,
+            }))?;
             if let Some(stable) = gate.judge(&look)? {
                 break stable;
             }
@@ -216,11 +204,11 @@ impl Session<'_> {
         let factor = self.engine.station.luxmeter().calibration_factor;
         self.references.keep_stable(self.distance_mm, illuminance_lx * factor);
         self.warm_up_s = Some(elapsed_s);
-        observer.event(&ScanEvent::WarmUpEnded { elapsed_s, spread_rel });
-        self.event(
-            "stable",
-            &json!({ "lamp_s": microseconds(elapsed_s), "spread_rel": spread_rel, "noise_rel": noise.relative }),
-        )?;
+        self.event(Event::Stable {
+            lamp_s: microseconds(elapsed_s),
+            spread_rel,
+            noise_rel: noise.relative,
+        })?;
         Ok(true)
     }
 
@@ -228,8 +216,10 @@ impl Session<'_> {
         if self.shutter_open != Some(open) {
             let words = if open { "uncap the detector" } else { "cap the detector" };
             let as_found = self.shutter_open.is_none() && open;
-            self.switch(self.devices.shutter.as_ref(), "shutter", open, words, block, as_found)
-                .await?;
+            let shutter = self.devices.shutter.as_ref();
+            if self.switch(shutter, "shutter", open, words, block, as_found).await? {
+                self.event(Event::Shutter { on: open })?;
+            }
             self.shutter_open = Some(open);
         }
         Ok(())
@@ -243,14 +233,17 @@ impl Session<'_> {
                 "take the baffle out of the beam"
             };
             let as_found = self.baffle_in.is_none() && !inside;
-            self.switch(self.devices.baffle.as_ref(), "baffle", inside, words, block, as_found)
-                .await?;
+            let baffle = self.devices.baffle.as_ref();
+            if self.switch(baffle, "baffle", inside, words, block, as_found).await? {
+                self.event(Event::Baffle { on: inside })?;
+            }
             self.baffle_in = Some(inside);
         }
         Ok(())
     }
 
-    /// Switches an output. A person is not asked for the state that a bench has anyway at the start (`as_found`).
+    /// Switches an output; whether anything was done. A person is not asked for the state that a bench has anyway at the
+    /// start (`as_found`).
     async fn switch(
         &mut self,
         switch: Option<&TwoState>,
@@ -259,10 +252,10 @@ impl Session<'_> {
         words: &str,
         block: &Block,
         as_found: bool,
-    ) -> Result<(), ScanError> {
+    ) -> Result<bool, ScanError> {
         match switch {
             Some(TwoState::Device(device)) => device.set(on).await.map_err(ScanError::device(role))?,
-            Some(TwoState::Person(_)) | None if as_found => return Ok(()),
+            Some(TwoState::Person(_)) | None if as_found => return Ok(false),
             Some(TwoState::Person(prompt)) => {
                 self.ask(format!("{prompt} ({words})"), block.kind, self.distance_mm)
                     .await?;
@@ -271,7 +264,7 @@ impl Session<'_> {
             None if block.prompt.is_none() => self.ask(words.to_owned(), block.kind, self.distance_mm).await?,
             None => {}
         }
-        self.event(role, &json!({ "on": on }))
+        Ok(true)
     }
 
     /// Stops the axes, asks the person, records who answered.
@@ -286,9 +279,12 @@ impl Session<'_> {
             distance_mm,
         };
         let answer = self.engine.operator.carry_out(&request).await;
-        let (who, declined) = (answer.as_ref().ok(), answer.as_ref().err());
-        let fields = json!({ "prompt": request.prompt, "distance_mm": distance_mm, "who": who, "declined": declined });
-        self.event("asked", &fields)?;
+        self.event(Event::Asked {
+            prompt: request.prompt.clone(),
+            distance_mm,
+            who: answer.as_ref().ok().cloned(),
+            declined: answer.as_ref().err().cloned(),
+        })?;
         answer.map(drop).map_err(|reason| ScanError::Declined {
             prompt: request.prompt,
             reason,

@@ -2,8 +2,7 @@
 //! again.
 
 use isolux_record::plan::Block;
-use isolux_record::{Reading, ReadingKind};
-use serde_json::json;
+use isolux_record::{Event, Reading, ReadingKind};
 use tokio::time::Instant;
 
 use super::session::Session;
@@ -12,7 +11,6 @@ use crate::clock::microseconds;
 use crate::error::ScanError;
 use crate::itinerary::Visit;
 use crate::motion::stop_all;
-use crate::observe::ScanEvent;
 
 impl Session<'_> {
     /// Pauses here if that was asked for, and returns when it has ended; whether there was a pause. Nothing may be half
@@ -27,23 +25,17 @@ impl Session<'_> {
             before: String::new(),
         })?;
         let pose = self.axes.pose().await?;
-        let lamp_is_on = self.lamp_is_on;
-        self.event(
-            "paused",
-            &json!({ "by": by, "c_deg": pose.c_deg, "gamma_deg": pose.gamma_deg, "lamp_is_on": lamp_is_on,
-                "points_done": self.done }),
-        )?;
-        self.engine.observer.event(&ScanEvent::Paused {
-            by: &by,
+        self.event(Event::Paused {
+            by,
             c_deg: pose.c_deg,
             gamma_deg: pose.gamma_deg,
-            lamp_is_on,
-        });
+            lamp_is_on: self.lamp_is_on,
+            points_done: self.done,
+        })?;
         let began_s = self.clock.seconds(Instant::now());
         let by = self.engine.pause.wait_ended().await;
         let paused_s = microseconds(self.clock.seconds(Instant::now()) - began_s);
-        self.event("resumed", &json!({ "by": by, "paused_s": paused_s }))?;
-        self.engine.observer.event(&ScanEvent::Resumed { by: &by, paused_s });
+        self.event(Event::Resumed { by, paused_s })?;
         self.lamp_unproven = self.lamp_is_on && self.warm;
         Ok(true)
     }

@@ -4,8 +4,7 @@ use isolux_device::LuxRange;
 use isolux_record::limits::Limits;
 use isolux_record::plan::Plan;
 use isolux_record::run::{Run, RunDir};
-use isolux_record::{ReadingKind, Role};
-use serde_json::{Value, json};
+use isolux_record::{Event, Logged, ReadingKind, Role};
 use tokio::time::Instant;
 
 use super::around::{Engine, ScanSummary};
@@ -17,7 +16,6 @@ use crate::devices::{Devices, TwoState};
 use crate::error::ScanError;
 use crate::itinerary::{Visit, visits};
 use crate::motion::{Axes, drive_rail, stop_all};
-use crate::observe::ScanEvent;
 use crate::settle::Photometer;
 
 /// A session and the state in which it left the bench.
@@ -108,7 +106,10 @@ impl<'a> Session<'a> {
         let visits = visits(plan);
         let progress = Progress::of(resumed);
         self.total = visits.iter().filter(|visit| visit.role == Role::Point).count() as u64;
-        self.event("began", &json!({ "points": self.total, "resumed": resumed.is_some() }))?;
+        self.event(Event::Began {
+            points: self.total,
+            resumed: resumed.is_some(),
+        })?;
         self.awake(async |session| session.begin(resumed).await).await?;
         let mut current = None;
         for visit in &visits {
@@ -122,13 +123,8 @@ impl<'a> Session<'a> {
             if current != Some(visit.block) {
                 self.awake(async |session| session.place(block).await).await?;
                 self.awake(async |session| session.outputs(block).await).await?;
-                let (done, total) = (self.done, self.total);
-                self.engine.observer.event(&ScanEvent::Block {
-                    name: &block.name,
-                    done,
-                    total,
-                });
-                self.event("block", &json!({ "name": block.name }))?;
+                let name = block.name.clone();
+                self.event(Event::Block { name })?;
                 if resumed.is_some() && current.is_none() && block.kind == ReadingKind::Lit {
                     // What was read before is trusted again only against the reference point.
                     let reference = visit.reference_before();
@@ -154,9 +150,8 @@ impl<'a> Session<'a> {
             axes,
             before: String::new(),
         })?;
-        self.engine.observer.event(&ScanEvent::Homing);
         self.axes.home().await?;
-        self.event("homed", &Value::Null)?;
+        self.event(Event::Homed {})?;
         self.devices
             .meter
             .set_range(LuxRange::Auto)
@@ -242,12 +237,22 @@ impl<'a> Session<'a> {
     }
 
     pub fn note(&mut self, sentence: &str) -> Result<(), ScanError> {
-        self.engine.observer.event(&ScanEvent::Note(sentence));
-        self.event("note", &json!({ "message": sentence }))
+        let message = sentence.to_owned();
+        self.event(Event::Note { message })
     }
 
-    pub fn event(&mut self, name: &str, fields: &Value) -> Result<(), ScanError> {
-        Ok(self.run.event(&self.clock.utc_now(), name, fields)?)
+    /// Records what has happened, and tells it.
+    pub fn event(&mut self, event: Event) -> Result<(), ScanError> {
+        let logged = self.now(event);
+        self.run.event(&logged)?;
+        self.engine.observer.event(&logged);
+        Ok(())
+    }
+
+    /// What happens at this moment.
+    pub fn now(&self, event: Event) -> Logged {
+        let time_utc = self.clock.utc_now();
+        Logged { time_utc, event }
     }
 }
 

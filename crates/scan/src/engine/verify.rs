@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use isolux_device::{Axis, Switch};
+use isolux_record::Event;
 use isolux_units::Millimetre;
 use tokio::sync::Notify;
 use tokio::time::sleep;
@@ -23,6 +24,8 @@ pub(super) struct Output<'a> {
     pub left: bool,
     /// Words for on and off.
     pub words: [&'static str; 2],
+    /// The event of its being switched.
+    pub switched: fn(bool) -> Event,
 }
 
 /// The bench as it was left.
@@ -58,24 +61,36 @@ impl<'a> Session<'a> {
 
     /// The outputs that were switched and can be asked.
     pub fn outputs_left(&self) -> Vec<Output<'a>> {
-        let output = |role, switch: &'a Option<TwoState>, left: Option<bool>, words| match (switch, left) {
+        let output = |role, switch: &'a Option<TwoState>, left: Option<bool>, words, switched: fn(bool) -> Event| match (
+            switch, left,
+        ) {
             (Some(TwoState::Device(device)), Some(left)) => Some(Output {
                 role,
                 device: device.as_ref(),
                 left,
                 words,
+                switched,
             }),
             _ => None,
         };
         let devices = self.devices;
         [
-            output("lamp", &devices.lamp, Some(self.lamp_is_on), ["on", "off"]),
-            output("shutter", &devices.shutter, self.shutter_open, ["open", "closed"]),
+            output("lamp", &devices.lamp, Some(self.lamp_is_on), ["on", "off"], |on| {
+                Event::Lamp { on }
+            }),
+            output(
+                "shutter",
+                &devices.shutter,
+                self.shutter_open,
+                ["open", "closed"],
+                |on| Event::Shutter { on },
+            ),
             output(
                 "baffle",
                 &devices.baffle,
                 self.baffle_in,
                 ["in the beam", "out of the beam"],
+                |on| Event::Baffle { on },
             ),
         ]
         .into_iter()

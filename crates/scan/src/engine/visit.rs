@@ -3,8 +3,7 @@
 use isolux_device::{LuxOutcome, LuxReading};
 use isolux_record::plan::{Block, Instrument};
 use isolux_record::spectra::SpectrumRecord;
-use isolux_record::{Electrical, Quality, Reading, ReadingKind, Role};
-use serde_json::json;
+use isolux_record::{Electrical, Event, Quality, Reading, ReadingKind, Role};
 use tokio::time::Instant;
 
 use super::limit::Waiting;
@@ -16,7 +15,6 @@ use crate::electrical;
 use crate::error::ScanError;
 use crate::itinerary::Visit;
 use crate::motion::Pose;
-use crate::observe::ScanEvent;
 use crate::settle::Settling;
 
 /// Tries of a visit or a warm-up before the scan ends.
@@ -253,14 +251,9 @@ impl Session<'_> {
             if reading.role == Role::Reference {
                 self.references.keep(&reading, &self.limits);
             }
-            let index = self.run.append(reading.clone())?;
-            let reading = Reading { index, ..reading };
-            let (done, total) = (self.done, self.total);
-            self.engine.observer.event(&ScanEvent::Reading {
-                reading: &reading,
-                done,
-                total,
-            });
+            let recorded = self.run.append(reading)?;
+            let told = self.now(Event::Reading(Box::new(recorded)));
+            self.engine.observer.event(&told);
         }
         Ok(())
     }
@@ -269,13 +262,13 @@ impl Session<'_> {
         let Some(spectro) = &self.devices.spectro else {
             return Ok(());
         };
-        let integration_s = record.integration_s;
         let index = self.run.spectrum(record.clone(), &spectro.calibration)?;
         self.spectra += 1;
-        self.engine
-            .observer
-            .event(&ScanEvent::Spectrum { index, record: &record });
-        self.event("spectrum", &json!({ "index": index, "integration_s": integration_s }))
+        self.event(Event::Spectrum {
+            index,
+            integration_s: record.integration_s,
+            record: Some(Box::new(record)),
+        })
     }
 
     /// Whether this block follows the drift of the lamp by visits, and none was made since the lamp was switched on.

@@ -1,7 +1,7 @@
 //! Somebody sets the computer's clock during a run: the run's own clock goes on as it did, and the record says so.
 
+use isolux_record::Event;
 use jiff::Timestamp;
-use serde_json::json;
 use tokio::time::Instant;
 
 use super::session::Session;
@@ -25,7 +25,7 @@ impl Session<'_> {
             return Ok(());
         }
         self.wall_ahead_s = ahead_s;
-        self.event("clock_set", &json!({ "step_s": step_s, "ahead_s": ahead_s }))?;
+        self.event(Event::ClockSet { step_s, ahead_s })?;
         self.note(&format!(
             "the clock of the computer was set by {step_s:+.0} s: the times of this run go on as they were"
         ))

@@ -1,5 +1,9 @@
 //! What a simulation states about its map: `result.json`.
 
+use std::borrow::Cow;
+
+use isolux_units::json::nan_if_null;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::inverse::{self, Accuracy, Bound};
@@ -7,7 +11,7 @@ use crate::noise::Interval;
 use crate::setup::Setup;
 
 /// What a map holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum MapUnit {
     /// Irradiance.
     #[serde(rename = "W/m2")]
@@ -43,12 +47,12 @@ impl MapUnit {
 }
 
 /// `result.json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Facts {
     /// `inverse` or `direct`.
-    pub method: &'static str,
+    pub method: Cow<'static, str>,
     /// `traced`, `thinned`, `expected`; null for inverse.
-    pub sampling: Option<&'static str>,
+    pub sampling: Option<Cow<'static, str>>,
     /// Rays over the whole sphere.
     pub rays: Option<u64>,
     /// Seed.
@@ -84,11 +88,11 @@ pub struct Facts {
     /// Largest pixel of the noise-free map.
     pub max_noise_free: Option<f64>,
     /// Effects of the model that the map contains.
-    pub effects_applied: Vec<&'static str>,
+    pub effects_applied: Vec<Cow<'static, str>>,
     /// Effects of the model that belong elsewhere.
-    pub effects_not_applicable: Vec<&'static str>,
-    /// Seconds of the solver alone.
-    pub elapsed_s: f64,
+    pub effects_not_applicable: Vec<Cow<'static, str>>,
+    /// Seconds of the solver alone; null where the same input has to give the same bytes.
+    pub elapsed_s: Option<f64>,
     /// Standard deviation without the part that ray counting adds.
     pub std_without_ray_noise: Option<f64>,
     /// Rays over the whole sphere that would bring a mean pixel to 1 %.
@@ -98,6 +102,8 @@ pub struct Facts {
     /// What one ray adds to a pixel.
     pub one_ray_in_a_pixel: Option<f64>,
     /// Flux of the luminaire, lm.
+    #[serde(deserialize_with = "nan_if_null")]
+    #[schemars(with = "Option<f64>")]
     pub flux_lm: f64,
     /// Luminous efficacy of radiation that links lx and W/m².
     pub ler_lm_per_w: Option<f64>,
@@ -127,10 +133,10 @@ pub struct Facts {
 
 /// The accuracy that was asked for: no pixel is off by more than `relative` of itself, or of `dim` times the largest
 /// pixel where it is dimmer than that.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AccuracyFacts {
     /// `standard` or `reference`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Allowed error of a pixel, relative to it.
     pub relative: f64,
     /// Share of the map's largest pixel below which the allowed error no longer falls.
@@ -142,7 +148,7 @@ pub struct AccuracyFacts {
 impl AccuracyFacts {
     pub(super) fn of(accuracy: Accuracy, bound: &Bound) -> Self {
         Self {
-            name: accuracy.word(),
+            name: accuracy.word().into(),
             relative: inverse::allowed(accuracy),
             dim: inverse::DIM,
             of_allowed: bound.of_allowed,
@@ -151,16 +157,18 @@ impl AccuracyFacts {
 }
 
 /// Bounds on the error of the inverse method that hold in every pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PixelBound {
     /// In the map's unit.
     pub absolute: f64,
     /// Relative to the pixel itself.
+    #[serde(deserialize_with = "nan_if_null")]
+    #[schemars(with = "Option<f64>")]
     pub relative: f64,
 }
 
 /// Whether a simulation differs from an earlier one by more than their noise.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Against {
     /// Where the earlier one lies.
     pub folder: String,
@@ -181,7 +189,7 @@ pub struct Against {
 }
 
 /// What one exposure holds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CameraFacts {
     /// Mean electrons of a pixel, dark current included, full well applied.
     pub mean_electrons: f64,
@@ -198,7 +206,7 @@ pub struct CameraFacts {
 }
 
 /// Colour over the sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ColourFacts {
     /// The middle.
     pub centre: ColourAt,
@@ -209,7 +217,7 @@ pub struct ColourFacts {
 }
 
 /// Colour of the light in one direction.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ColourAt {
     /// Where.
     pub gamma_deg: f64,
@@ -222,7 +230,7 @@ pub struct ColourAt {
 }
 
 /// Irradiance within a band of wavelengths.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Band {
     /// First wavelength.
     pub from_nm: f64,

@@ -66,7 +66,7 @@ pub fn simulate(scene: &Scene, method: Method, now: &dyn Fn() -> f64) -> Result<
     Ok(Simulation {
         map: rounded(&solved.map),
         facts: Facts {
-            elapsed_s,
+            elapsed_s: Some(elapsed_s),
             camera: exposure.as_ref().map(|exposure| exposure.facts),
             ..facts
         },

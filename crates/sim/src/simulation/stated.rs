@@ -1,5 +1,7 @@
 //! The facts of a result, from its map.
 
+use std::borrow::Cow;
+
 use isolux_model::{Accuracy, Scene};
 
 use super::facts::{AccuracyFacts, Facts, MapUnit, PixelBound};
@@ -31,12 +33,12 @@ pub(super) fn facts(scene: &Scene, setup: &Setup, receiver: &Receiver<'_>, metho
     let effects = scene.model.in_simulation();
     let (sampling, rays, seed) = match method {
         Method::Inverse => (None, None, None),
-        Method::Direct { sampling, rays, seed } => (Some(sampling.word()), Some(rays), Some(seed)),
+        Method::Direct { sampling, rays, seed } => (Some(sampling.word().into()), Some(rays), Some(seed)),
     };
     let inverse = rays.is_none();
     let efficacy = receiver.efficacy(setup.ler_lm_per_w);
     Facts {
-        method: if inverse { "inverse" } else { "direct" },
+        method: if inverse { "inverse" } else { "direct" }.into(),
         sampling,
         rays,
         seed,
@@ -58,9 +60,9 @@ pub(super) fn facts(scene: &Scene, setup: &Setup, receiver: &Receiver<'_>, metho
         relative_error_per_pixel: ray.as_ref().map(|ray| ray.relative_per_pixel),
         max_ray_noise: ray.as_ref().map(|ray| ray.maximum),
         max_noise_free: ray.as_ref().map(|ray| ray.max_noise_free),
-        effects_applied: effects.applied,
-        effects_not_applicable: effects.not_applicable,
-        elapsed_s: f64::NAN,
+        effects_applied: effects.applied.into_iter().map(Cow::Borrowed).collect(),
+        effects_not_applicable: effects.not_applicable.into_iter().map(Cow::Borrowed).collect(),
+        elapsed_s: None,
         std_without_ray_noise: ray.as_ref().map(|ray| noise::std_without_noise(&moments, ray.value)),
         rays_for_1_percent_per_pixel: ray.as_ref().map(|ray| ray.needed),
         empty_pixels: counts.map(Counts::empty),

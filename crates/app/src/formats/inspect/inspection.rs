@@ -1,10 +1,11 @@
 //! What is said of one photometry or spectrum.
 
 use isolux_formats::{Content, Finding, Format, Kind, Severity};
-use serde::Serialize;
-use serde_json::{Map, Value};
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::mismatch::Meter;
+use super::rays::RayQuantities;
 
 /// What is said of one photometry or spectrum; serialises to the object of `inspect --json`.
 #[derive(Debug, Serialize)]
@@ -20,10 +21,47 @@ pub struct Inspection {
     /// What the reader found.
     pub findings: Vec<Finding>,
     /// What follows from the content.
-    pub quantities: Map<String, Value>,
+    #[serde(serialize_with = "by_key")]
+    pub quantities: Quantities,
     /// The content itself, for pictures.
     #[serde(skip)]
     pub content: Option<Content>,
+}
+
+/// What follows from the content of a file, with the keys of `inspect --json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Quantities {
+    /// Of a luminous intensity distribution.
+    Distribution(Box<isolux_formats::Quantities>),
+    /// Of a spectrum.
+    Spectrum(Box<SpectrumQuantities>),
+    /// Of a ray file.
+    Rays(Box<RayQuantities>),
+    /// Of what could not be read.
+    None {},
+}
+
+/// The quantities of a spectrum.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SpectrumQuantities {
+    /// What the spectrum gives alone.
+    #[serde(flatten)]
+    pub of: isolux_spectrum::Quantities,
+    /// Spectral mismatch correction factor of the meter that was given, null where it has none; absent without a meter.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    pub spectral_mismatch: Option<Option<f64>>,
+}
+
+/// A key that is there, null or not.
+fn given<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Option<f64>>, D::Error> {
+    Deserialize::deserialize(from).map(Some)
+}
+
+/// In the order of the keys.
+fn by_key<S: Serializer>(quantities: &Quantities, to: S) -> Result<S::Ok, S::Error> {
+    let value = serde_json::to_value(quantities).map_err(serde::ser::Error::custom)?;
+    value.serialize(to)
 }
 
 impl Inspection {
@@ -60,7 +98,7 @@ impl Inspection {
         };
         self.findings.extend_from_slice(meter.findings());
         let factor = match meter.mismatch(&source) {
-            Ok(factor) => Value::from(factor),
+            Ok(factor) => Some(factor),
             Err(why) => {
                 self.findings.push(
                     Finding::warning(
@@ -69,9 +107,11 @@ impl Inspection {
                     )
                     .fix("check that the responsivity is this meter's, over the wavelengths of this light"),
                 );
-                Value::Null
+                None
             }
         };
-        self.quantities.insert("spectral_mismatch".to_owned(), factor);
+        if let Quantities::Spectrum(quantities) = &mut self.quantities {
+            quantities.spectral_mismatch = Some(factor);
+        }
     }
 }

@@ -2,8 +2,7 @@
 
 use camino::Utf8Path;
 use isolux_report::sweep::{Line, sweep};
-use isolux_sim::simulation::MapUnit;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
@@ -14,7 +13,8 @@ use crate::simulation::simulate::Facts;
 pub struct Point {
     pub index: usize,
     pub vary: Vec<serde_json::Value>,
-    pub result: serde_json::Value,
+    #[serde(serialize_with = "lasting")]
+    pub result: Facts,
 }
 
 /// The points of a sweep or of a shard of it, as `sweep.json`.
@@ -28,13 +28,13 @@ pub struct Results {
     pub results: Vec<Point>,
 }
 
-/// The facts without the wall clock.
-pub fn lasting(facts: &Facts) -> Result<serde_json::Value, Failure> {
-    let mut value = serde_json::to_value(facts).map_err(Failure::instrument)?;
+/// Without the wall clock, in the order of the keys.
+fn lasting<S: Serializer>(facts: &Facts, to: S) -> Result<S::Ok, S::Error> {
+    let mut value = serde_json::to_value(facts).map_err(serde::ser::Error::custom)?;
     if let Some(object) = value.as_object_mut() {
         object.remove("elapsed_s");
     }
-    Ok(value)
+    value.serialize(to)
 }
 
 pub fn write(folder: &Utf8Path, table: &Results, overwrite: Overwrite) -> Result<(), Failure> {
@@ -77,7 +77,8 @@ fn csv(table: &Results) -> Result<Vec<u8>, Failure> {
         .map_err(Failure::instrument)?;
     for point in &table.results {
         let varied = point.vary.iter().map(plain);
-        let facts = COLUMNS.iter().map(|column| plain(&point.result[*column]));
+        let facts = serde_json::to_value(&point.result).map_err(Failure::instrument)?;
+        let facts = COLUMNS.iter().map(|column| plain(&facts[*column]));
         writer.write_record(varied.chain(facts)).map_err(Failure::instrument)?;
     }
     writer.into_inner().map_err(Failure::instrument)
@@ -101,7 +102,7 @@ fn chart(table: &Results, position: usize) -> Option<String> {
             .filter(|(k, _)| *k != position)
             .map(|(_, (key, value))| format!("{key} {value}"))
             .collect();
-        let entry = [x, point.result["mean"].as_f64()?, point.result["max"].as_f64()?];
+        let entry = [x, point.result.mean, point.result.max];
         let name = others.join(", ");
         match lines.iter_mut().find(|line| line.name == name) {
             Some(line) => line.points.push(entry),
@@ -111,6 +112,6 @@ fn chart(table: &Results, position: usize) -> Option<String> {
             }),
         }
     }
-    let unit = MapUnit::deserialize(&table.results.first()?.result["unit"]).ok()?;
+    let unit = table.results.first()?.result.unit;
     Some(sweep(&table.keys[position], unit.symbol(), &lines))
 }
