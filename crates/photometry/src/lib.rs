@@ -1,4 +1,4 @@
-//! The C-γ intensity distribution of a luminaire, and what follows from it by integration.
+#![doc = include_str!("../README.md")]
 //!
 //! [`IntensityDistribution`] holds absolute candela over a full circle of C half-planes and a range of γ. Between its
 //! points it is bilinear in (C, γ), periodic in C; outside its γ range it is dark. Every integral (flux, zones,
