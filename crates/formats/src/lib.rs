@@ -38,6 +38,5 @@ pub use formats::{
     write_spectrum,
 };
 pub use isolux_photometry::Symmetry;
-pub use number::significant;
 pub use options::{Beside, Opened, ReadOptions, WriteOptions};
 pub use parsed::{Format, Kind, LARGEST_FILE, Parsed, Written};

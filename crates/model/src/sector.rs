@@ -1,10 +1,9 @@
 //! What is missing of the light of a luminaire whose parts give unequally.
 
 use glam::DVec3;
-use isolux_photometry::IntensityDistribution;
+use isolux_photometry::{IntensityDistribution, angles_deg};
 
 use crate::emitter::{Emitter, Node};
-use crate::luminaire::angles_deg;
 
 /// The radius of the ring that stands for the LEDs of a luminaire whose emitter is a point.
 const RADIUS_MM: f64 = 28.0;
@@ -133,8 +132,7 @@ mod tests {
             (160.0, 30.0, 1000.0),
             (0.0, 0.0, 1000.0),
         ] {
-            let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
-            let point = DVec3::new(sin * cos_c, sin * sin_c, cos) * distance;
+            let point = isolux_photometry::direction(c, gamma) * distance;
             let (found, truth) = (sectors.left_at(point), light(point, true) / light(point, false));
             assert!(
                 (found - truth).abs() < 0.05 * (1.0 - truth),

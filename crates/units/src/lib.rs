@@ -5,6 +5,8 @@
 //! (dark-subtracted noise), not errors.
 
 pub mod digits;
+mod median;
 mod quantity;
 
+pub use median::median;
 pub use quantity::{AxisAngle, Celsius, Lux, Millimetre, NotFinite};
