@@ -12,7 +12,7 @@ pub use self::request::Edit;
 use crate::distribution::{Distribution, Luminaire};
 use crate::eulumdat;
 use crate::finding::Finding;
-use crate::number::significant;
+use crate::number::shortest;
 
 /// Finest step of a new grid in degrees: ten times finer than any goniophotometer's file.
 const FINEST_STEP_DEG: f64 = 0.05;
@@ -65,7 +65,7 @@ impl Distribution {
             .map(|c| (c + deg).rem_euclid(360.0))
             .collect();
         let on_grid = turned.iter().any(|c| *c < SAME_DEG || 360.0 - c < SAME_DEG);
-        let mut sentence = format!("turned by {}° in C", significant(deg, 6));
+        let mut sentence = format!("turned by {}° in C", shortest(deg, 6));
         if !self.intensity.is_rotational() {
             let old = &self.intensity;
             // Formats begin at C 0°; where no half-plane comes to lie there, the old ones are kept and interpolated.
@@ -126,7 +126,7 @@ impl Distribution {
         self.relight(all, gammas, rows)?;
         Ok(format!(
             "made {name}; intensities changed by up to {} cd",
-            significant(most, 3)
+            shortest(most, 3)
         ))
     }
 
@@ -158,10 +158,10 @@ impl Distribution {
         self.relight(planes, angles, rows)?;
         Ok(format!(
             "resampled at {}° of C and {}° of γ, bilinear; the flux went from {} to {} lm",
-            significant(c_step, 6),
-            significant(gamma_step, 6),
-            significant(before, 6),
-            significant(self.intensity.flux_lm(), 6)
+            shortest(c_step, 6),
+            shortest(gamma_step, 6),
+            shortest(before, 6),
+            shortest(self.intensity.flux_lm(), 6)
         ))
     }
 
@@ -183,9 +183,9 @@ impl Distribution {
         }
         Ok(format!(
             "flux scaled from {} to {} lm (intensities and lamps × {})",
-            significant(own, 6),
-            significant(flux_lm, 6),
-            significant(factor, 6)
+            shortest(own, 6),
+            shortest(flux_lm, 6),
+            shortest(factor, 6)
         ))
     }
 

@@ -1,4 +1,4 @@
-//! Photometric and spectral files: bytes to documents with findings, documents to exact bytes.
+#![doc = include_str!("../README.md")]
 //!
 //! A reader never refuses a good file and never accepts a damaged one in silence: what it assumed, and what it cannot
 //! trust, stands in [`Finding`]s with line, column and the text itself. A damaged number is never dropped, shifted or
@@ -38,7 +38,6 @@ pub use formats::{
     write_spectrum,
 };
 pub use isolux_photometry::Symmetry;
-pub use number::significant;
 pub use options::{Beside, Opened, ReadOptions, WriteOptions};
 pub use parsed::{Format, Kind, LARGEST_FILE, Parsed, Written};
 pub use quantities::{GlareTable, Quantities};

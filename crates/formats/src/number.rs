@@ -1,5 +1,8 @@
 //! A number as people and programs write it into photometric files, or why it is none.
 
+use isolux_units::digits::trimmed;
+pub use isolux_units::digits::{plain, shortest};
+
 /// Magnitudes above this are damage: the sun has 3·10²⁷ cd, no file here describes it, and a lost decimal point or a
 /// stray exponent ends up there.
 const LARGEST: f64 = 1e12;
@@ -110,39 +113,6 @@ pub fn fitted(value: f64, width: usize) -> String {
     format!("{value:.0}")
 }
 
-/// The shortest decimal notation that reads back as the same `f64`; plain digits, no exponent, no negative zero.
-pub fn plain(value: f64) -> String {
-    if value == 0.0 {
-        "0".to_owned()
-    } else {
-        format!("{value}")
-    }
-}
-
-/// Plain digits with `digits` significant ones, without trailing zeros.
-pub fn significant(value: f64, digits: usize) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return "0".to_owned();
-    }
-    let exponent = value.abs().log10().floor() as i64;
-    let decimals = (digits as i64 - 1 - exponent).clamp(0, 30) as usize;
-    let text = trimmed(format!("{value:.decimals$}"));
-    let shortest = plain(value);
-    if shortest.len() <= text.len() { shortest } else { text }
-}
-
-fn trimmed(text: String) -> String {
-    if !text.contains('.') {
-        return text;
-    }
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text.is_empty() || text == "-0" || text == "-" {
-        "0".to_owned()
-    } else {
-        text.to_owned()
-    }
-}
-
 /// The number at the beginning of a text such as "4000 K" or "80-89", if it stands there alone.
 pub(crate) fn decimal(text: &str) -> Option<String> {
     let text = text.trim();
@@ -187,8 +157,8 @@ mod tests {
         assert_eq!(fitted(0.000_012, 12), "0.000012");
         assert_eq!(fitted(99.9999, 4), "100");
         assert_eq!(fitted(-0.000_000_1, 4), "0");
-        assert_eq!(significant(1234.56789123, 8), "1234.5679");
-        assert_eq!(significant(0.5, 8), "0.5");
+        assert_eq!(shortest(1234.56789123, 8), "1234.5679");
+        assert_eq!(shortest(0.5, 8), "0.5");
     }
 
     proptest! {

@@ -1,6 +1,7 @@
 //! One goniometer reading: where the detector really is, what light reaches it, what the meter says.
 
 use glam::DVec3;
+use isolux_photometry::{angles_deg, direction};
 use isolux_record::ReadingKind;
 use isolux_record::observation::ReadingCoordinates;
 
@@ -8,7 +9,6 @@ use crate::attitude::Attitude;
 use crate::effect::Effect;
 use crate::effects::{Act, Axes, BelongsTo, DetectorView, LampLaw, Mounting, PairLaw, Values};
 use crate::floor::OverFloor;
-use crate::luminaire::angles_deg;
 use crate::model::Model;
 use crate::prepared::PreparedModel;
 
@@ -160,9 +160,8 @@ impl<'m> Chain<'m> {
 
 /// Direction of the detector in the luminaire frame, exact for a leaning axis.
 fn toward(axes: &Axes) -> DVec3 {
-    let ((sin, cos), (sin_c, cos_c)) = (axes.gamma_deg.to_radians().sin_cos(), axes.c_deg.to_radians().sin_cos());
     if axes.nonperp_deg == 0.0 {
-        return DVec3::new(sin * cos_c, sin * sin_c, cos);
+        return direction(axes.c_deg, axes.gamma_deg);
     }
     Attitude::new(axes.c_deg, axes.gamma_deg, axes.nonperp_deg).luminaire_from_room(DVec3::X)
 }

@@ -1,7 +1,6 @@
 //! The far field of a model: its distribution with the refit and every effect on directions and parts.
 
-use glam::DVec3;
-use isolux_photometry::{DistributionError, IntensityDistribution};
+use isolux_photometry::{DistributionError, IntensityDistribution, direction};
 
 use crate::effects::{Act, PartLaw, Ray, Values};
 use crate::emitter::Emitter;
@@ -121,18 +120,16 @@ impl Directions<'_> {
     pub fn factor(&self, c_deg: f64, gamma_deg: f64) -> f64 {
         let mut factor = self.refined.factor(c_deg, gamma_deg);
         if !self.laws.is_empty() || self.sectors.is_some() {
-            let ((sin_c, cos_c), (sin, cos)) = (c_deg.to_radians().sin_cos(), gamma_deg.to_radians().sin_cos());
-            let direction = DVec3::new(sin * cos_c, sin * sin_c, cos);
             let ray = Ray {
                 c_deg,
                 gamma_deg,
-                direction,
+                direction: direction(c_deg, gamma_deg),
             };
             for (law, values) in &self.laws {
                 factor *= law(values, &ray);
             }
             if let Some(sectors) = &self.sectors {
-                factor *= sectors.left_towards(direction);
+                factor *= sectors.left_towards(ray.direction);
             }
         }
         factor

@@ -7,8 +7,7 @@
 
 mod lamp;
 
-use glam::DVec3;
-use isolux_photometry::IntensityDistribution;
+use isolux_photometry::{IntensityDistribution, direction};
 
 use crate::emitter::Emitter;
 use crate::luminaire::Luminaire;
@@ -334,8 +333,7 @@ impl Measured {
             .iter()
             .flat_map(|c| self.gamma_deg.iter().map(move |gamma| (c, gamma)));
         let lux = |(c_deg, gamma_deg): (&f64, &f64)| {
-            let ((sin, cos), (sin_c, cos_c)) = (gamma_deg.to_radians().sin_cos(), c_deg.to_radians().sin_cos());
-            let out = DVec3::new(sin * cos_c, sin * sin_c, cos);
+            let out = direction(*c_deg, *gamma_deg);
             prepared.illuminance_lx(self.distance_mm * out, out)
         };
         directions.map(lux).collect()

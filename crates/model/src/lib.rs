@@ -1,4 +1,4 @@
-//! What the operator believes about a luminaire and the bench that measured it, and what those beliefs predict.
+#![doc = include_str!("../README.md")]
 //!
 //! A [`Model`] is a [`Luminaire`] (intensity distribution, emitter, spectrum) and a list of [`Effect`]s. The same list,
 //! through the same code, predicts a goniometer reading ([`Model::predict_readings`]), the pixels of a sensor map

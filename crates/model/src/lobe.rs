@@ -5,10 +5,9 @@
 //! exactly, whatever is left of the fit.
 
 use glam::DVec3;
-use isolux_photometry::IntensityDistribution;
+use isolux_photometry::{IntensityDistribution, angles_deg, direction, polar_deg};
 
 use crate::emitter::Node;
-use crate::luminaire::{angles_deg, polar_deg};
 
 /// Step of the table of the lobe.
 const STEP_DEG: f64 = 0.5;
@@ -146,8 +145,7 @@ fn grid(lobe: &[f64], nodes: &[Node]) -> Option<IntensityDistribution> {
     let mut sum = Vec::with_capacity(c_deg.len() * gamma_deg.len());
     for c in &c_deg {
         for gamma in &gamma_deg {
-            let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
-            let direction = DVec3::new(sin * cos_c, sin * sin_c, cos);
+            let direction = direction(*c, *gamma);
             let of_node = |node: &Node| node.weight * linear(lobe, apart_deg(node.axis, direction) / FINE_DEG);
             sum.push(nodes.iter().map(of_node).sum());
         }

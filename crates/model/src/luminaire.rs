@@ -240,16 +240,6 @@ impl Luminaire {
     }
 }
 
-/// C and γ of a direction of any length; γ in [0, 180].
-pub(crate) fn angles_deg(direction: DVec3) -> (f64, f64) {
-    (direction.y.atan2(direction.x).to_degrees(), polar_deg(direction))
-}
-
-/// γ alone, in [0, 180].
-pub(crate) fn polar_deg(direction: DVec3) -> f64 {
-    direction.truncate().length().atan2(direction.z).to_degrees()
-}
-
 /// What the floor returns, once computed: a diagnosis asks for the same places hundreds of times.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct FloorMemory {

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use isolux_photometry::{angles_deg, polar_deg};
 
 use crate::effects::{Act, Ray, Values};
 use crate::emitter::{Emitter, Node};
 use crate::far_field::DirectionLaw;
 use crate::lobe::Lobe;
-use crate::luminaire::{Luminaire, angles_deg, polar_deg};
+use crate::luminaire::Luminaire;
 use crate::model::Model;
 use crate::sector::Sectors;
 

@@ -1,10 +1,9 @@
 //! What is missing of the light of a luminaire whose parts give unequally.
 
 use glam::DVec3;
-use isolux_photometry::IntensityDistribution;
+use isolux_photometry::{IntensityDistribution, angles_deg};
 
 use crate::emitter::{Emitter, Node};
-use crate::luminaire::angles_deg;
 
 /// The radius of the ring that stands for the LEDs of a luminaire whose emitter is a point.
 const RADIUS_MM: f64 = 28.0;
@@ -167,10 +166,7 @@ mod tests {
             (70.0, 10.0, 300.0, 30.0),
             (70.0, 10.0, 300.0, -30.0),
         ] {
-            let direction = |gamma: f64| {
-                let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
-                DVec3::new(sin * cos_c, sin * sin_c, cos)
-            };
+            let direction = |gamma: f64| isolux_photometry::direction(c, gamma);
             let (point, facing) = (direction(gamma) * distance, direction(gamma + turned_deg));
             let truth = light(point, facing, true) / light(point, facing, false);
             let found = sectors.left_at(point, facing);

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::direction::angles_deg;
+
 /// Why numbers are no intensity distribution. Indices count from 0.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DistributionError {
@@ -190,8 +192,7 @@ impl IntensityDistribution {
 
     /// Intensity in candela towards a point, `direction` in the luminaire's frame and of any length above zero.
     pub fn toward(&self, direction: DVec3) -> f64 {
-        let gamma_deg = direction.truncate().length().atan2(direction.z).to_degrees();
-        let c_deg = direction.y.atan2(direction.x).to_degrees();
+        let (c_deg, gamma_deg) = angles_deg(direction);
         self.intensity_cd_at(c_deg, gamma_deg)
     }
 

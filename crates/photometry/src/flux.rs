@@ -91,6 +91,7 @@ pub fn linear_times_sine(a_deg: f64, b_deg: f64, fa: f64, fb: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::direction;
     use proptest::prelude::*;
     use std::f64::consts::PI;
 
@@ -131,16 +132,13 @@ mod tests {
     #[test]
     fn a_tilted_lobe_keeps_its_flux() {
         // cosine lobe about an axis tilted by 30° towards C40: flux π whatever the tilt
-        let (axis_c, axis_g) = (40f64.to_radians(), 30f64.to_radians());
-        let axis = glam::DVec3::new(axis_g.sin() * axis_c.cos(), axis_g.sin() * axis_c.sin(), axis_g.cos());
+        let axis = direction(40.0, 30.0);
         let c: Vec<f64> = (0..360).map(f64::from).collect();
         let g: Vec<f64> = (0..=180).map(f64::from).collect();
         let mut values = Vec::new();
         for c in &c {
             for g in &g {
-                let (sg, cg) = g.to_radians().sin_cos();
-                let (sc, cc) = c.to_radians().sin_cos();
-                values.push(axis.dot(glam::DVec3::new(sg * cc, sg * sc, cg)).max(0.0));
+                values.push(axis.dot(direction(*c, *g)).max(0.0));
             }
         }
         let flux = IntensityDistribution::new(c, g, values).unwrap().flux_lm();

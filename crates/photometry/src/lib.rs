@@ -1,4 +1,4 @@
-//! The C-γ intensity distribution of a luminaire, and what follows from it by integration.
+#![doc = include_str!("../README.md")]
 //!
 //! [`IntensityDistribution`] holds absolute candela over a full circle of C half-planes and a range of γ. Between its
 //! points it is bilinear in (C, γ), periodic in C; outside its γ range it is dark. Every integral (flux, zones,
@@ -9,12 +9,14 @@
 //! Frame (CIE 121, EN 13032-1): d(C, γ) = (sin γ cos C, sin γ sin C, cos γ).
 
 mod curve;
+mod direction;
 mod distribution;
 mod divergence;
 mod flux;
 mod smooth;
 mod symmetry;
 
+pub use direction::{angles_deg, direction, polar_deg};
 pub use distribution::{DistributionError, IntensityDistribution, Peak};
 pub use divergence::Divergence;
 pub use flux::linear_times_sine;

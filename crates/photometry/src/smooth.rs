@@ -167,6 +167,7 @@ fn cut(from: f64, width: f64, parts: f64) -> impl Iterator<Item = f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::direction;
     use proptest::prelude::*;
 
     const EXACT: fn(f64) -> f64 = |_| 0.0;
@@ -189,12 +190,8 @@ mod tests {
     /// cosⁿ about an axis that leans by 3° towards C40, wider towards C0: neither the maximum nor the symmetry lies on
     /// the grid.
     fn lamp(c_deg: f64, gamma_deg: f64) -> f64 {
-        let unit = |c: f64, gamma: f64| {
-            let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), gamma.to_radians().sin_cos());
-            glam::DVec3::new(sin * cos_c, sin * sin_c, cos)
-        };
-        let d = unit(c_deg, gamma_deg);
-        let cosine = unit(40.0, 3.0).dot(d).max(0.0);
+        let d = direction(c_deg, gamma_deg);
+        let cosine = direction(40.0, 3.0).dot(d).max(0.0);
         1000.0 * cosine.powf(5.3) * (1.0 + 0.02 * (d.x * d.x - d.y * d.y))
     }
 

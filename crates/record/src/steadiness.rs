@@ -1,6 +1,8 @@
 //! What visits to the reference point may do while the lamp counts as the same: one rule for the scan that measures and
 //! for the reduction that judges its record, so that a scan which ended well is reduced.
 
+use isolux_units::median;
+
 use crate::limits::Limits;
 
 /// A visit to the reference point as it was read.
@@ -63,7 +65,7 @@ impl Steadiness {
     /// all: a drift that a reduction does not correct. None within the limit.
     pub fn drifted(&self, next: Seen, limits: &Limits) -> Option<Drifted> {
         let all: Vec<Seen> = self.followed.iter().copied().chain([next]).collect();
-        let middle_lx = median(all.iter().map(|visit| visit.illuminance_lx).collect())?;
+        let middle_lx = median(all.iter().map(|visit| visit.illuminance_lx))?;
         let off = |visit: &Seen| (visit.illuminance_lx - middle_lx).abs();
         let worst = all
             .iter()
@@ -88,7 +90,7 @@ pub struct Drifted {
 /// The median, and the coarsest digit; none of nothing.
 pub fn level(visits: &[Seen]) -> Option<Seen> {
     Some(Seen {
-        illuminance_lx: median(visits.iter().map(|visit| visit.illuminance_lx).collect())?,
+        illuminance_lx: median(visits.iter().map(|visit| visit.illuminance_lx))?,
         digit_lx: visits.iter().map(|visit| visit.digit_lx).fold(0.0, f64::max),
     })
 }
@@ -96,18 +98,6 @@ pub fn level(visits: &[Seen]) -> Option<Seen> {
 /// How far `visit` may lie from `expected_lx`, in lx.
 pub fn allowed_lx(visit: Seen, expected_lx: f64, limits: &Limits) -> f64 {
     limits.reference_rel() * expected_lx.abs() + visit.digit_lx
-}
-
-/// The median, of an even number the mean of the middle two; none of nothing.
-pub fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    let high = *values.get(middle)?;
-    Some(if values.len().is_multiple_of(2) {
-        0.5 * (values[middle - 1] + high)
-    } else {
-        high
-    })
 }
 
 #[cfg(test)]
@@ -149,12 +139,5 @@ mod tests {
         let drifted = visits.drifted(seen(level), &limits).unwrap();
         assert!((drifted.change_rel.abs() - 0.0215).abs() < 0.001, "{drifted:?}");
         assert!((drifted.middle_lx - 0.5 * (10.0 + level)).abs() < 0.011, "{drifted:?}");
-    }
-
-    #[test]
-    fn the_middle_of_nothing_is_none() {
-        assert_eq!(median(Vec::new()), None);
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), Some(2.5));
     }
 }

@@ -1,4 +1,4 @@
-//! Light on the sensor: solvers over a luminaire and a sensor.
+#![doc = include_str!("../README.md")]
 //!
 //! [`inverse`] integrates, without noise and with a bound on its own error; [`direct`] counts rays, in three samplings
 //! of one law; [`noise`] says what the counting does to a result.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use isolux_model::effects::Pixel;
 use isolux_model::{Emitter, Model, Node, Scene, Sectors, Spectral};
-use isolux_photometry::{DistributionError, IntensityDistribution};
+use isolux_photometry::{DistributionError, IntensityDistribution, direction};
 
 use crate::sensor::{Sensor, SensorError};
 use crate::source::{Part, Shape, Source};
@@ -300,9 +300,7 @@ fn shared(distribution: &IntensityDistribution, share: impl Fn(DVec3) -> f64) ->
     let mut intensity_cd = Vec::with_capacity(c_deg.len() * gamma_deg.len());
     for c in &c_deg {
         for g in &gamma_deg {
-            let ((sin_c, cos_c), (sin, cos)) = (c.to_radians().sin_cos(), g.to_radians().sin_cos());
-            let to = DVec3::new(sin * cos_c, sin * sin_c, cos);
-            intensity_cd.push(distribution.intensity_cd_at(*c, *g) * share(to));
+            intensity_cd.push(distribution.intensity_cd_at(*c, *g) * share(direction(*c, *g)));
         }
     }
     // The grid rises as the file's does, and shares are finite.

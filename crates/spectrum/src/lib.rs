@@ -1,4 +1,4 @@
-//! Spectra, photopic weighting and colour.
+#![doc = include_str!("../README.md")]
 //!
 //! A [`Spectrum`] is linear between its points and zero outside them. Every integral is a sum at 1 nm over 360–830 nm,
 //! the range of V(λ) (CIE 018:2019), of [`Spectrum::per_nm`], so that a number does not depend on the spacing of a

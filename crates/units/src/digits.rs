@@ -47,6 +47,47 @@ pub fn significant(value: f64, digits: i32) -> String {
     }
 }
 
+/// Plain digits without an exponent: as many significant ones as are asked for, all before the point, no zero at the
+/// end behind it.
+///
+/// ```
+/// # use isolux_units::digits::{shortest, significant};
+/// assert_eq!((shortest(1234.5, 2), shortest(0.5, 3)), ("1234".to_owned(), "0.5".to_owned()));
+/// assert_eq!((significant(1234.5, 2), significant(0.5, 3)), ("1200".to_owned(), "0.500".to_owned()));
+/// ```
+pub fn shortest(value: f64, digits: i32) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return "0".to_owned();
+    }
+    // A digit more or less next to a power of ten is a zero that goes: no text is needed to find the exponent.
+    let exponent = value.abs().log10().floor() as i32;
+    let text = trimmed(format!("{value:.*}", (digits - 1 - exponent).clamp(0, 30) as usize));
+    let whole = plain(value);
+    if whole.len() <= text.len() { whole } else { text }
+}
+
+/// The shortest decimal notation that reads back as the same `f64`; plain digits, no exponent, no negative zero.
+pub fn plain(value: f64) -> String {
+    if value == 0.0 {
+        "0".to_owned()
+    } else {
+        format!("{value}")
+    }
+}
+
+/// Without the zeros at the end behind the point, and without a negative zero.
+pub fn trimmed(text: String) -> String {
+    if !text.contains('.') {
+        return text;
+    }
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text.is_empty() || text == "-0" || text == "-" {
+        "0".to_owned()
+    } else {
+        text.to_owned()
+    }
+}
+
 /// Power of ten of the last digit of an uncertainty; none for zero and what is not finite.
 fn place_of(expanded: f64) -> Option<i32> {
     let exponent = exponent(expanded)?;

@@ -1,4 +1,4 @@
-//! Quantities that an instrument is told or tells, as types, and the digits that a number deserves.
+#![doc = include_str!("../README.md")]
 //!
 //! Where a wrong unit would move an axis or falsify a reading, at the traits of instruments, a number is a type of this
 //! crate: a finite `f64` with one meaning. An axis never wraps, because its cable does not; negative values are data
@@ -6,6 +6,8 @@
 
 pub mod digits;
 pub mod json;
+mod median;
 mod quantity;
 
+pub use median::median;
 pub use quantity::{AxisAngle, Celsius, Lux, Millimetre, NotFinite};

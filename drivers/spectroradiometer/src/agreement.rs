@@ -3,6 +3,8 @@
 use std::fmt;
 use std::ops::Range;
 
+use isolux_units::median;
+
 /// How far a pixel of one exposure may be from that of the other, in standard deviations of the difference.
 const SIGMAS: f64 = 6.0;
 
@@ -138,12 +140,6 @@ impl Pair<'_> {
         }
         Ok(())
     }
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 #[cfg(test)]

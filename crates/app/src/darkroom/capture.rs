@@ -8,6 +8,7 @@ use camino::Utf8Path;
 use isolux_darkroom::camera::Unit;
 use isolux_darkroom::{Darkroom, Room, SensorFrame};
 use isolux_record::document::{Source, read_text};
+use isolux_units::digits::shortest;
 
 pub use shots::{CaptureUnit, Options, Series};
 use shots::{Shot, shots};
@@ -85,8 +86,7 @@ pub fn capture(
         let map = room.capture(&frame, &shot.pose, darkroom_unit, number as u64);
         for (bin, (signal, u)) in map.signal.iter().zip(&map.u).enumerate() {
             let (iy, ix) = (bin / frame.bins[0], bin % frame.bins[0]);
-            let (signal, u) = (significant(*signal, 8), significant(*u, 5));
-            let numbers = [iy.to_string(), ix.to_string(), signal.to_string(), u.to_string()];
+            let numbers = [iy.to_string(), ix.to_string(), shortest(*signal, 8), shortest(*u, 5)];
             let row = std::iter::once(shot.name.as_str()).chain(numbers.iter().map(String::as_str));
             table.write_record(row).map_err(Failure::instrument)?;
         }
@@ -184,11 +184,6 @@ fn poses(frame: &SensorFrame, unit: CaptureUnit, full_scale: Option<f64>, shots:
         }
     }
     text
-}
-
-/// `value` rounded to `digits` significant decimal digits.
-fn significant(value: f64, digits: usize) -> f64 {
-    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 #[cfg(test)]

@@ -5,8 +5,6 @@ pub mod dropped;
 pub mod inspect;
 pub mod plot;
 
-// Findings, reader options and rounded numbers, for front ends.
+// Findings and reader options, for front ends.
 pub use isolux_formats::spectral::SpectrumFile;
-pub use isolux_formats::{
-    Content, Distribution, Finding, Kind, Place, ReadOptions, Severity, WriteOptions, significant,
-};
+pub use isolux_formats::{Content, Distribution, Finding, Kind, Place, ReadOptions, Severity, WriteOptions};

@@ -26,7 +26,9 @@ pub(super) struct Block {
     pub plan: String,
 }
 
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
+/// The finite value in the middle, of an even number the upper of two: a plan takes angles and distances that were
+/// measured at, which their mean need not be.
+pub(super) fn middle_one(mut values: Vec<f64>) -> Option<f64> {
     values.retain(|value| value.is_finite());
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()

@@ -2,7 +2,7 @@
 
 use isolux_record::observation::{MapPose, MapSet};
 
-use super::block::{Block, median};
+use super::block::{Block, middle_one};
 use crate::assumed::Part;
 use crate::search::Outcome;
 use crate::table::{Light, Row, Source};
@@ -15,7 +15,7 @@ pub(super) fn map_blocks(outcome: &Outcome, rows: &[Row], maps: &MapSet, blocks:
     let scale = outcome.noise.scale;
     let peak = bins.iter().map(|row| row.measured).fold(0.0, f64::max);
     let u_floor = bins.iter().map(|row| row.u).fold(f64::INFINITY, f64::min) * scale;
-    let u_rel = median(
+    let u_rel = middle_one(
         bins.iter()
             .filter(|row| row.light == Light::Lit)
             .map(|row| row.u / row.measured.abs().max(1e-12))

@@ -1,6 +1,6 @@
 //! What to measure where what is left is no noise: the axes at rest, the same place again, the same block again.
 
-use super::block::{Next, READING_S, median, nominal};
+use super::block::{Next, READING_S, middle_one, nominal};
 use crate::calibration::WORTH_NAMING_SIGMA;
 use crate::document::NextEntry;
 use crate::noise::{Finding, Kind, NoiseTest};
@@ -23,7 +23,7 @@ pub(super) fn suggest(next: &mut Next, test: &NoiseTest, rows: &[Row]) {
         .collect();
     let (Some(finding), Some(distance)) = (
         test.findings.first(),
-        median(lit.iter().map(|(_, row)| row.distance_mm).collect()),
+        middle_one(lit.iter().map(|(_, row)| row.distance_mm).collect()),
     ) else {
         return;
     };
@@ -104,7 +104,7 @@ fn same_block(finding: &Finding, lit: &[(usize, &Row)], distance: f64) -> Option
         angles
     };
     let (planes, angles) = (sorted(|row| row.c_deg), sorted(|row| row.gamma_deg));
-    let distance = median(inside.iter().map(|row| row.distance_mm).collect()).unwrap_or(distance);
+    let distance = middle_one(inside.iter().map(|row| row.distance_mm).collect()).unwrap_or(distance);
     let readings = planes.len() * angles.len() * AGAIN;
     if planes.is_empty() || planes.len() > 12 || readings > 1500 {
         return None;

@@ -3,7 +3,7 @@
 use isolux_record::ReadingKind;
 use isolux_record::observation::ReadingCoordinates;
 
-use super::block::{Block, READING_S, median, nominal};
+use super::block::{Block, READING_S, middle_one, nominal};
 use crate::assumed::Part;
 use crate::search::Outcome;
 use crate::table::{Light, Row, Source};
@@ -67,19 +67,19 @@ impl<'a> Bench<'a> {
         let readings: Vec<&Row> = rows.iter().filter(|row| row.source == Source::Reading).collect();
         let lit: Vec<&Row> = readings.iter().copied().filter(|row| row.light == Light::Lit).collect();
         let scale = outcome.noise.scale;
-        let u_rel = median(lit.iter().map(|row| row.u / row.measured.abs().max(1e-12)).collect());
+        let u_rel = middle_one(lit.iter().map(|row| row.u / row.measured.abs().max(1e-12)).collect());
         let end_s = readings.iter().map(|row| row.lamp_s).fold(f64::NEG_INFINITY, f64::max);
         let mut planes: Vec<f64> = lit.iter().map(|row| nominal(row.c_deg)).collect();
         planes.sort_by(f64::total_cmp);
         planes.dedup();
         Some(Self {
-            distance_mm: median(lit.iter().map(|row| row.distance_mm).collect())?,
+            distance_mm: middle_one(lit.iter().map(|row| row.distance_mm).collect())?,
             gamma: grid(lit.iter().map(|row| row.gamma_deg))?,
             planes,
             u_rel: u_rel.unwrap_or(0.005) * scale,
             u_floor: readings.iter().map(|row| row.u).fold(f64::INFINITY, f64::min) * scale,
             peak: lit.iter().map(|row| row.measured).fold(0.0, f64::max),
-            ambient_c: median(readings.iter().map(|row| row.ambient_c).collect()).filter(|t| t.is_finite()),
+            ambient_c: middle_one(readings.iter().map(|row| row.ambient_c).collect()).filter(|t| t.is_finite()),
             end_s: if end_s.is_finite() { end_s } else { 3600.0 },
             lit,
         })
@@ -209,7 +209,7 @@ fn grid(angles_deg: impl Iterator<Item = f64>) -> Option<(f64, f64, f64)> {
     angles.sort_by(f64::total_cmp);
     angles.dedup();
     let (&low, &high) = (angles.first()?, angles.last()?);
-    let step = median(angles.windows(2).map(|pair| nominal(pair[1] - pair[0])).collect())
+    let step = middle_one(angles.windows(2).map(|pair| nominal(pair[1] - pair[0])).collect())
         .unwrap_or(5.0)
         .max(0.5);
     let count = ((high - low) / step + 1e-6).floor();

@@ -6,6 +6,8 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use isolux_photometry::direction;
+
 use super::finding::{Finding, Strongest};
 use super::limits::{CENTRES, CIRCLE_DEG, CIRCLES_APART_DEG, EVERY, EVERY_VISIT, PATCH_DEG, PATCH_SHARE, RARE, RUNS};
 use super::place::What;
@@ -26,16 +28,9 @@ const CELLS_A_WIDTH: f64 = 4.0;
 /// Patches end where their weight is a twentieth.
 const REACH: f64 = 2.5;
 
-/// The direction of an angle pair.
-fn towards(c_deg: f64, gamma_deg: f64) -> [f64; 3] {
-    let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
-    let (sin_g, cos_g) = gamma_deg.to_radians().sin_cos();
-    [sin_g * cos_c, sin_g * sin_c, cos_g]
-}
-
 /// The direction of a lit reading.
 fn lit_direction(row: &Row) -> Option<[f64; 3]> {
-    let towards = towards(row.c_deg, row.gamma_deg);
+    let towards = direction(row.c_deg, row.gamma_deg).to_array();
     (row.light == Light::Lit && towards.iter().all(|part| part.is_finite())).then_some(towards)
 }
 
@@ -207,8 +202,8 @@ impl Patches {
             ..Self::default()
         };
         for width in CIRCLE_DEG {
-            let direction = |i: usize| lit_direction(series.rows[i]);
-            let (first, cells) = all.keyed(series.len(), width.to_radians() / CELLS_A_WIDTH, direction);
+            let lit = |i: usize| lit_direction(series.rows[i]);
+            let (first, cells) = all.keyed(series.len(), width.to_radians() / CELLS_A_WIDTH, lit);
             // Poles of one hemisphere: those of the other are of the same circles.
             let rings = (90.0 / CIRCLES_APART_DEG).round() as usize;
             for ring in 1..=rings {
@@ -219,7 +214,7 @@ impl Patches {
                     .max(1.0) as usize;
                 for k in 0..count {
                     let c_deg = half * k as f64 / count as f64;
-                    let pole = towards(c_deg, gamma_deg);
+                    let pole = direction(c_deg, gamma_deg).to_array();
                     let near = cells.iter().enumerate().filter_map(|(k, towards)| {
                         let sine: f64 = towards.iter().zip(&pole).map(|(a, b)| a * b).sum();
                         let apart = sine.clamp(-1.0, 1.0).asin().to_degrees() / width;

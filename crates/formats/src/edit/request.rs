@@ -3,7 +3,7 @@
 use isolux_photometry::Symmetry;
 
 use crate::distribution::symmetry_name;
-use crate::number::significant;
+use crate::number::shortest;
 
 /// One change that a person asks for.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,10 +24,10 @@ impl Edit {
     /// A few words in ASCII, for formats with little room.
     pub(super) fn brief(&self) -> String {
         match self {
-            Self::RotateC(deg) => format!("turned {} deg", significant(*deg, 6)),
+            Self::RotateC(deg) => format!("turned {} deg", shortest(*deg, 6)),
             Self::Symmetrize(symmetry) => format!("symmetry {}", symmetry_name(*symmetry)),
             Self::Resample(c_deg, gamma_deg) => format!("steps {c_deg} x {gamma_deg} deg"),
-            Self::ScaleFlux(flux_lm) => format!("flux {} lm", significant(*flux_lm, 6)),
+            Self::ScaleFlux(flux_lm) => format!("flux {} lm", shortest(*flux_lm, 6)),
             Self::Set(key, _) => format!("{} set", key.trim_start_matches("luminaire.")),
         }
     }

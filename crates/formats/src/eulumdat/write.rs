@@ -280,7 +280,7 @@ impl Lines {
         let text = number::fitted(value, width);
         let kept = text.parse::<f64>().is_ok_and(|read| read == value);
         self.bytes
-            .extend_from_slice(if kept { text } else { number::significant(value, 10) }.as_bytes());
+            .extend_from_slice(if kept { text } else { number::shortest(value, 10) }.as_bytes());
         self.end();
     }
 
@@ -296,7 +296,7 @@ impl Lines {
                 .is_ok_and(|read| (read - value).abs() <= 1e-7 * value.abs());
             wide += usize::from(!kept);
             self.bytes
-                .extend_from_slice(if kept { text } else { number::significant(value, 9) }.as_bytes());
+                .extend_from_slice(if kept { text } else { number::shortest(value, 9) }.as_bytes());
             self.end();
         }
         if wide > 0 {

@@ -4,7 +4,7 @@
 //! behind the luminaire, C0 is to the right and C90 up. Type A turns about the vertical axis (H is the azimuth, V the
 //! elevation), type B about the horizontal one (V is the azimuth, H the elevation).
 
-use isolux_photometry::{DistributionError, IntensityDistribution};
+use isolux_photometry::{DistributionError, IntensityDistribution, direction};
 
 use super::native::{Native, folds};
 use super::own::OwnLight;
@@ -147,9 +147,7 @@ impl Native<'_> {
 
     /// Candela in a direction of C-γ; 0 outside the file's angles.
     fn toward(&self, c_deg: f64, gamma_deg: f64) -> f64 {
-        let (sin_c, cos_c) = c_deg.to_radians().sin_cos();
-        let (sin_g, cos_g) = gamma_deg.to_radians().sin_cos();
-        let (axis, right, up) = (cos_g, sin_g * cos_c, sin_g * sin_c);
+        let [right, up, axis] = direction(c_deg, gamma_deg).to_array();
         let (horizontal, vertical) = if self.type_a {
             (right.atan2(axis), up.clamp(-1.0, 1.0).asin())
         } else {

@@ -1,7 +1,7 @@
 //! Flux and peak of a table of type A or B, from its own angles: straight lines between the values that the file
 //! states.
 
-use isolux_photometry::linear_times_sine;
+use isolux_photometry::{angles_deg, linear_times_sine};
 
 use super::native::{Native, folds};
 use super::photometry::Photometry;
@@ -81,13 +81,12 @@ impl Native<'_> {
         if elevation.abs() > 90.0 || azimuth.abs() > 180.0 {
             return None;
         }
-        let direction = photometry.direction(vertical_deg, horizontal_deg);
-        let gamma = direction.truncate().length().atan2(direction.z).to_degrees();
+        let (c, gamma) = angles_deg(photometry.direction(vertical_deg, horizontal_deg));
         let round = |degrees: f64| (degrees * 1e6).round() / 1e6;
         if round(gamma) == 0.0 {
             return Some((0.0, 0.0));
         }
-        let c = round(direction.y.atan2(direction.x).to_degrees()).rem_euclid(360.0);
+        let c = round(c).rem_euclid(360.0);
         Some((c, round(gamma)))
     }
 }

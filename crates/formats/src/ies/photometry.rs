@@ -50,7 +50,7 @@ impl Photometry {
         match self {
             Self::A => DVec3::new(cos_v * sin_h, sin_v, cos_v * cos_h),
             Self::B => DVec3::new(sin_h, cos_h * sin_v, cos_h * cos_v),
-            Self::C => DVec3::new(sin_v * cos_h, sin_v * sin_h, cos_v),
+            Self::C => isolux_photometry::direction(horizontal_deg, vertical_deg),
         }
     }
 }

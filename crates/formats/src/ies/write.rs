@@ -105,11 +105,11 @@ fn lay_out(grid: &Grid<'_>, facts: &Facts, edition: Edition, mut findings: Findi
             lines.push(tilt.angle_deg.len().to_string());
             wrap(
                 &mut lines,
-                tilt.angle_deg.iter().map(|&angle| number::significant(angle, 10)),
+                tilt.angle_deg.iter().map(|&angle| number::shortest(angle, 10)),
             );
             wrap(
                 &mut lines,
-                tilt.factor.iter().map(|&factor| number::significant(factor, 10)),
+                tilt.factor.iter().map(|&factor| number::shortest(factor, 10)),
             );
         }
     }
@@ -122,15 +122,15 @@ fn lay_out(grid: &Grid<'_>, facts: &Facts, edition: Edition, mut findings: Findi
     let [width, length, height] = shape::opening(body, grid.photometry);
     let numbers = [
         number::plain(count),
-        number::significant(per_lamp, 10),
+        number::shortest(per_lamp, 10),
         "1".into(),
         grid.vertical_deg.len().to_string(),
         grid.horizontal_deg.len().to_string(),
         grid.photometry.code().into(),
         "2".into(),
-        number::significant(width, 9),
-        number::significant(length, 9),
-        number::significant(height, 9),
+        number::shortest(width, 9),
+        number::shortest(length, 9),
+        number::shortest(height, 9),
     ];
     lines.push(numbers.join(" "));
     let third = if edition >= Edition::E2019 {
@@ -146,12 +146,12 @@ fn lay_out(grid: &Grid<'_>, facts: &Facts, edition: Edition, mut findings: Findi
     } else {
         "1".into()
     };
-    lines.push(format!("1 {third} {}", number::significant(facts.watts, 9)));
+    lines.push(format!("1 {third} {}", number::shortest(facts.watts, 9)));
     for angles in [&*grid.vertical_deg, &grid.horizontal_deg] {
-        wrap(&mut lines, angles.iter().map(|&angle| number::significant(angle, 10)));
+        wrap(&mut lines, angles.iter().map(|&angle| number::shortest(angle, 10)));
     }
     for row in &grid.rows_cd {
-        wrap(&mut lines, row.iter().map(|&candela| number::significant(candela, 9)));
+        wrap(&mut lines, row.iter().map(|&candela| number::shortest(candela, 9)));
     }
     let mut bytes = Vec::new();
     for line in &lines {

@@ -18,7 +18,6 @@ mod resample;
 pub(crate) mod spdx;
 pub(crate) mod speos;
 pub(crate) mod table;
-mod table_wide;
 pub(crate) mod write;
 mod write_cgats;
 mod write_tm27;

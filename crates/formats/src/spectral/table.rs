@@ -4,14 +4,16 @@ mod bins;
 mod claim;
 mod columns;
 mod preamble;
-pub(super) mod rows;
+mod rows;
 mod tall;
 mod undefined;
 mod values;
+mod wide;
 
 use self::preamble::preamble;
 use self::rows::{Lines, Row, SEKONIC, is_begin, without_nm};
 use self::tall::tall;
+use self::wide::wide;
 use super::file::SpectrumFile;
 use super::point::Point;
 use super::points::Draft;
@@ -41,17 +43,8 @@ pub(crate) fn read(
         draft.header.insert("separator".into(), separator.name().into());
     }
     let rows: Vec<Row<'_>> = lines.rows(text);
-    let wide = asked
-        .is_none()
-        .then(|| super::table_wide::read(&rows, text, &mut findings))
-        .flatten();
-    if let Some(wide) = wide {
-        draft.header.extend(wide.header);
-        draft.points = wide.points;
-        draft.names = wide.names;
-        draft.axis = wide.axis;
-        draft.whole = wide.whole;
-    } else {
+    // A wide table and a tall one fill the same draft, which `Draft::finish` checks.
+    if asked.is_some() || !wide(&rows, &mut draft, &mut findings) {
         let block = sekonic(&rows, &mut findings);
         let body = block.unwrap_or(&rows);
         tall(body, text, (format, asked), &mut draft, &mut findings);

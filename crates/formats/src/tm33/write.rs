@@ -113,7 +113,7 @@ fn lamp(distribution: &Distribution, edition: Edition) -> Vec<String> {
         Edition::E2018 => "InputWatts",
         Edition::E2023 => "InputWattage",
     };
-    let ten_digits = |value: Option<f64>| value.map_or(String::new(), |value| number::significant(value, 10));
+    let ten_digits = |value: Option<f64>| value.map_or(String::new(), |value| number::shortest(value, 10));
     let quantity = luminaire.lamp_count.unwrap_or(1.0).max(1.0) as u64;
     let fields = [
         ("Description", luminaire.lamp.clone()),
@@ -154,9 +154,9 @@ fn intensities(distribution: &Distribution, edition: Edition) -> Vec<String> {
         for (gamma, candela) in grid.gamma_deg().iter().zip(grid.row(plane)) {
             lines.push(format!(
                 "      <IntensityData horz=\"{}\" vert=\"{}\">{}</IntensityData>",
-                number::significant(c, 10),
-                number::significant(*gamma, 10),
-                number::significant(*candela, 9)
+                number::shortest(c, 10),
+                number::shortest(*gamma, 10),
+                number::shortest(*candela, 9)
             ));
         }
     }
@@ -167,7 +167,7 @@ fn intensities(distribution: &Distribution, edition: Edition) -> Vec<String> {
 /// Housing and luminous opening in mm, where they are known. As in LM-63 length lies along C0–C180 and width along
 /// C90–C270.
 fn housing(luminaire: &Luminaire, child: &str) -> Vec<String> {
-    let size = |value: f64| number::significant(value, 9);
+    let size = |value: f64| number::shortest(value, 9);
     let mut lines = Vec::new();
     if let (Some(length), Some(width), Some(height)) = (luminaire.length_mm, luminaire.width_mm, luminaire.height_mm) {
         let (along_c0, along_c90) = if width == 0.0 { (length, width) } else { (width, length) };

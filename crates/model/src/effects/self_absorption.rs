@@ -1,6 +1,6 @@
 //! A part of the luminaire or its mount blocks light in a patch of directions.
 
-use glam::DVec3;
+use isolux_photometry::direction;
 
 use super::act::{Act, Ray, Values};
 use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude, azimuth_of, shape};
@@ -30,9 +30,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
 const FULL_WIDTH: f64 = 2.354_820_045_030_949;
 
 fn shadow(&[depth_rel, azimuth_deg, gamma_deg, width_deg]: &Values, ray: &Ray) -> f64 {
-    let (sin_c, cos_c) = azimuth_deg.to_radians().sin_cos();
-    let (sin, cos) = gamma_deg.to_radians().sin_cos();
     let width = width_deg.to_radians() / FULL_WIDTH;
-    let cos_apart = ray.direction.dot(DVec3::new(sin * cos_c, sin * sin_c, cos));
+    let cos_apart = ray.direction.dot(direction(azimuth_deg, gamma_deg));
     1.0 - depth_rel * ((cos_apart - 1.0) / (width * width)).exp()
 }

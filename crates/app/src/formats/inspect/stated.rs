@@ -1,14 +1,15 @@
 //! Quantities for a person to read, each with its name and unit. Programs take `--json`, which has every key and digit.
 
 use isolux_formats::spectral::SpectrumFile;
-use isolux_formats::{Content, Distribution, GlareTable, Quantities as DistributionQuantities, significant};
+use isolux_formats::{Content, Distribution, GlareTable, Quantities as DistributionQuantities};
+use isolux_units::digits::shortest;
 use serde_json::Value;
 
 use super::inspection::{Inspection, Quantities, SpectrumQuantities};
 use super::rays::RayQuantities;
 
 /// Four significant digits are as many as a photometer has.
-const DIGITS: usize = 4;
+const DIGITS: i32 = 4;
 
 impl Inspection {
     /// Its quantities for a person: name, value with unit; what could not be computed is left out. A row without a name
@@ -243,5 +244,5 @@ fn short(text: &str) -> String {
 }
 
 fn digits(value: f64) -> String {
-    significant(value, DIGITS)
+    shortest(value, DIGITS)
 }

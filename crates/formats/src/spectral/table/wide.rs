@@ -1,29 +1,20 @@
 //! Tables that lie on their side: one column a wavelength, one row a spectrum.
 
-use serde_json::{Map, Value};
-
-use super::axis::{AxisUnit, is_wavelength_heading};
-use super::point::Point;
-use super::table::rows::Row;
+use super::rows::Row;
 use crate::finding::{Finding, Findings};
 use crate::number::{self, LARGEST_SPECTRAL as LARGEST};
-use crate::text::Text;
-
-/// What was read.
-pub(super) struct Wide {
-    pub points: Vec<Point>,
-    pub names: Vec<String>,
-    pub axis: Option<AxisUnit>,
-    pub header: Map<String, Value>,
-    pub whole: bool,
-}
+use crate::spectral::axis::{AxisUnit, is_wavelength_heading};
+use crate::spectral::point::Point;
+use crate::spectral::points::Draft;
 
 /// A line of so few cells between spectra of ten times as many describes them.
 const DESCRIPTION: usize = 5;
 
-/// Reads such a table; none where the file is not one.
-pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) -> Option<Wide> {
-    let (at, first) = heading(rows)?;
+/// Reads such a table into the draft; false where the file is not one.
+pub(super) fn wide(rows: &[Row<'_>], draft: &mut Draft, findings: &mut Findings) -> bool {
+    let Some((at, first)) = heading(rows) else {
+        return false;
+    };
     let head = &rows[at];
     let count = head.cells.len() - first;
     let body: Vec<&Row<'_>> = rows[at + 1..].iter().filter(|r| !r.comment).collect();
@@ -32,27 +23,22 @@ pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) 
         .iter()
         .all(|cell| cell.to_lowercase().contains("nm"));
     if body.is_empty() || (body.len() * 2 > count && !said) {
-        return None;
+        return false;
     }
     let wavelengths: Vec<f64> = head.cells[first..].iter().filter_map(|c| wavelength(c)).collect();
-    let mut wide = Wide {
-        points: (0..count)
-            .map(|k| Point {
-                line: head.line,
-                column: head.column(first + k),
-                x: wavelengths[k],
-                value: Vec::with_capacity(body.len()),
-            })
-            .collect(),
-        names: Vec::new(),
-        axis: head.cells[..first]
-            .iter()
-            .filter(|c| is_wavelength_heading(c))
-            .chain(&head.cells[first..])
-            .find_map(|c| AxisUnit::of(&c.replace(|d: char| d.is_ascii_digit(), " "))),
-        header: Map::new(),
-        whole: true,
-    };
+    draft.points = (0..count)
+        .map(|k| Point {
+            line: head.line,
+            column: head.column(first + k),
+            x: wavelengths[k],
+            value: Vec::with_capacity(body.len()),
+        })
+        .collect();
+    draft.axis = head.cells[..first]
+        .iter()
+        .filter(|c| is_wavelength_heading(c))
+        .chain(&head.cells[first..])
+        .find_map(|c| AxisUnit::of(&c.replace(|d: char| d.is_ascii_digit(), " ")));
     for row in body {
         if row.cells.len() <= DESCRIPTION && count >= 10 * DESCRIPTION && !row.is_number(0) {
             findings.push(
@@ -65,7 +51,7 @@ pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) 
             continue;
         }
         if row.cells.len() != head.cells.len() {
-            wide.whole = false;
+            draft.whole = false;
             findings.push(
                 Finding::error(
                     "csv-cells",
@@ -77,16 +63,16 @@ pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) 
             );
             continue;
         }
-        wide.names.push(if first > 0 {
+        draft.names.push(if first > 0 {
             row.cells[0].to_owned()
         } else {
             String::new()
         });
         for (k, cell) in row.cells[first..].iter().enumerate() {
             match number::read_up_to(cell, LARGEST) {
-                Ok(n) => wide.points[k].value.push(Some(n.value)),
+                Ok(n) => draft.points[k].value.push(Some(n.value)),
                 Err(error) => {
-                    wide.whole = false;
+                    draft.whole = false;
                     findings.push(
                         Finding::error("csv-number", error.to_string())
                             .at(row.line, row.column(first + k))
@@ -96,7 +82,7 @@ pub(super) fn read(rows: &[Row<'_>], _text: &Text<'_>, findings: &mut Findings) 
             }
         }
     }
-    Some(wide)
+    true
 }
 
 /// The row whose cells, after at most twenty words, are at least eight rising wavelengths.
