@@ -3,11 +3,12 @@
 use std::time::Duration;
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::instruments::bench::Source;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
-use isolux_app::scan::{self, Place, Target};
+use isolux_app::scan::{self, Place, ScanJob, Target};
 use isolux_app::{FailureKind, init};
 use isolux_record::run::StopHow;
 use isolux_record::{Plan, Quality, ReadingKind, Role, Run};
@@ -71,8 +72,19 @@ fn scan_in(
         let catalogue = Catalogue::new(session.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
-        let place = Place::take(target, false)?;
-        scan::on(&source, &mut devices, &plan, place, None, None, &cancel, now, &Silent).await
+        let job = ScanJob {
+            source: &source,
+            plan: &plan,
+            place: Place::take(target, false)?,
+            force: None,
+            operator: None,
+            control: &Control {
+                cancel,
+                ..Control::default()
+            },
+            progress: &Silent,
+        };
+        job.execute_on(&mut devices, None, now).await
     })
 }
 

@@ -2,15 +2,15 @@
 //! time.
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::init;
 use isolux_app::instruments::bench::Source;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
-use isolux_app::scan::{self, Place, Target};
+use isolux_app::scan::{Place, ScanJob, Target};
 use isolux_record::spectra::DarkSubtraction;
 use isolux_record::{Plan, Quality, Role, Run};
-use isolux_scan::Cancel;
 use isolux_virtual::twins::{Choice, TWINS};
 
 const PLAN: &str = r#"format = "isolux-plan/1"
@@ -57,19 +57,16 @@ fn scan_with(choice: &Choice) -> Run {
         let catalogue = Catalogue::new(session.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
-        let place = Place::take(Target::New(&path), false)?;
-        scan::on(
-            &source,
-            &mut devices,
-            &plan,
-            place,
-            None,
-            None,
-            &Cancel::new(),
-            now,
-            &Silent,
-        )
-        .await
+        let job = ScanJob {
+            source: &source,
+            plan: &plan,
+            place: Place::take(Target::New(&path), false)?,
+            force: None,
+            operator: None,
+            control: &Control::default(),
+            progress: &Silent,
+        };
+        job.execute_on(&mut devices, None, now).await
     });
     let summary = summary.unwrap();
     let run = Run::read(&path).unwrap();

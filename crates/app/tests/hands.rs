@@ -6,16 +6,16 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::instruments::bench::Source;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
-use isolux_app::scan::{self, Place, ScanSummary, Target};
+use isolux_app::scan::{Place, ScanJob, ScanSummary, Target};
 use isolux_app::{Failure, FailureKind};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_record::run::StopHow;
 use isolux_record::{Plan, Quality, Role, Run};
-use isolux_scan::Cancel;
 use isolux_transport::{LineSettings, Links, Parity};
 use isolux_virtual::station::{calibration, in_memory, station};
 use isolux_virtual::twins::Choice;
@@ -113,9 +113,16 @@ fn scan_beside(target: Target<'_>, hands: Vec<(f64, &'static str)>) -> Result<Sc
         let catalogue = Catalogue::new(session.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
-        let place = Place::take(target, false)?;
-        let cancel = Cancel::new();
-        scan::on(&source, &mut devices, &plan, place, None, None, &cancel, now, &Silent).await
+        let job = ScanJob {
+            source: &source,
+            plan: &plan,
+            place: Place::take(target, false)?,
+            force: None,
+            operator: None,
+            control: &Control::default(),
+            progress: &Silent,
+        };
+        job.execute_on(&mut devices, None, now).await
     })
 }
 

@@ -8,7 +8,7 @@ use isolux_app::front_end::live::{Event as ScanEvent, Left, Live, Outline};
 use isolux_app::front_end::progress::{Event, Progress};
 use isolux_app::init;
 use isolux_app::run::replay::Replay;
-use isolux_app::scan::{self, Target};
+use isolux_app::scan::{self, Place, ScanJob, Target};
 use isolux_virtual::twins::Choice;
 
 const PLAN: &str = r#"format = "isolux-plan/1"
@@ -59,8 +59,17 @@ fn a_record_shows_what_was_shown_live() {
     write("plan.toml", PLAN);
     let (run, shown) = (folder.join("run"), Shown::default());
     let (station, plan) = (folder.join("station.toml"), folder.join("plan.toml"));
-    let control = Control::default();
-    scan::run(&station, &plan, Target::New(&run), None, None, &control, &shown).unwrap();
+    let (source, plan, _) = scan::checked(&station, &plan, false).unwrap();
+    let job = ScanJob {
+        source: &source,
+        plan: &plan,
+        place: Place::take(Target::New(&run), false).unwrap(),
+        force: None,
+        operator: None,
+        control: &Control::default(),
+        progress: &shown,
+    };
+    job.execute().unwrap();
 
     let mut live = shown.live.into_inner();
     let last = live.pop().unwrap();

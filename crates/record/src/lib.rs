@@ -3,6 +3,7 @@
 //! Everything here is data on disk and its validation. Nothing here asks a clock: whoever writes a record says when.
 
 pub mod disk;
+mod distance_class;
 pub mod document;
 pub mod event;
 pub mod file;
@@ -19,6 +20,7 @@ pub mod station;
 pub mod steadiness;
 pub mod subject;
 
+pub use distance_class::DistanceClass;
 pub use document::DocumentError;
 pub use event::{BenchState, Event, Logged};
 pub use job::Job;

@@ -3,11 +3,11 @@
 
 use isolux_record::plan::{Block, Instrument, Plan, Repeats};
 use isolux_record::station::Rail;
-use isolux_record::{ReadingKind, Station};
+use isolux_record::{DistanceClass, ReadingKind, Station};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
-use crate::dry_run::{DistanceClass, distance_mm};
+use crate::dry_run::distance_mm;
 
 /// One range of a lux meter: its end, and the last digit of its display.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -3,7 +3,7 @@
 use isolux_record::document::Fault;
 use isolux_record::plan::{Block, Instrument, Plan, Repeats};
 use isolux_record::station::{Access, Axis};
-use isolux_record::{ReadingKind, Role, Station};
+use isolux_record::{DistanceClass, ReadingKind, Role, Station};
 use serde::Serialize;
 
 use crate::itinerary::{Visit, visits};
@@ -62,62 +62,6 @@ pub struct BlockSummary {
     pub distance_mm: f64,
     /// Its class.
     pub distance_class: DistanceClass,
-}
-
-/// Distance against the largest extent D of the luminous area, as EN 13032-4 asks of far-field photometry: at least 5 D
-/// for a Lambertian distribution, 10 D for a broad one, 15 D for a narrow one.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case", tag = "class", content = "distance_over_extent")]
-pub enum DistanceClass {
-    /// The station does not give `lamp.diameter_mm`.
-    Unknown,
-    /// Below 5 D: near field.
-    NearField(f64),
-    /// 5 D to 10 D: far field of a Lambertian luminaire alone.
-    Lambertian(f64),
-    /// 10 D to 15 D: far field of a broad beam.
-    Broad(f64),
-    /// 15 D and more: far field of a narrow beam too.
-    Narrow(f64),
-}
-
-impl DistanceClass {
-    /// The class of `distance_mm` for a luminous area of largest extent `extent_mm`.
-    pub fn of(distance_mm: f64, extent_mm: Option<f64>) -> Self {
-        let Some(extent_mm) = extent_mm else {
-            return Self::Unknown;
-        };
-        let ratio = distance_mm / extent_mm;
-        if ratio < 5.0 {
-            Self::NearField(ratio)
-        } else if ratio < 10.0 {
-            Self::Lambertian(ratio)
-        } else if ratio < 15.0 {
-            Self::Broad(ratio)
-        } else {
-            Self::Narrow(ratio)
-        }
-    }
-
-    /// Distance ÷ extent.
-    pub const fn ratio(self) -> Option<f64> {
-        match self {
-            Self::Unknown => None,
-            Self::NearField(ratio) | Self::Lambertian(ratio) | Self::Broad(ratio) | Self::Narrow(ratio) => Some(ratio),
-        }
-    }
-}
-
-impl std::fmt::Display for DistanceClass {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Unknown => f.write_str("not known: the station gives no lamp.diameter_mm"),
-            Self::NearField(ratio) => write!(f, "{ratio:.1} D: near field, I = E·d² does not hold"),
-            Self::Lambertian(ratio) => write!(f, "{ratio:.1} D: far field of a Lambertian luminaire alone (≥ 5 D)"),
-            Self::Broad(ratio) => write!(f, "{ratio:.1} D: far field of a broad beam (≥ 10 D)"),
-            Self::Narrow(ratio) => write!(f, "{ratio:.1} D: far field of any beam (≥ 15 D)"),
-        }
-    }
 }
 
 /// Interprets `plan` on `station`.

@@ -29,7 +29,7 @@ pub use awake::Awake;
 pub use cancel::Cancel;
 pub use devices::{CalibratedSpectro, Devices, Nobody, Operator, Request, TwoState};
 pub use distance::{Cost, DisplayRange, Distances, distances};
-pub use dry_run::{DistanceClass, DryRun, VisitTime, dry_run, visit_times};
+pub use dry_run::{DryRun, VisitTime, dry_run, visit_times};
 pub use engine::{Engine, ScanSummary};
 pub use error::{ScanError, ScanErrorKind};
 pub use observe::{Observer, Silent};

@@ -7,17 +7,17 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_app::darkroom::capture::{self, CaptureUnit, Series};
 use isolux_app::files::Overwrite;
+use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::instruments::bench::Source;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
 use isolux_app::run::reduce;
-use isolux_app::scan::{self, Place, Target};
+use isolux_app::scan::{Place, ScanJob, Target};
 use isolux_app::{Failure, init};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_record::Plan;
 use isolux_record::observation::{MapSet, Need, Observations, Readings, open};
-use isolux_scan::Cancel;
 use isolux_virtual::station::{calibration, in_memory, station};
 use isolux_virtual::twins::Choice;
 
@@ -149,19 +149,16 @@ fn scan_in(room: &Darkroom, known: &Darkroom, plan: &Plan, hasty: bool, folder: 
         let catalogue = Catalogue::new(session.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = jiff::Timestamp::UNIX_EPOCH;
-        let place = Place::take(Target::New(folder), false)?;
-        Box::pin(scan::on(
-            &source,
-            &mut devices,
+        let job = ScanJob {
+            source: &source,
             plan,
-            place,
-            None,
-            None,
-            &Cancel::new(),
-            now,
-            &Silent,
-        ))
-        .await
+            place: Place::take(Target::New(folder), false)?,
+            force: None,
+            operator: None,
+            control: &Control::default(),
+            progress: &Silent,
+        };
+        Box::pin(job.execute_on(&mut devices, None, now)).await
     })?;
     Ok(())
 }

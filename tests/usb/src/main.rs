@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
+use isolux_app::scan::{self, Place, ScanJob};
 use isolux_device::Target;
 use isolux_transport::{Link, Ports, SystemLinks, UsbAddress, UsbFraming, UsbProfile, find_usb};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
@@ -104,17 +105,17 @@ async fn read(open: &str, time: Duration) -> Result<String, String> {
 fn scan(station: &str, plan: &str, run: &str) -> Result<(), String> {
     std::thread::scope(|scope| {
         let scan = scope.spawn(|| {
-            let target = isolux_app::scan::Target::New(run.into());
-            let (force, operator) = (None, None);
-            isolux_app::scan::run(
-                station.into(),
-                plan.into(),
-                target,
-                force,
-                operator,
-                &Control::default(),
-                &Silent,
-            )
+            let (source, plan, _) = scan::checked(station.into(), plan.into(), false)?;
+            ScanJob {
+                source: &source,
+                plan: &plan,
+                place: Place::take(scan::Target::New(run.into()), false)?,
+                force: None,
+                operator: None,
+                control: &Control::default(),
+                progress: &Silent,
+            }
+            .execute()
         });
         match scan.join() {
             Ok(Ok(_)) => Ok(()),

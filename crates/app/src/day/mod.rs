@@ -13,7 +13,7 @@ mod stored;
 use camino::{Utf8Path, Utf8PathBuf};
 use isolux_diagnose::document::{Independence, Verdict};
 use isolux_record::run::StopHow;
-use isolux_record::{Job, Run, RunError, disk};
+use isolux_record::{Job, Plan, Run, RunError, disk};
 use isolux_report::answer::statistics;
 use isolux_report::day::{Diagnosed, document};
 use isolux_virtual::twins::Choice;
@@ -25,14 +25,11 @@ use crate::front_end::control::Control;
 use crate::front_end::progress::{Event, Progress};
 use crate::init::DayPlan;
 use crate::instruments::bench;
-use crate::instruments::catalogue::Catalogue;
-use crate::instruments::session::{self, Session};
 use crate::run::reduce::Reduced;
 use crate::run::{record, reduce};
-use crate::scan::{Operator, Place, Target};
+use crate::scan::{self, Operator, Place, ScanJob, Target};
 use crate::simulation::simulate;
-use crate::system::signals::OnSignals;
-use crate::{Failure, init, scan};
+use crate::{Failure, init};
 
 /// What a day is made of.
 #[derive(Debug, Clone, Default)]
@@ -110,16 +107,32 @@ pub fn run(
     if let Some(job) = &job {
         before::check(job, scanned.then_some(folder.as_path()), operator.is_some())?;
     }
+    let scan = |source: &bench::Source, plan: &Plan, progress: &dyn Progress| {
+        let job = ScanJob {
+            source,
+            plan,
+            place: place.clone(),
+            force,
+            operator,
+            control,
+            progress,
+        };
+        job.execute()
+            .map_err(|failure| go_on(failure, options.job.as_deref(), &folder))
+    };
     match &job {
         Some(job) if scanned => asked::keep(&folder, job)?,
         None if scanned => {}
         Some(job) => {
+            let (source, plan, _) = scan::checked(job.station(), job.plan(), operator.is_some())?;
             let keeping = asked::JobRecorder::new(&folder, job, progress);
-            scan::run_in(&place, job.station(), job.plan(), force, operator, control, &keeping)
-                .map_err(|failure| go_on(failure, options.job.as_deref(), &folder))?;
+            scan(&source, &plan, &keeping)?;
             keeping.end()?;
         }
-        None => virtual_scan(&place, plan, control, progress).map_err(|failure| go_on(failure, None, &folder))?,
+        None => {
+            let (source, plan) = built_in(plan)?;
+            scan(&source, &plan, progress)?;
+        }
     }
     // What a day that broke off in the day_results had made of its record is made again.
     let overwrite = if options.resume {
@@ -173,21 +186,13 @@ fn completed(folder: &Utf8Path, reread: bool) -> Result<bool, Failure> {
     }
 }
 
-/// The scan in the built-in virtual darkroom.
-fn virtual_scan(place: &Place<'_>, plan: DayPlan, control: &Control, progress: &dyn Progress) -> Result<(), Failure> {
+/// The built-in virtual darkroom, and a plan for it.
+fn built_in(plan: DayPlan) -> Result<(bench::Source, Plan), Failure> {
     let (station, calibration) = init::virtual_station(&Choice::default())?;
-    let source = bench::Source::from_text(&station, calibration.as_deref())?;
-    let plan = plan.plan()?;
-    session::run_controlled(true, control, async {
-        let session = Session::open(true)?;
-        let _signals = OnSignals::ending(&control.cancel)?;
-        let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
-        let mut devices = source.open(&catalogue).await?;
-        let now = jiff::Timestamp::now();
-        let place = place.clone();
-        scan::under(&source, &mut devices, &plan, place, None, None, control, now, progress).await
-    })?;
-    Ok(())
+    Ok((
+        bench::Source::from_text(&station, calibration.as_deref())?,
+        plan.plan()?,
+    ))
 }
 
 /// From the record to the report.

@@ -9,7 +9,7 @@ use crate::diagnosis::diagnose::{self, Answer, Request};
 use crate::files::{self, Overwrite};
 use crate::front_end::control::Control;
 use crate::front_end::progress::{Event, Progress};
-use crate::scan::{self, Target};
+use crate::scan::{self, Place, ScanJob, Target};
 
 /// What is asked.
 #[derive(Debug, Clone)]
@@ -37,7 +37,7 @@ const WORTH_A_SCAN_SIGMA: f64 = 3.0;
 /// whether the axes may move, scans it and diagnoses all runs together. The last answer, and the runs that it rests on.
 ///
 /// # Errors
-/// As [`diagnose::run`] and [`scan::run`]; bad input (exit 2) before anything moves when the station cannot be read or
+/// As [`diagnose::run`] and [`ScanJob::execute`]; bad input (exit 2) before anything moves when the station cannot be read or
 /// the folder is not empty.
 pub fn run(
     asked: &Investigation,
@@ -64,15 +64,17 @@ pub fn run(
         }
         let run = asked.out.join(format!("run-{}", round + 1));
         let force = asked.force.as_deref();
-        scan::run(
-            &asked.station,
-            &plan,
-            Target::New(&run),
+        let (source, plan, _) = scan::checked(&asked.station, &plan, operator.is_some())?;
+        ScanJob {
+            source: &source,
+            plan: &plan,
+            place: Place::take(Target::New(&run), force.is_some())?,
             force,
             operator,
             control,
             progress,
-        )?;
+        }
+        .execute()?;
         runs.push(run);
     }
     unreachable!("the loop ends by returning")
@@ -102,8 +104,8 @@ fn proposal(
             continue;
         }
         let plan = out.join(plan);
-        match scan::feasible(&asked.station, &plan, attended) {
-            Ok(day) => {
+        match scan::checked(&asked.station, &plan, attended) {
+            Ok((_, _, day)) => {
                 let question = format!(
                     "{} ({plan}): {one} and {other} would lie {:.1} σ apart; {} readings, {} with the warm-up. May the axes move?",
                     next.what,

@@ -238,10 +238,10 @@ pub fn run<T>(in_memory: bool, work: impl Future<Output = Result<T, Failure>>) -
     runtime.block_on(work)
 }
 
-/// As [`play`], at the pace of `control` where time is virtual.
+/// As [`run`], at the pace of `control` where time is virtual.
 ///
 /// # Errors
-/// As [`play`].
+/// As [`run`].
 pub(crate) fn run_controlled<T>(
     in_memory: bool,
     control: &Control,

@@ -7,7 +7,7 @@ mod state;
 
 use camino::Utf8Path;
 use isolux_record::{Logged, Plan, Reading, RunDir, RunLock, RunLockError, Subject};
-use isolux_scan::{Awake, Cancel, Devices, DryRun, Engine, Nobody, dry_run};
+use isolux_scan::{Awake, Devices, DryRun, Engine, Nobody, dry_run};
 pub use isolux_scan::{Operator, ScanSummary};
 use jiff::Timestamp;
 
@@ -96,84 +96,144 @@ impl<'a> Place<'a> {
     }
 }
 
-/// Scans `plan` on `station`, files both, into a run directory. `force` is the reason for which instruments and run
-/// directory may be taken over from a process that does not answer.
-///
-/// # Errors
-/// Bad input (exit 2) with file and line before anything moves; 1 when a gate stays shut; 3 when an instrument fails,
-/// belongs to another process, or an axis could not be verified at rest; 130 when interrupted.
-pub fn run(
-    station: &Utf8Path,
-    plan_file: &Utf8Path,
-    target: Target<'_>,
-    force: Option<&str>,
-    operator: Option<&dyn Operator>,
-    control: &Control,
-    progress: &dyn Progress,
-) -> Result<ScanSummary, Failure> {
-    checked(station, plan_file, operator.is_some())?;
-    let place = Place::take(target, force.is_some())?;
-    run_in(&place, station, plan_file, force, operator, control, progress)
+/// A scan to be carried out.
+#[derive(Clone)]
+pub struct ScanJob<'a> {
+    /// The bench.
+    pub source: &'a Source,
+    /// What is measured on it.
+    pub plan: &'a Plan,
+    /// Where it is recorded.
+    pub place: Place<'a>,
+    /// The reason for which instruments may be taken over from a process that does not answer.
+    pub force: Option<&'a str>,
+    /// The person beside the bench.
+    pub operator: Option<&'a dyn Operator>,
+    /// Pauses and ends the scan.
+    pub control: &'a Control,
+    /// Is told what happens.
+    pub progress: &'a dyn Progress,
 }
 
-/// As [`run`], in a run directory that this process has.
-///
-/// # Errors
-/// As [`run`].
-pub fn run_in(
-    place: &Place<'_>,
-    station: &Utf8Path,
-    plan_file: &Utf8Path,
-    force: Option<&str>,
-    operator: Option<&dyn Operator>,
-    control: &Control,
-    progress: &dyn Progress,
-) -> Result<ScanSummary, Failure> {
-    let (source, plan, _) = checked(station, plan_file, operator.is_some())?;
-    let in_memory = roles::is_virtual(&source.station);
-    session::run_controlled(in_memory, control, async {
-        let session = Session::of(&source.station, &source.file, progress)?;
-        let _signals = OnSignals::ending(&control.cancel)?;
-        let taken = session.claim(&source.station, force).await?;
-        let _awake = keep_awake(!in_memory, progress);
-        let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
-        let mut devices = source.open(&catalogue).await?;
-        let now = Timestamp::now();
-        let (place, taken) = (place.clone(), taken.as_ref());
-        under(
-            &source,
-            &mut devices,
-            &plan,
-            place,
-            taken,
-            operator,
+impl ScanJob<'_> {
+    /// Opens the instruments and scans.
+    ///
+    /// # Errors
+    /// 1 when a gate stays shut; 3 when an instrument fails, belongs to another process, or an axis could not be
+    /// verified at rest; 130 when interrupted.
+    pub fn execute(&self) -> Result<ScanSummary, Failure> {
+        let Self { source, progress, .. } = *self;
+        let in_memory = roles::is_virtual(&source.station);
+        session::run_controlled(in_memory, self.control, async {
+            let session = Session::of(&source.station, &source.file, progress)?;
+            let _signals = OnSignals::ending(&self.control.cancel)?;
+            let taken = session.claim(&source.station, self.force).await?;
+            let _awake = keep_awake(!in_memory, progress);
+            let catalogue = Catalogue::new(session.links.clone()).beside(&source.file);
+            let mut devices = source.open(&catalogue).await?;
+            self.execute_on(&mut devices, taken.as_ref(), Timestamp::now())
+                .await
+                .map_err(|failure| session.explain(failure))
+        })
+    }
+
+    /// Scans on instruments that are open. What was `taken` over is recorded.
+    ///
+    /// # Errors
+    /// As [`execute`](Self::execute).
+    pub async fn execute_on(
+        &self,
+        devices: &mut Devices,
+        taken: Option<&TakeOver>,
+        now_utc: Timestamp,
+    ) -> Result<ScanSummary, Failure> {
+        let Self {
+            source,
+            plan,
             control,
-            now,
             progress,
-        )
-        .await
-        .map_err(|failure| session.explain(failure))
-    })
+            ..
+        } = *self;
+        let place = self.place.clone();
+        let mut header = source.header(devices, plan, now_utc.to_string());
+        header.state(&place.subject);
+        let (mut run, resumed) = match place.target {
+            Target::New(path) => (RunDir::create(path, header).map_err(record_failure)?, None),
+            Target::Resume(path) | Target::Reread(path) => {
+                let (run, old) = match place.target {
+                    Target::Reread(_) => RunDir::reread(path, &header),
+                    _ => RunDir::resume(path, &header),
+                }
+                .map_err(record_failure)?;
+                old.notices
+                    .iter()
+                    .for_each(|notice| progress.event(Event::Note(notice)));
+                (run, Some(old))
+            }
+        };
+        run.guard(place.lock);
+        log::keep_in(run.path());
+        if let Some(taken) = taken {
+            let from = taken.from.iter().chain(&place.from).cloned().collect();
+            run.event(&Logged {
+                time_utc: now_utc.to_string(),
+                event: isolux_record::Event::TakenOver {
+                    reason: taken.reason.clone(),
+                    from,
+                },
+            })
+            .map_err(record_failure)?;
+        }
+        let already: &[Reading] = resumed.as_ref().map_or(&[], |run| &run.readings.rows);
+        let lasting = (!roles::is_virtual(&source.station)).then_some(source.file.as_path());
+        // Virtual time stands still while the program does not run.
+        let awake = match lasting {
+            Some(_) => Awake::watching(asleep::clock()),
+            None => Awake::unwatched(),
+        };
+        let observer = Narrator::new(progress, run.header(), run.path(), already, lasting);
+        let wall_clock: &dyn Fn() -> Timestamp = &Timestamp::now;
+        let engine = Engine {
+            station: &source.station,
+            operator: self.operator.unwrap_or(&Nobody),
+            pause: &control.pause,
+            observer: &observer,
+            awake: &awake,
+            now_utc,
+            wall_clock: lasting.is_some().then_some(wall_clock),
+        };
+        // The states of a scan are too many for the stack of whoever waits for it.
+        let outcome = Box::pin(engine.run(devices, plan, &mut run, &control.cancel, resumed.as_ref())).await;
+        if let Err(error) = &outcome {
+            tracing::error!(%error, "the scan ended early");
+        }
+        log::leave_run();
+        observer.ended(&match &outcome {
+            Ok(summary) => format!(
+                "{} readings, {} spectra in {}",
+                summary.readings,
+                summary.spectra,
+                duration(summary.duration_s)
+            ),
+            Err(error) => format!("ended early: {error}"),
+        });
+        outcome.map_err(|error| {
+            let failure = session::failure(&error);
+            let path = run.path();
+            failure.help(format!(
+                "{path} holds {} readings; go on with --resume {path}",
+                run.len()
+            ))
+        })
+    }
 }
 
-/// What a plan asks of a station, or why it cannot be carried out there: limits of the axes and of the rail, switches
-/// that are missing, a person who is not there.
+/// The station and the plan of these files, and what the one asks of the other: limits of the axes and of the rail,
+/// switches that are missing, a person who is not there.
 ///
 /// # Errors
 /// Bad input (exit 2) with file and line.
-pub fn feasible(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Result<DryRun, Failure> {
-    Ok(checked(station, plan_file, attended)?.2)
-}
-
-/// The station and the plan, and that the one can carry out the other.
-///
-/// # Errors
-/// As [`feasible`].
-pub(crate) fn checked(
-    station: &Utf8Path,
-    plan_file: &Utf8Path,
-    attended: bool,
-) -> Result<(Source, Plan, DryRun), Failure> {
+pub fn checked(station: &Utf8Path, plan_file: &Utf8Path, attended: bool) -> Result<(Source, Plan, DryRun), Failure> {
     let source = Source::load(station)?;
     let (plan, text) = plan::load(plan_file)?;
     let day = dry_run(&source.station, &plan).map_err(|fault| plan::located(plan_file, &text, &fault))?;
@@ -184,119 +244,6 @@ pub(crate) fn checked(
         .help("run it from a terminal or from the page"));
     }
     Ok((source, plan, day))
-}
-
-/// Scans on instruments that are open: the step that the whole day shares with `scan`. What was `taken` over is
-/// recorded.
-///
-/// # Errors
-/// As [`run`].
-pub async fn on(
-    source: &Source,
-    devices: &mut Devices,
-    plan: &Plan,
-    place: Place<'_>,
-    taken: Option<&TakeOver>,
-    operator: Option<&dyn Operator>,
-    cancel: &Cancel,
-    now_utc: Timestamp,
-    progress: &dyn Progress,
-) -> Result<ScanSummary, Failure> {
-    let control = Control {
-        cancel: cancel.clone(),
-        ..Control::default()
-    };
-    under(
-        source, devices, plan, place, taken, operator, &control, now_utc, progress,
-    )
-    .await
-}
-
-/// As [`on`], for a front end that may pause it.
-///
-/// # Errors
-/// As [`run`].
-pub async fn under(
-    source: &Source,
-    devices: &mut Devices,
-    plan: &Plan,
-    place: Place<'_>,
-    taken: Option<&TakeOver>,
-    operator: Option<&dyn Operator>,
-    control: &Control,
-    now_utc: Timestamp,
-    progress: &dyn Progress,
-) -> Result<ScanSummary, Failure> {
-    let mut header = source.header(devices, plan, now_utc.to_string());
-    header.state(&place.subject);
-    let (mut run, resumed) = match place.target {
-        Target::New(path) => (RunDir::create(path, header).map_err(record_failure)?, None),
-        Target::Resume(path) | Target::Reread(path) => {
-            let (run, old) = match place.target {
-                Target::Reread(_) => RunDir::reread(path, &header),
-                _ => RunDir::resume(path, &header),
-            }
-            .map_err(record_failure)?;
-            old.notices
-                .iter()
-                .for_each(|notice| progress.event(Event::Note(notice)));
-            (run, Some(old))
-        }
-    };
-    run.guard(place.lock);
-    log::keep_in(run.path());
-    if let Some(taken) = taken {
-        let from = taken.from.iter().chain(&place.from).cloned().collect();
-        run.event(&Logged {
-            time_utc: now_utc.to_string(),
-            event: isolux_record::Event::TakenOver {
-                reason: taken.reason.clone(),
-                from,
-            },
-        })
-        .map_err(record_failure)?;
-    }
-    let already: &[Reading] = resumed.as_ref().map_or(&[], |run| &run.readings.rows);
-    let lasting = (!roles::is_virtual(&source.station)).then_some(source.file.as_path());
-    // Virtual time stands still while the program does not run.
-    let awake = match lasting {
-        Some(_) => Awake::watching(asleep::clock()),
-        None => Awake::unwatched(),
-    };
-    let observer = Narrator::new(progress, run.header(), run.path(), already, lasting);
-    let wall_clock: &dyn Fn() -> Timestamp = &Timestamp::now;
-    let engine = Engine {
-        station: &source.station,
-        operator: operator.unwrap_or(&Nobody),
-        pause: &control.pause,
-        observer: &observer,
-        awake: &awake,
-        now_utc,
-        wall_clock: lasting.is_some().then_some(wall_clock),
-    };
-    // The states of a scan are too many for the stack of whoever waits for it.
-    let outcome = Box::pin(engine.run(devices, plan, &mut run, &control.cancel, resumed.as_ref())).await;
-    if let Err(error) = &outcome {
-        tracing::error!(%error, "the scan ended early");
-    }
-    log::leave_run();
-    observer.ended(&match &outcome {
-        Ok(summary) => format!(
-            "{} readings, {} spectra in {}",
-            summary.readings,
-            summary.spectra,
-            duration(summary.duration_s)
-        ),
-        Err(error) => format!("ended early: {error}"),
-    });
-    outcome.map_err(|error| {
-        let failure = session::failure(&error);
-        let path = run.path();
-        failure.help(format!(
-            "{path} holds {} readings; go on with --resume {path}",
-            run.len()
-        ))
-    })
 }
 
 /// Whether somebody will be asked.

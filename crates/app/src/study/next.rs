@@ -11,7 +11,7 @@ use super::job;
 use crate::front_end::control::Control;
 use crate::front_end::progress::Progress;
 use crate::run::folder;
-use crate::scan::{self, Operator, Target, duration};
+use crate::scan::{self, Operator, Place, ScanJob, Target, duration};
 use crate::{Failure, init};
 
 /// What would be done.
@@ -49,7 +49,7 @@ pub fn shown(run: &Utf8Path, number: usize) -> Result<Shown, Failure> {
     };
     let plan = latest(run).0.join(plan);
     let station = station(run)?;
-    let day = scan::feasible(&station, &plan, true)?;
+    let (_, _, day) = scan::checked(&station, &plan, true)?;
     let blocks = day.blocks.iter().map(|block| {
         format!(
             "{} ({}): {} points at {} mm",
@@ -107,7 +107,7 @@ fn station(run: &Utf8Path) -> Result<Utf8PathBuf, Failure> {
 /// results of `run`.
 ///
 /// # Errors
-/// As [`scan::run`] and [`crate::diagnosis::diagnose::run`].
+/// As [`ScanJob::execute`] and [`crate::diagnosis::diagnose::run`].
 pub fn carry_out(
     run: &Utf8Path,
     shown: &Shown,
@@ -117,15 +117,17 @@ pub fn carry_out(
     progress: &dyn Progress,
 ) -> Result<(), Failure> {
     let mut case = Case::of(run);
-    scan::run(
-        &shown.station,
-        &shown.plan,
-        Target::New(out),
-        None,
+    let (source, plan, _) = scan::checked(&shown.station, &shown.plan, operator.is_some())?;
+    ScanJob {
+        source: &source,
+        plan: &plan,
+        place: Place::take(Target::New(out), false)?,
+        force: None,
         operator,
         control,
         progress,
-    )?;
+    }
+    .execute()?;
     case.observations.push(out.to_owned());
     case.diagnose(run, progress)
 }

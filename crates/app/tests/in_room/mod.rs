@@ -1,15 +1,15 @@
 //! A scan by the program in the virtual room.
 
 use camino::Utf8PathBuf;
+use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::init;
 use isolux_app::instruments::bench::Source;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session::{self, Session};
-use isolux_app::scan::{self, Place, Target};
+use isolux_app::scan::{Place, ScanJob, Target};
 use isolux_darkroom::Darkroom;
 use isolux_record::{Plan, Run};
-use isolux_scan::Cancel;
 use isolux_virtual::twins::Choice;
 
 /// The record of `plan` in `room`, by the default twins.
@@ -23,9 +23,16 @@ pub fn scanned(room: Darkroom, plan: &Plan) -> Run {
         let catalogue = Catalogue::new(session.links.clone());
         let mut devices = source.open(&catalogue).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
-        let cancel = Cancel::new();
-        let place = Place::take(Target::New(&path), false)?;
-        scan::on(&source, &mut devices, plan, place, None, None, &cancel, now, &Silent).await
+        let job = ScanJob {
+            source: &source,
+            plan,
+            place: Place::take(Target::New(&path), false)?,
+            force: None,
+            operator: None,
+            control: &Control::default(),
+            progress: &Silent,
+        };
+        job.execute_on(&mut devices, None, now).await
     })
     .unwrap();
     Run::read(&path).unwrap()

@@ -15,16 +15,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use camino::{Utf8Path, Utf8PathBuf};
+use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::instruments::bench::Source;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session;
-use isolux_app::scan::{self, Place, Target};
+use isolux_app::scan::{Place, ScanJob, Target};
 use isolux_app::{Failure, init};
 use isolux_darkroom::Darkroom;
 use isolux_record::spectra::DarkSubtraction;
 use isolux_record::{Plan, Quality, Role, Run};
-use isolux_scan::Cancel;
 use isolux_transport::{Links, SystemLinks};
 use isolux_virtual::outlet::{Offer, offer};
 use isolux_virtual::twins::{Choice, TWINS, TwinKind};
@@ -75,19 +75,16 @@ async fn scanned(source: &Source, links: Arc<dyn Links>, plan: &Plan) -> Result<
     let path = Utf8PathBuf::try_from(keep.path().join("run")).unwrap();
     let mut devices = source.open(&Catalogue::new(links)).await?;
     let now = "2026-01-01T00:00:00Z".parse().unwrap();
-    let place = Place::take(Target::New(&path), false)?;
-    scan::on(
+    let job = ScanJob {
         source,
-        &mut devices,
         plan,
-        place,
-        None,
-        None,
-        &Cancel::new(),
-        now,
-        &Silent,
-    )
-    .await?;
+        place: Place::take(Target::New(&path), false)?,
+        force: None,
+        operator: None,
+        control: &Control::default(),
+        progress: &Silent,
+    };
+    job.execute_on(&mut devices, None, now).await?;
     Ok(Run::read(&path).unwrap())
 }
 

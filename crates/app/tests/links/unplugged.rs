@@ -2,16 +2,16 @@
 //! one message that says who it was and what to do, and the axes rest where they can still be asked.
 
 use camino::Utf8PathBuf;
+use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
 use isolux_app::instruments::bench::Source;
 use isolux_app::instruments::catalogue::Catalogue;
 use isolux_app::instruments::session;
-use isolux_app::scan::{self, Place, Target};
+use isolux_app::scan::{Place, ScanJob, Target};
 use isolux_app::{Failure, FailureKind, init};
 use isolux_darkroom::Darkroom;
 use isolux_record::Run;
 use isolux_record::run::StopHow;
-use isolux_scan::Cancel;
 use isolux_virtual::twins::Choice;
 
 use super::{FAST, hasty, plan};
@@ -31,9 +31,16 @@ fn scanned(instrument: &str, at_s: f64) -> (Result<f64, Failure>, Option<Run>) {
         let session = session::Session::in_room(Darkroom::parse(&text).unwrap(), &choice).unwrap();
         let mut devices = source.open(&Catalogue::new(session.links.clone())).await?;
         let now = "2026-01-01T00:00:00Z".parse().unwrap();
-        let place = Place::take(Target::New(&path), false)?;
-        let (cancel, plan) = (Cancel::new(), plan(6));
-        scan::on(&source, &mut devices, &plan, place, None, None, &cancel, now, &Silent).await?;
+        let job = ScanJob {
+            source: &source,
+            plan: &plan(6),
+            place: Place::take(Target::New(&path), false)?,
+            force: None,
+            operator: None,
+            control: &Control::default(),
+            progress: &Silent,
+        };
+        job.execute_on(&mut devices, None, now).await?;
         Ok(session.room.as_ref().unwrap().now_s())
     });
     (ended, Run::read(&path).ok())

@@ -4,7 +4,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use clap::Args;
 use isolux_app::Failure;
 use isolux_app::front_end::progress::Progress;
-use isolux_app::scan::{self, Operator, ScanSummary, Target, duration};
+use isolux_app::scan::{self, Operator, Place, ScanJob, ScanSummary, Target, duration};
 
 use super::serve::{self, Address};
 use super::takeover::TakeOver;
@@ -58,15 +58,18 @@ pub fn run(arguments: &Scan) -> Result<(), Failure> {
         control.pace = arguments.address.pace();
     }
     let work = |progress: &dyn Progress| {
-        scan::run(
-            &arguments.station,
-            &arguments.plan,
-            target,
-            arguments.takeover.reason(),
+        let (source, plan, _) = scan::checked(&arguments.station, &arguments.plan, operator.is_some())?;
+        let force = arguments.takeover.reason();
+        ScanJob {
+            source: &source,
+            plan: &plan,
+            place: Place::take(target, force.is_some())?,
+            force,
             operator,
-            &control,
+            control: &control,
             progress,
-        )
+        }
+        .execute()
     };
     if arguments.open {
         let folder = path.parent().unwrap_or(Utf8Path::new("."));

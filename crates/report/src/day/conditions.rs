@@ -6,7 +6,7 @@ use crate::document::Section;
 use crate::svg::{Anchor, HEIGHT, Stroke, Svg, WIDTH, colour};
 use isolux_photometry::IntensityDistribution;
 use isolux_record::event::{self, WarmUp};
-use isolux_record::{Event, Logged, ReadingKind, Role};
+use isolux_record::{DistanceClass, Event, Logged, ReadingKind, Role};
 use isolux_reduce::{Drift, Over};
 use isolux_units::digits::significant;
 
@@ -147,13 +147,10 @@ fn distance_class(day_results: &DayResults) -> String {
         return "not known: the station states no lamp.diameter_mm".to_owned();
     };
     let reduction = &day_results.reduction;
-    let ratio = reduction.distance_mm / diameter_mm;
+    let class = DistanceClass::of(reduction.distance_mm, Some(diameter_mm));
+    let ratio = class.ratio().unwrap_or_default();
     let narrowest = narrowest_beam_deg(&reduction.grid.distribution);
-    let wanted = match narrowest {
-        Some(beam) if beam < 60.0 => 15.0,
-        Some(beam) if beam < 90.0 => 10.0,
-        _ => 5.0,
-    };
+    let wanted = DistanceClass::wanted(narrowest);
     let beam = narrowest.map_or_else(|| "no beam".to_owned(), |beam| format!("narrowest beam {beam:.0}°"));
     format!(
         "{ratio:.0} luminous diameters of {diameter_mm} mm; {beam}, for which CIE S 025 asks for {wanted}: {}",

@@ -5,7 +5,7 @@ use std::path::Path;
 use camino::Utf8Path;
 use isolux_app::front_end::control::Control;
 use isolux_app::front_end::progress::Silent;
-use isolux_app::scan::Target;
+use isolux_app::scan::{self, Place, ScanJob, Target};
 use isolux_darkroom::{Darkroom, Instrument, Room};
 use isolux_record::Run;
 use isolux_record::spectra::DarkSubtraction;
@@ -68,15 +68,17 @@ async fn scanned(driver: &str, bridge: Option<&Path>) -> Vec<(f64, f64)> {
     } else {
         let run = run.clone();
         let scan = move || {
-            isolux_app::scan::run(
-                &station,
-                &plan,
-                Target::New(&run),
-                None,
-                None,
-                &Control::default(),
-                &Silent,
-            )
+            let (source, plan, _) = scan::checked(&station, &plan, false)?;
+            ScanJob {
+                source: &source,
+                plan: &plan,
+                place: Place::take(Target::New(&run), false)?,
+                force: None,
+                operator: None,
+                control: &Control::default(),
+                progress: &Silent,
+            }
+            .execute()
         };
         tokio::task::spawn_blocking(scan).await.unwrap().unwrap();
     }
