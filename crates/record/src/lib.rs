@@ -3,9 +3,7 @@
 //! Everything here is data on disk and its validation. Nothing here asks a clock: whoever writes a record says when.
 
 pub mod disk;
-pub mod document;
 pub mod event;
-pub mod file;
 pub mod job;
 pub mod limits;
 pub mod observation;
@@ -19,8 +17,8 @@ pub mod station;
 pub mod steadiness;
 pub mod subject;
 
-pub use document::DocumentError;
 pub use event::{BenchState, Event, Logged};
+pub use isolux_document::{self as document, DocumentError, file};
 pub use job::Job;
 pub use limits::Limits;
 pub use plan::Plan;
