@@ -1,4 +1,7 @@
 //! XML as a small tree with line numbers; enough for photometric documents, bounded in depth.
+//!
+//! On quick-xml and not roxmltree, which refuses what files have: prefixes that nobody declared, entities of HTML, a
+//! DTD, bytes behind the end.
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};

@@ -4,9 +4,7 @@
 
 pub mod disk;
 mod distance_class;
-pub mod document;
 pub mod event;
-pub mod file;
 pub mod job;
 pub mod limits;
 pub mod observation;
@@ -21,8 +19,8 @@ pub mod steadiness;
 pub mod subject;
 
 pub use distance_class::DistanceClass;
-pub use document::DocumentError;
 pub use event::{BenchState, Event, Logged};
+pub use isolux_document::{self as document, DocumentError, file};
 pub use job::Job;
 pub use limits::Limits;
 pub use plan::Plan;

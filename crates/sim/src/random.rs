@@ -1,6 +1,7 @@
 //! Counter-based random numbers: Philox4x32-10 (Salmon et al., “Parallel random numbers: as easy as 1, 2, 3”, SC11).
 //!
-//! A number is a function of (seed, purpose, index) alone, so that no result depends on threads, chunks or shards.
+//! A number is a function of (seed, purpose, index) alone, so that no result depends on threads, chunks or shards. The
+//! samplers are written here because a seed gives the same map in every version, which `rand_distr` does not promise.
 
 const MULTIPLIER: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
 const WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];

@@ -140,9 +140,14 @@ mod tests {
         }
     }
 
+    fn complete(text: &str) -> (Darkroom, Completed) {
+        let file = "darkroom.toml".into();
+        Darkroom::complete(isolux_document::Source { file, text }).unwrap()
+    }
+
     #[test]
     fn the_built_in_file_has_every_key_of_a_room() {
-        let (_, completed) = Darkroom::complete(BUILT_IN).unwrap();
+        let (_, completed) = complete(BUILT_IN);
         assert!(completed.is_empty(), "{completed}");
         // Every key that a room serialises stands in the file, and no other.
         let (mut of_file, mut of_type) = (Vec::new(), Vec::new());
@@ -155,7 +160,7 @@ mod tests {
     #[test]
     fn one_flaw_alone_changes_that_flaw_alone() {
         let built_in = Darkroom::built_in().unwrap();
-        let (room, completed) = Darkroom::complete("[flaws]\nfloor_reflection = { albedo = 0.2 }\n").unwrap();
+        let (room, completed) = complete("[flaws]\nfloor_reflection = { albedo = 0.2 }\n");
         let mut expected = built_in.clone();
         expected.flaws.floor_reflection.albedo = 0.2;
         assert_eq!(room, expected);
@@ -179,8 +184,7 @@ mod tests {
         let off = Darkroom::parse("[flaws]\nlamp_warmup = { amplitude_rel = 0.0 }\n").unwrap();
         assert_eq!(off.flaws.lamp_warmup.amplitude_rel, 0.0);
         assert_eq!(off.flaws.dark_offset.offset_lx, 0.006);
-        let (only, completed) =
-            Darkroom::complete("[flaws]\nonly = true\ngamma_zero = { offset_deg = 0.1 }\n").unwrap();
+        let (only, completed) = complete("[flaws]\nonly = true\ngamma_zero = { offset_deg = 0.1 }\n");
         let mut expected = crate::Flaws::default();
         expected.gamma_zero.offset_deg = 0.1;
         assert_eq!(only.flaws, expected);

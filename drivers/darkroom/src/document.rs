@@ -3,6 +3,8 @@
 //! A key that a file leaves out is that of the built-in room. An unknown key, or a value that no room can have, is an
 //! error with its line. [`Darkroom::default`] is not the built-in room but one without flaws.
 
+use camino::Utf8Path;
+use isolux_document::{self as document, DocumentError, Source};
 use serde::{Deserialize, Serialize};
 
 use crate::built_in::{self, BUILT_IN, Completed};
@@ -63,60 +65,43 @@ impl Default for Darkroom {
     }
 }
 
-/// A `darkroom.toml` that cannot be used.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{}{message}", .line.map_or(String::new(), |line| format!("line {line}: ")))]
-pub struct DarkroomError {
-    /// One-based line.
-    pub line: Option<usize>,
-    /// What is wrong and what would be right.
-    pub message: String,
-}
-
 impl Darkroom {
     /// The built-in room.
     ///
     /// # Errors
     /// Never for the room as it is shipped.
-    pub fn built_in() -> Result<Self, DarkroomError> {
+    pub fn built_in() -> Result<Self, DocumentError> {
         Self::parse(BUILT_IN)
     }
 
-    /// Reads a `darkroom.toml`; keys that it leaves out are those of the built-in room.
+    /// Reads a text as `darkroom.toml`; keys that it leaves out are those of the built-in room.
     ///
     /// # Errors
     /// Not TOML, an unknown key, a wrong type, or a value that no room can have.
-    pub fn parse(text: &str) -> Result<Self, DarkroomError> {
-        Self::complete(text).map(|(room, _)| room)
+    pub fn parse(text: &str) -> Result<Self, DocumentError> {
+        let file = Utf8Path::new("darkroom.toml");
+        Self::complete(Source { file, text }).map(|(room, _)| room)
     }
 
-    /// As [`parse`](Self::parse), and which keys were completed.
+    /// Reads a file, and says which keys were completed.
     ///
     /// # Errors
     /// As [`parse`](Self::parse).
-    pub fn complete(text: &str) -> Result<(Self, Completed), DarkroomError> {
-        let in_text = |error: toml::de::Error| DarkroomError {
-            line: error.span().map(|span| line_at(text, span.start)),
-            message: error.message().to_owned(),
-        };
+    pub fn complete(source: Source<'_>) -> Result<(Self, Completed), DocumentError> {
+        let in_text = |error: toml::de::Error| source.toml_error(&error);
         // What the file itself says is judged with its lines, before it is completed.
-        let _: Self = toml::from_str(text).map_err(in_text)?;
-        let given = text.parse().map_err(in_text)?;
-        let (whole, completed) = built_in::complete(&given).map_err(|error| DarkroomError {
-            line: None,
-            message: format!("the built-in room: {error}"),
-        })?;
+        let _: Self = toml::from_str(source.text).map_err(in_text)?;
+        let given = source.text.parse().map_err(in_text)?;
+        let (whole, completed) =
+            built_in::complete(&given).map_err(|error| source.whole(format!("the built-in room: {error}")))?;
         let mut room: Self = whole.try_into().map_err(in_text)?;
         room.flaws.only = false;
-        room.check().map_err(|(key, rule)| DarkroomError {
-            line: line_of_key(text, &key),
-            message: format!("`{key}` {rule}"),
-        })?;
+        room.check().map_err(|fault| source.locate(&fault))?;
         Ok((room, completed))
     }
 
-    /// The first value that no room can have, as (dotted key, rule).
-    fn check(&self) -> Result<(), (String, String)> {
+    /// The first value that no room can have.
+    fn check(&self) -> Result<(), document::Fault> {
         let mut rules = Rules::default();
         rules.require("format", self.format == FORMAT, &format!("must be \"{FORMAT}\""));
         rules::lamp(&mut rules, &self.lamp);
@@ -135,28 +120,6 @@ impl Darkroom {
         }
         rules.first.map_or(Ok(()), Err)
     }
-}
-
-fn line_at(text: &str, offset: usize) -> usize {
-    text.get(..offset).unwrap_or(text).matches('\n').count() + 1
-}
-
-/// Line of a dotted key, or of the deepest table on the way to it.
-fn line_of_key(text: &str, key: &str) -> Option<usize> {
-    let root = toml::de::DeTable::parse(text).ok()?;
-    let mut table = root.get_ref();
-    let mut line = None;
-    for part in key.split('.') {
-        let Some((name, value)) = table.iter().find(|(name, _)| name.get_ref().as_ref() == part) else {
-            break;
-        };
-        line = Some(line_at(text, name.span().start));
-        match value.get_ref() {
-            toml::de::DeValue::Table(inner) => table = inner,
-            _ => break,
-        }
-    }
-    line
 }
 
 #[cfg(test)]

@@ -31,7 +31,7 @@ pub mod spectrum;
 
 pub use built_in::{BUILT_IN, Completed};
 pub use camera::{Capture, MapPose, SensorFrame};
-pub use document::{Darkroom, DarkroomError};
+pub use document::Darkroom;
 pub use fault::{Fault, FaultKind, Instrument};
 pub use flaws::Flaws;
 pub use room::{Kind, Observation, Room};

@@ -1,8 +1,9 @@
 //! The room: lamp, bench, floor, meter, put together. What is asked here is the truth.
 
 use glam::DVec3;
+use isolux_document::DocumentError;
 
-use crate::document::{Darkroom, DarkroomError};
+use crate::document::Darkroom;
 use crate::far_field::FarField;
 use crate::floor::Floor;
 use crate::illuminator::{Illuminator, Ray};
@@ -86,7 +87,7 @@ impl Room {
     ///
     /// # Errors
     /// As [`Darkroom::parse`].
-    pub fn parse(text: &str) -> Result<Self, DarkroomError> {
+    pub fn parse(text: &str) -> Result<Self, DocumentError> {
         Darkroom::parse(text).map(Self::new)
     }
 

@@ -1,5 +1,7 @@
 //! Values that no room can have, part by part.
 
+use isolux_document as document;
+
 use crate::fault::{Fault, FaultKind, Instrument};
 use crate::flaws::Flaws;
 use crate::parts::{Axis, Camera, Climate, Lamp, LuxMeter, PowerMeter, Spectroradiometer};
@@ -7,14 +9,13 @@ use crate::parts::{Axis, Camera, Climate, Lamp, LuxMeter, PowerMeter, Spectrorad
 /// Collects the first rule that is broken.
 #[derive(Default)]
 pub(crate) struct Rules {
-    /// Its dotted key, and what it asks for.
-    pub first: Option<(String, String)>,
+    pub first: Option<document::Fault>,
 }
 
 impl Rules {
     pub fn require(&mut self, key: &str, holds: bool, rule: &str) {
         if !holds && self.first.is_none() {
-            self.first = Some((key.to_owned(), rule.to_owned()));
+            self.first = Some(document::Fault::new(key, rule));
         }
     }
 

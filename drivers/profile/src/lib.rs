@@ -6,7 +6,9 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
+use camino::Utf8Path;
 use isolux_device::{OpenError, Target};
+use isolux_document::{DocumentError, Source};
 use isolux_transport::{LineSettings, Parity};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -23,31 +25,6 @@ pub type Wrong = (usize, String);
 /// What is wrong with the value at `span`.
 pub fn wrong(span: Range<usize>, reason: impl Into<String>) -> Wrong {
     (span.start, reason.into())
-}
-
-/// Why a profile was refused.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ProfileError {
-    /// The file cannot be read.
-    #[error("profile {file}: {reason}; profiles that come with the program: {known}")]
-    Unreadable {
-        /// As written.
-        file: String,
-        /// What the system said.
-        reason: String,
-        /// Names of those that come with the program.
-        known: String,
-    },
-    /// The file says something that cannot be.
-    #[error("{file}:{line}: {reason}")]
-    Wrong {
-        /// Its name.
-        file: String,
-        /// One-based.
-        line: usize,
-        /// What is wrong, and what would be right.
-        reason: String,
-    },
 }
 
 /// The profile that `target` names: one among `shipped`, or a file (its name ends in `.toml`) in the folder of the
@@ -75,20 +52,22 @@ fn names(shipped: Shipped) -> String {
 /// `path`.
 ///
 /// # Errors
-/// [`ProfileError`].
+/// [`DocumentError`].
 pub fn load<D: DeserializeOwned, P>(
     name: &str,
     path: &Path,
     shipped: Shipped,
     check: impl FnOnce(D) -> Result<P, Wrong>,
-) -> Result<P, ProfileError> {
+) -> Result<P, DocumentError> {
     if let Some((name, text)) = shipped.iter().find(|(known, _)| *known == name) {
         return parse(name, text, check);
     }
-    let unreadable = |reason: String| ProfileError::Unreadable {
-        file: path.display().to_string(),
-        reason,
-        known: names(shipped),
+    let file = path.display().to_string();
+    let unreadable = |reason: String| DocumentError {
+        file: file.clone().into(),
+        line: None,
+        column: None,
+        message: format!("{reason}; profiles that come with the program: {}", names(shipped)),
     };
     if Path::new(name).extension().is_none_or(|extension| extension != "toml") {
         return Err(unreadable(
@@ -96,29 +75,29 @@ pub fn load<D: DeserializeOwned, P>(
         ));
     }
     let text = std::fs::read_to_string(path).map_err(|error| unreadable(error.to_string()))?;
-    parse(&path.display().to_string(), &text, check)
+    parse(&file, &text, check)
 }
 
 /// Reads the text of a profile; `file` is its name for messages.
 ///
 /// # Errors
-/// [`ProfileError::Wrong`].
+/// [`DocumentError`] with the line.
 pub fn parse<D: DeserializeOwned, P>(
     file: &str,
     text: &str,
     check: impl FnOnce(D) -> Result<P, Wrong>,
-) -> Result<P, ProfileError> {
-    let wrong = |at: usize, reason: String| {
-        let before = text.get(..at).unwrap_or(text);
-        let line = 1 + before.bytes().filter(|byte| *byte == b'\n').count();
-        let file = file.to_owned();
-        ProfileError::Wrong { file, line, reason }
-    };
-    let document: D = toml::from_str(text).map_err(|error| {
+) -> Result<P, DocumentError> {
+    let file = Utf8Path::new(file);
+    let source = Source { file, text };
+    let document: Result<D, Wrong> = toml::from_str(text).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
-        wrong(at, error.message().replace('\n', ", "))
-    })?;
-    check(document).map_err(|(at, reason)| wrong(at, reason))
+        (at, error.message().replace('\n', ", "))
+    });
+    document.and_then(check).map_err(|(at, reason)| DocumentError {
+        // The message names the key.
+        column: None,
+        ..source.at(at, reason)
+    })
 }
 
 /// `[line]`: how a serial line is set.
@@ -219,7 +198,7 @@ mod tests {
         wait_s: Spanned<f64>,
     }
 
-    fn small(text: &str) -> Result<(LineSettings, Duration), ProfileError> {
+    fn small(text: &str) -> Result<(LineSettings, Duration), DocumentError> {
         parse("x.toml", text, |small: Small| {
             Ok((small.line.check()?, seconds("wait_s", &small.wait_s)?))
         })

@@ -7,6 +7,7 @@ use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, Package
 
 /// Crates that hold what is true whatever instrument or screen is used.
 const PURE: &[&str] = &[
+    "isolux-document",
     "isolux-units",
     "isolux-photometry",
     "isolux-spectrum",

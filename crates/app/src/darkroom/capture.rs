@@ -124,18 +124,8 @@ pub fn capture(
 /// Bad input (exit 2) with file and line.
 pub fn document(path: &Utf8Path, progress: &dyn Progress) -> Result<Darkroom, Failure> {
     let text = read_text(path).map_err(Failure::bad_input)?;
-    // A value of a wrong type is told in words first.
-    if let Err(error) = toml::from_str::<Darkroom>(&text) {
-        let source = Source {
-            file: path,
-            text: &text,
-        };
-        return Err(Failure::bad_input(source.toml_error(&error)));
-    }
-    let (room, completed) = Darkroom::complete(&text).map_err(|error| match error.line {
-        Some(line) => Failure::bad_input(format!("{path}:{line}: {}", error.message)),
-        None => Failure::bad_input(format!("{path}: {}", error.message)),
-    })?;
+    let (file, text) = (path, text.as_str());
+    let (room, completed) = Darkroom::complete(Source { file, text }).map_err(Failure::bad_input)?;
     if !completed.is_empty() {
         progress.event(Event::Note(&format!("{path}: {completed}")));
     }

@@ -245,7 +245,7 @@ impl Reading {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use isolux_profile::{ProfileError, parse};
+    use isolux_profile::parse;
 
     const FULL: &str = r#"format = "isolux-modbus-lux/1"
 model = "a meter"
@@ -272,8 +272,8 @@ update_interval_s = 0.5
 integration_s = 0.25
 "#;
 
-    fn parsed(text: &str) -> Result<Profile, ProfileError> {
-        parse("m.toml", text, |document: Document| document.check())
+    fn parsed(text: &str) -> Result<Profile, String> {
+        parse("m.toml", text, |document: Document| document.check()).map_err(|error| error.to_string())
     }
 
     fn shipped(name: &str) -> Result<Profile, OpenError> {

@@ -1,5 +1,6 @@
 //! TOML documents written by people: parsed with the file, line and remedy of every fault.
 
+pub mod file;
 mod wrong_type;
 
 use std::fmt;
@@ -9,7 +10,7 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::file::{self, LARGEST_DOCUMENT};
+use crate::file::LARGEST_DOCUMENT;
 
 /// A document that cannot be used: where and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -59,7 +60,8 @@ pub struct Fault {
 }
 
 impl Fault {
-    pub(crate) fn new(path: impl Into<String>, message: impl Into<String>) -> Self {
+    /// A fault of the key at `path`.
+    pub fn new(path: impl Into<String>, message: impl Into<String>) -> Self {
         Self {
             path: path.into(),
             message: message.into(),
@@ -147,7 +149,8 @@ impl Source<'_> {
         }
     }
 
-    fn at(&self, offset: usize, message: String) -> DocumentError {
+    /// What is wrong at the byte `offset`.
+    pub fn at(&self, offset: usize, message: String) -> DocumentError {
         let before = self.text.get(..offset).unwrap_or(self.text);
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         DocumentError {
@@ -158,7 +161,8 @@ impl Source<'_> {
         }
     }
 
-    fn whole(&self, message: String) -> DocumentError {
+    /// What is wrong with the whole file.
+    pub fn whole(&self, message: String) -> DocumentError {
         DocumentError {
             file: self.file.to_owned(),
             line: None,

@@ -184,8 +184,6 @@ mod tests {
         _limit: [f64; 2],
         #[serde(rename = "level", default)]
         _level: f64,
-        #[serde(rename = "size")]
-        _size: Option<crate::observation::OneOrTwo<u64>>,
         #[serde(rename = "parts", default)]
         _parts: Vec<f64>,
     }
@@ -224,7 +222,6 @@ mod tests {
         assert!(!told("level = 1.5 extra").contains("decimal"));
         let unknown = toml::from_str::<Strict>("nothing = 180").unwrap_err();
         assert!(explain("nothing = 180", &unknown).starts_with("unknown field `nothing`"));
-        assert!(told("size = [48, -36]").starts_with("`lamp.size` is [48, -36]; one number"));
         assert!(told("limit_deg = [1.0]").starts_with("`lamp.limit_deg` is a list of 1; a list of two is needed"));
         assert!(told("parts = [1.0, \"x\"]").starts_with("`lamp.parts.1` is the text \"x\"; a number is needed"));
     }
