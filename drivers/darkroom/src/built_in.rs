@@ -5,6 +5,8 @@ use std::fmt;
 
 use toml::{Table, Value};
 
+use crate::parts::RING_KEYS;
+
 /// The room that `isolux run` opens without a job, every key of it: the lamp as it is, a room as rooms are.
 pub const BUILT_IN: &str = include_str!("built_in.toml");
 
@@ -47,6 +49,15 @@ impl fmt::Display for Completed {
     }
 }
 
+/// A key of `[lamp]` in `given` that describes rings of LEDs although the lamp has a table of intensities.
+pub(crate) fn ring_key_beside_table(given: &Table) -> Option<&'static str> {
+    let lamp = given
+        .get("lamp")
+        .and_then(Value::as_table)
+        .filter(|lamp| lamp.contains_key("table"))?;
+    RING_KEYS.into_iter().find(|key| lamp.contains_key(*key))
+}
+
 /// The table of the whole room: what `given` says, and the built-in room where it is silent.
 pub(crate) fn complete(given: &Table) -> Result<(Table, Completed), toml::de::Error> {
     let mut whole: Table = BUILT_IN.parse()?;
@@ -54,6 +65,13 @@ pub(crate) fn complete(given: &Table) -> Result<(Table, Completed), toml::de::Er
     if own_flaws.and_then(|flaws| flaws.get("only")?.as_bool()) == Some(true) {
         // What is left out is at its null, as the types have it.
         whole.insert("flaws".to_owned(), Table::new().into());
+    }
+    let lamp = given.get("lamp").and_then(Value::as_table);
+    if lamp.is_some_and(|lamp| lamp.contains_key("table"))
+        && let Some(Value::Table(lamp)) = whole.get_mut("lamp")
+    {
+        // A lamp by its table has no LEDs to complete.
+        RING_KEYS.iter().for_each(|key| drop(lamp.remove(*key)));
     }
     let mut completed = Completed::default();
     lay_over(&mut whole, given, "", &mut completed);
@@ -131,6 +149,10 @@ mod tests {
     use super::*;
     use crate::document::Darkroom;
 
+    fn complete_alone(text: &str) -> Result<(Darkroom, Completed), crate::DarkroomError> {
+        Darkroom::complete(text, &|_| Err("no file".to_owned()))
+    }
+
     fn keys(table: &Table, path: &str, into: &mut Vec<String>) {
         for (key, value) in table {
             match value {
@@ -142,7 +164,7 @@ mod tests {
 
     #[test]
     fn the_built_in_file_has_every_key_of_a_room() {
-        let (_, completed) = Darkroom::complete(BUILT_IN).unwrap();
+        let (_, completed) = complete_alone(BUILT_IN).unwrap();
         assert!(completed.is_empty(), "{completed}");
         // Every key that a room serialises stands in the file, and no other.
         let (mut of_file, mut of_type) = (Vec::new(), Vec::new());
@@ -155,7 +177,7 @@ mod tests {
     #[test]
     fn one_flaw_alone_changes_that_flaw_alone() {
         let built_in = Darkroom::built_in().unwrap();
-        let (room, completed) = Darkroom::complete("[flaws]\nfloor_reflection = { albedo = 0.2 }\n").unwrap();
+        let (room, completed) = complete_alone("[flaws]\nfloor_reflection = { albedo = 0.2 }\n").unwrap();
         let mut expected = built_in.clone();
         expected.flaws.floor_reflection.albedo = 0.2;
         assert_eq!(room, expected);
@@ -179,8 +201,7 @@ mod tests {
         let off = Darkroom::parse("[flaws]\nlamp_warmup = { amplitude_rel = 0.0 }\n").unwrap();
         assert_eq!(off.flaws.lamp_warmup.amplitude_rel, 0.0);
         assert_eq!(off.flaws.dark_offset.offset_lx, 0.006);
-        let (only, completed) =
-            Darkroom::complete("[flaws]\nonly = true\ngamma_zero = { offset_deg = 0.1 }\n").unwrap();
+        let (only, completed) = complete_alone("[flaws]\nonly = true\ngamma_zero = { offset_deg = 0.1 }\n").unwrap();
         let mut expected = crate::Flaws::default();
         expected.gamma_zero.offset_deg = 0.1;
         assert_eq!(only.flaws, expected);

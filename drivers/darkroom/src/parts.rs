@@ -1,12 +1,27 @@
 //! Lamp, air, axes and instruments of a room, as its file describes them.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
-/// A ring illuminator of individual LEDs.
+use crate::table::LampTable;
+
+/// A ring illuminator of individual LEDs, or a lamp by its table of intensities.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lamp {
-    /// Luminous flux of the warm lamp, lm.
+    /// File of the table of intensities beside the room's: [`LampTable`]. With it the keys of [`RING_KEYS`] have no
+    /// meaning and may not be given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<String>,
+    /// Diameter of the disc that shines with that table from every point, mm; 0 is a point. It stands in the plane of
+    /// the light centre, across the lamp's axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub luminous_diameter_mm: Option<f64>,
+    /// What `table` holds.
+    #[serde(skip)]
+    pub intensities: Option<Arc<LampTable>>,
+    /// Luminous flux of the warm lamp, lm; that of the table where there is one.
     pub flux_lm: f64,
     /// Diameters of the rings of LEDs, mm; 0 is a single point.
     pub ring_diameter_mm: Vec<f64>,
@@ -40,9 +55,37 @@ pub struct Lamp {
     pub on_at_start: bool,
 }
 
+/// Keys of [`Lamp`] that describe rings of LEDs.
+pub const RING_KEYS: [&str; 10] = [
+    "flux_lm",
+    "ring_diameter_mm",
+    "leds_per_ring",
+    "exponent",
+    "aim_deg",
+    "ellipticity_rel",
+    "ellipticity_azimuth_deg",
+    "flux_spread_rel",
+    "aim_spread_deg",
+    "seed",
+];
+
+impl Lamp {
+    /// Diameter of what shines, mm.
+    pub fn diameter_mm(&self) -> f64 {
+        match self.luminous_diameter_mm {
+            Some(diameter_mm) => diameter_mm,
+            // An LED is a few millimetres wide.
+            None => self.ring_diameter_mm.iter().copied().fold(0.0, f64::max) + 5.0,
+        }
+    }
+}
+
 impl Default for Lamp {
     fn default() -> Self {
         Self {
+            table: None,
+            luminous_diameter_mm: None,
+            intensities: None,
             flux_lm: 337.0,
             ring_diameter_mm: vec![44.0, 56.0, 68.0],
             leds_per_ring: vec![20, 20, 20],

@@ -30,6 +30,19 @@ impl Rules {
 }
 
 pub(crate) fn lamp(rules: &mut Rules, lamp: &Lamp) {
+    if let Some(diameter_mm) = lamp.luminous_diameter_mm {
+        rules.within("lamp.luminous_diameter_mm", diameter_mm, 0.0, 10_000.0);
+    }
+    rules.require(
+        "lamp.luminous_diameter_mm",
+        lamp.luminous_diameter_mm.is_none() || lamp.table.is_some(),
+        "belongs to a lamp with a `table`; rings of LEDs have `ring_diameter_mm`",
+    );
+    rules.require(
+        "lamp.table",
+        lamp.table.is_none() || lamp.luminous_diameter_mm.is_some(),
+        "needs `luminous_diameter_mm`, the diameter of what shines; 0 is a point",
+    );
     rules.positive("lamp.flux_lm", lamp.flux_lm);
     rules.positive("lamp.exponent", lamp.exponent);
     rules.within("lamp.aim_deg", lamp.aim_deg, -60.0, 60.0);

@@ -132,7 +132,9 @@ pub fn document(path: &Utf8Path, progress: &dyn Progress) -> Result<Darkroom, Fa
         };
         return Err(Failure::bad_input(source.toml_error(&error)));
     }
-    let (room, completed) = Darkroom::complete(&text).map_err(|error| match error.line {
+    let folder = path.parent().unwrap_or(Utf8Path::new(""));
+    let beside = |name: &str| read_text(&folder.join(name)).map_err(|error| error.to_string());
+    let (room, completed) = Darkroom::complete(&text, &beside).map_err(|error| match error.line {
         Some(line) => Failure::bad_input(format!("{path}:{line}: {}", error.message)),
         None => Failure::bad_input(format!("{path}: {}", error.message)),
     })?;
