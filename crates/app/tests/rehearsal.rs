@@ -4,10 +4,10 @@
 use std::f64::consts::TAU;
 
 use camino::{Utf8Path, Utf8PathBuf};
-use isolux_app::control::{Control, Pace};
 use isolux_app::files::Overwrite;
+use isolux_app::front_end::control::{Control, Pace};
+use isolux_app::front_end::progress::Silent;
 use isolux_app::init::{self, Instruments};
-use isolux_app::progress::Silent;
 use isolux_app::scan::{self, Target};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_record::{Plan, Run, Station, Subject};

@@ -18,6 +18,7 @@ pub mod spectra;
 pub mod station;
 pub mod steadiness;
 pub mod subject;
+pub mod sweeps;
 
 pub use document::DocumentError;
 pub use event::{BenchState, Event, Logged};

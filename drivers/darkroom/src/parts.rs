@@ -51,6 +51,8 @@ pub struct Lamp {
     pub power_factor: f64,
     /// Relative excess of the cold lamp's power over that of its light (`flaws.lamp_warmup`).
     pub power_warmup_share: f64,
+    /// Modulation of its light at twice the frequency of the mains, relative amplitude.
+    pub flicker_rel: f64,
     /// The lamp was already on when the room was opened.
     pub on_at_start: bool,
 }
@@ -101,6 +103,7 @@ impl Default for Lamp {
             power_w: 4.2,
             power_factor: 1.0,
             power_warmup_share: 0.4,
+            flicker_rel: 0.0,
             on_at_start: false,
         }
     }
@@ -120,6 +123,8 @@ pub struct Climate {
     pub swing_period_s: f64,
     /// Noise of the thermometer, K.
     pub thermometer_noise_c: f64,
+    /// Frequency of the mains, Hz.
+    pub mains_hz: f64,
 }
 
 impl Default for Climate {
@@ -130,6 +135,7 @@ impl Default for Climate {
             swing_c: 0.25,
             swing_period_s: 1500.0,
             thermometer_noise_c: 0.02,
+            mains_hz: 50.0,
         }
     }
 }
@@ -174,6 +180,11 @@ pub struct Axis {
     pub encoder_noise_deg: f64,
     /// Position when the room is opened, degrees.
     pub start_deg: f64,
+    /// Wobble of its speed: at the fastest speed the position is off by up to this, periodically; less in proportion
+    /// when slower, degrees.
+    pub wobble_deg: f64,
+    /// Way after which the wobble repeats (a turn of the worm), degrees.
+    pub wobble_period_deg: f64,
 }
 
 impl Default for Axis {
@@ -188,6 +199,8 @@ impl Default for Axis {
             accel_deg_s2: 40.0,
             encoder_noise_deg: 0.0,
             start_deg: 0.0,
+            wobble_deg: 0.0,
+            wobble_period_deg: 4.0,
         }
     }
 }
@@ -243,6 +256,21 @@ pub struct LuxMeter {
     pub noise_lx: f64,
     /// Correlation of the noise from one value to the next.
     pub noise_correlation: f64,
+    /// Time constant of its amplifier, a first-order lag of the light before it is integrated, s.
+    pub lag_s: f64,
+    /// From a request to the beginning of its measurement (of a meter that converts all the time: to its answer), s.
+    pub latency_s: f64,
+    /// Standard deviation of that from one measurement to the next, s; never below zero.
+    pub latency_jitter_s: f64,
+    /// How much slower its clock is than that of the room, parts in a million: integration and conversions last longer.
+    pub clock_ppm: f64,
+}
+
+impl LuxMeter {
+    /// `seconds` by the meter's clock, in those of the room.
+    pub fn by_its_clock_s(&self, seconds: f64) -> f64 {
+        seconds * (1.0 + self.clock_ppm * 1e-6)
+    }
 }
 
 impl Default for LuxMeter {
@@ -253,6 +281,10 @@ impl Default for LuxMeter {
             noise_rel: 0.0008,
             noise_lx: 0.0008,
             noise_correlation: 0.0,
+            lag_s: 0.0,
+            latency_s: 0.0,
+            latency_jitter_s: 0.0,
+            clock_ppm: 0.0,
         }
     }
 }

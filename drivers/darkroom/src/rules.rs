@@ -74,6 +74,7 @@ pub(crate) fn lamp(rules: &mut Rules, lamp: &Lamp) {
         lamp.leds_per_ring.iter().all(|n| (1..=1000).contains(n)),
         "must lie between 1 and 1000 on each ring",
     );
+    rules.within("lamp.flicker_rel", lamp.flicker_rel, 0.0, 1.0);
     rules.positive("lamp.voltage_v", lamp.voltage_v);
     rules.positive("lamp.power_w", lamp.power_w);
     rules.within("lamp.power_factor", lamp.power_factor, 0.01, 1.0);
@@ -86,6 +87,7 @@ pub(crate) fn climate(rules: &mut Rules, climate: &Climate) {
     rules.within("room.swing_c", climate.swing_c, 0.0, 20.0);
     rules.positive("room.swing_period_s", climate.swing_period_s);
     rules.within("room.thermometer_noise_c", climate.thermometer_noise_c, 0.0, 5.0);
+    rules.within("room.mains_hz", climate.mains_hz, 10.0, 500.0);
 }
 
 pub(crate) fn axis(rules: &mut Rules, name: &str, axis: &Axis) {
@@ -100,6 +102,8 @@ pub(crate) fn axis(rules: &mut Rules, name: &str, axis: &Axis) {
         "must be [lower, higher], both within -3600 and 3600",
     );
     rules.within(&key("start_deg"), axis.start_deg, low, high);
+    rules.within(&key("wobble_deg"), axis.wobble_deg, 0.0, 1.0);
+    rules.within(&key("wobble_period_deg"), axis.wobble_period_deg, 0.01, 360.0);
 }
 
 pub(crate) fn luxmeter(rules: &mut Rules, meter: &LuxMeter) {
@@ -108,6 +112,10 @@ pub(crate) fn luxmeter(rules: &mut Rules, meter: &LuxMeter) {
     rules.within("luxmeter.noise_rel", meter.noise_rel, 0.0, 0.5);
     rules.within("luxmeter.noise_lx", meter.noise_lx, 0.0, 1000.0);
     rules.within("luxmeter.noise_correlation", meter.noise_correlation, 0.0, 0.99);
+    rules.within("luxmeter.lag_s", meter.lag_s, 0.0, 10.0);
+    rules.within("luxmeter.latency_s", meter.latency_s, 0.0, 10.0);
+    rules.within("luxmeter.latency_jitter_s", meter.latency_jitter_s, 0.0, 1.0);
+    rules.within("luxmeter.clock_ppm", meter.clock_ppm, -10_000.0, 10_000.0);
 }
 
 pub(crate) fn spectroradiometer(rules: &mut Rules, spectro: &Spectroradiometer) {

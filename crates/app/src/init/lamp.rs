@@ -94,7 +94,7 @@ pub fn lamp(path: &Utf8Path, choice: &Choice) -> Result<LampFiles, Failure> {
     let text_at = |distance_mm: f64| plan::text(name, &grid, distance_mm);
     let draft =
         Plan::parse(Utf8Path::new("plan.toml"), &text_at(station.bench().distance_mm)).map_err(Failure::bad_input)?;
-    let costs = crate::plan::display(&station, Utf8Path::new("station.toml"))
+    let costs = crate::scan::plan::display(&station, Utf8Path::new("station.toml"))
         .and_then(|display| distances(&station, &draft, &display));
     let farthest = || {
         let rail = station.rail().and_then(Rail::driven);

@@ -14,7 +14,7 @@ use isolux_virtual::twins::Choice;
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
-use crate::progress::{Event, Progress};
+use crate::front_end::progress::{Event, Progress};
 
 pub use bench::{ABSENT, BY_HAND, PARTS, Part, Spare, bench, part};
 pub use virtual_station::virtual_station;
