@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use async_trait::async_trait;
 use isolux_device::{
-    DeviceError, Identity, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange, LuxReading, OpenError, Target,
+    DeviceError, Identity, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange, LuxReading, LuxSample, OpenError, Target,
 };
 use isolux_protocol_ascii::{Judgement, Language, Line, Lines, Number, line};
 use isolux_transport::{Bus, BusError, LineSettings, MemoryLinks, Parity, Ports};
@@ -77,6 +77,7 @@ impl Meter {
                 range_full_scale: Vec::new(),
                 update_interval: Duration::from_millis(200),
                 integration: Duration::from_millis(200),
+                on_request: true,
             },
         })
     }
@@ -117,6 +118,18 @@ impl LuxMeter for Meter {
             caution: None,
             retries: 0,
             evidence: exchanged.answer.bytes,
+        })
+    }
+
+    async fn sample(&self, deadline: Instant) -> Result<LuxSample, DeviceError> {
+        let reading = self.read(Instant::now(), deadline).await?;
+        Ok(LuxSample {
+            outcome: reading.outcome,
+            range: reading.range,
+            digit: reading.digit,
+            asked: reading.began,
+            answered: reading.ended,
+            evidence: reading.evidence,
         })
     }
 

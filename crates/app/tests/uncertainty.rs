@@ -391,6 +391,7 @@ fn where_a_number_carries_plus_minus_the_truth_lies_within_two_of_it() {
             readings: Readings::of(day.rows.clone()),
             notices: Vec::new(),
             spectra: Vec::new(),
+            sweeps: Vec::new(),
         };
         let words = format!("day {number}: {}", day.words);
         match isolux_reduce::reduce(&run, &day.options, None) {

@@ -38,6 +38,14 @@ pub trait Axis<P: Coordinate = AxisAngle>: Send + Sync {
     /// a reference. Nothing moves then.
     async fn start_move(&self, to: P) -> Result<Motion<P>, DeviceError>;
 
+    /// The same, cruising at `speed` (°/s or mm/s) instead of that of [`settings`](Self::settings), which no move
+    /// exceeds. Moves that follow have the speed of the settings again.
+    ///
+    /// # Errors
+    /// As [`start_move`](Self::start_move); [`Unsupported`](DeviceError::Unsupported) by a driver that cannot set a
+    /// speed for one move, or not this one.
+    async fn start_move_at(&self, to: P, speed: f64) -> Result<Motion<P>, DeviceError>;
+
     /// Waits until `motion` has ended *at its target*, watching that the axis makes progress.
     ///
     /// # Errors
@@ -86,6 +94,8 @@ pub struct Motion<P = AxisAngle> {
     pub target_steps: i64,
     /// The position at `target_steps`: what will be read back, not what was asked.
     pub target: P,
+    /// Cruising speed in °/s or mm/s, as the drive has taken it.
+    pub speed: f64,
     /// How long distance, speed and acceleration say that it takes.
     pub expected: Duration,
     /// When to give up: twice the expected time and two seconds (cf. ophyd-async, distance/velocity + 2·acceleration +
@@ -180,12 +190,17 @@ impl<P: Coordinate> AxisSettings<P> {
 
     /// Time of a move over `distance`: trapezoidal, or triangular when the cruising speed is not reached.
     pub fn duration(&self, distance: f64) -> Duration {
+        self.duration_at(distance, self.speed)
+    }
+
+    /// The same at another cruising speed.
+    pub fn duration_at(&self, distance: f64, speed: f64) -> Duration {
         let distance = distance.abs();
-        let ramp = self.speed * self.speed / self.acceleration;
+        let ramp = speed * speed / self.acceleration;
         let seconds = if distance < ramp {
             2.0 * (distance / self.acceleration).sqrt()
         } else {
-            distance / self.speed + self.speed / self.acceleration
+            distance / speed + speed / self.acceleration
         };
         // A move of millennia is a typing error in the station; a day is already an alarm.
         Duration::try_from_secs_f64(seconds).unwrap_or(Duration::from_hours(24))

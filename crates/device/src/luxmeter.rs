@@ -25,6 +25,14 @@ pub trait LuxMeter: Send + Sync {
     /// signal outside the range, or one that does not stay the same, is no error but another [`LuxOutcome`].
     async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError>;
 
+    /// The next conversion, at once and confirmed by nothing, for light that changes while it is read: what it belongs to
+    /// is judged later from the instants of many.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read). After an error, and after bytes that nothing had asked for, the sample before it is in
+    /// doubt too, and the next call first proves that the line is in step.
+    async fn sample(&self, deadline: Instant) -> Result<LuxSample, DeviceError>;
+
     /// Chooses a measuring range for the readings that follow.
     ///
     /// # Errors
@@ -50,6 +58,8 @@ pub struct LuxMeterProperties {
     pub update_interval: Duration,
     /// Each conversion integrates the light of at most this long.
     pub integration: Duration,
+    /// A request begins a conversion of its own, so that the instant of its light is known.
+    pub on_request: bool,
 }
 
 /// What a reading says.
@@ -92,6 +102,23 @@ pub struct LuxReading {
     pub caution: Option<Caution>,
     /// Answers that were lost or damaged before this one, and asked for again.
     pub retries: u32,
+    /// The answer as it came over the wire.
+    pub evidence: Vec<u8>,
+}
+
+/// One conversion of a lux meter among many in a row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LuxSample {
+    /// The number, or why there is none.
+    pub outcome: LuxOutcome,
+    /// Range in which it was taken, in the meter's own numbering; 0 when the meter does not say.
+    pub range: u8,
+    /// One digit of the answer.
+    pub digit: Lux,
+    /// When its request was on the line.
+    pub asked: Instant,
+    /// When its answer was complete.
+    pub answered: Instant,
     /// The answer as it came over the wire.
     pub evidence: Vec<u8>,
 }

@@ -17,6 +17,7 @@ pub mod spectra;
 pub mod station;
 pub mod steadiness;
 pub mod subject;
+pub mod sweeps;
 
 pub use distance_class::DistanceClass;
 pub use event::{BenchState, Event, Logged};

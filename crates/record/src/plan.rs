@@ -1,5 +1,7 @@
 //! `isolux-plan/1`: what to measure, in blocks.
 
+mod sweep;
+
 use camino::Utf8Path;
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -8,6 +10,8 @@ use crate::document::{DocumentError, Fault, Source, read_text};
 use crate::limits::{Limits, LimitsDocument};
 use crate::reading::ReadingKind;
 use crate::station::valid::block_distance;
+
+pub use sweep::{Mode, Pass, SPEED_DEG_S};
 
 /// Value of `format` in a plan file.
 pub const FORMAT: &str = "isolux-plan/1";
@@ -76,6 +80,12 @@ pub struct BlockDocument {
     /// A visit to the reference point (C 0°, γ 0°) before the block, after every so many points, and at its end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference_every: Option<u32>,
+    /// At rest, or in motion.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub mode: Mode,
+    /// Speed of γ in a sweep, °/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_deg_s: Option<f64>,
     /// Readings a point.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<u32>,
@@ -85,6 +95,10 @@ pub struct BlockDocument {
     /// What a person is asked to do before the block; the axes are stopped while they do it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prompt: Option<String>,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// Which instrument reads a block.
@@ -140,12 +154,22 @@ pub struct Block {
     pub distance_mm: Option<f64>,
     /// Order of γ.
     pub order: Order,
+    /// Speed of γ in °/s where the block is read in motion.
+    pub sweep_deg_s: Option<f64>,
     /// Points between two visits to the reference point.
     pub reference_every: Option<u32>,
     /// How often a point is read.
     pub repeats: Repeats,
     /// What a person is asked to do first.
     pub prompt: Option<String>,
+}
+
+impl Block {
+    /// The sweeps of a block that is read in motion, in their order; none of one that is read at rest.
+    pub fn passes(&self) -> Vec<Pass> {
+        self.sweep_deg_s
+            .map_or_else(Vec::new, |speed| sweep::passes(&self.c_deg, &self.gamma_deg, speed))
+    }
 }
 
 impl Plan {
@@ -246,6 +270,7 @@ fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
             format!("has more than {MOST_POINTS} points; check the steps"),
         ));
     }
+    let sweep_deg_s = sweep::speed(path, block, &gamma_deg)?;
     if let Some(distance) = block.distance_mm {
         block_distance(&key("distance_mm"), distance)?;
     }
@@ -295,6 +320,7 @@ fn validate(path: &str, block: &BlockDocument) -> Result<Block, Fault> {
         gamma_deg,
         distance_mm: block.distance_mm,
         order: block.order,
+        sweep_deg_s,
         reference_every: block.reference_every,
         repeats,
         prompt: block.prompt.clone(),
@@ -412,6 +438,46 @@ repeats = 20
         );
         let written = toml::to_string(&plan).unwrap();
         assert_eq!(Plan::parse(Utf8Path::new("again.toml"), &written).unwrap(), plan);
+    }
+
+    #[test]
+    fn a_block_of_sweeps_has_a_pair_at_two_speeds_and_alternates() {
+        let sweeps = PLAN
+            .replace("[0, 360, 15]", "[0, 165, 15]")
+            .replace(
+                "[0.0, 180.0, 2.0]",
+                "[-180, 180, 2]\nmode = \"sweep\"\nspeed_deg_s = 8.0",
+            )
+            .replace("reference_every = 91", "reference_every = 6");
+        let plan = Plan::parse(Utf8Path::new("p.toml"), &sweeps).unwrap();
+        let passes = plan.blocks()[0].passes();
+        assert_eq!(passes.len(), 4 + 11);
+        assert_eq!(
+            (passes[0].gamma_deg, passes[1].gamma_deg),
+            ([-180.0, 180.0], [180.0, -180.0])
+        );
+        assert_eq!((passes[2].gamma_deg, passes[3].speed_deg_s), ([-60.0, 60.0], 4.0));
+        assert!(
+            passes.windows(2).all(|pair| pair[0].sign() == -pair[1].sign()),
+            "each begins where the last ended"
+        );
+        // 8 °/s at 40 °/s²: 0.8° of ramp and 2° of cruise.
+        assert_eq!(passes[1].ends_deg(40.0), [182.8, -182.8]);
+        assert!(plan.blocks()[1].passes().is_empty());
+        let written = toml::to_string(&plan).unwrap();
+        assert_eq!(Plan::parse(Utf8Path::new("again.toml"), &written).unwrap(), plan);
+        for (from, to, word) in [
+            ("kind = \"lit\"", "kind = \"baffled\"", "lit readings"),
+            ("speed_deg_s = 8.0", "speed_deg_s = 0.0", "above 0"),
+            ("speed_deg_s = 8.0", "repeats = 3", "slower"),
+            ("speed_deg_s = 8.0", "order = \"reverse\"", "alternate"),
+            ("mode = \"sweep\"\n", "", "belongs to blocks"),
+            ("[-180, 180, 2]", "[180, -180, -2]", "rising"),
+        ] {
+            let text = sweeps.replacen(from, to, 1).replace("reference_every = 6\n", "");
+            let error = Plan::parse(Utf8Path::new("p.toml"), &text).unwrap_err().to_string();
+            assert!(error.contains(word), "{to}: {error}");
+        }
     }
 
     #[test]

@@ -18,6 +18,7 @@ use crate::reading::Reading;
 use crate::readings::Chain;
 use crate::run_lock::RunLock;
 use crate::spectra::{SpectralCalibration, SpectrumRecord};
+use crate::sweeps::SweepRecord;
 pub use read::Run;
 use read::Survey;
 
@@ -33,6 +34,7 @@ pub struct RunDir {
     chain: Chain,
     next_index: u64,
     next_spectrum: u64,
+    next_sweep: u64,
     start_s: f64,
     events: Appended,
     event_count: u64,
@@ -75,6 +77,7 @@ impl RunDir {
             readings: Appended::open(&readings_path, columns.as_bytes())?,
             next_index: 0,
             next_spectrum: 0,
+            next_sweep: 0,
             start_s: 0.0,
             events: Appended::open(&events_path, b"")?,
             event_count: 0,
@@ -116,12 +119,21 @@ impl RunDir {
             .chain(header.spectrum.iter().map(|entry| entry.index))
             .max()
             .map_or(0, |last| last + 1);
+        let next_sweep = header
+            .sweep
+            .iter()
+            .map(|entry| entry.index + 1)
+            .max()
+            .unwrap_or_default();
         let start_s = axis::next_session_s(run, &now.started_utc);
         header.stopped = None;
         header.state(&now.subject());
         header
             .spectrum
             .retain(|entry| run.spectra.iter().any(|spectrum| spectrum.index == entry.index));
+        header
+            .sweep
+            .retain(|entry| entry.torn || run.sweeps.iter().any(|sweep| sweep.of.index == entry.index));
         header.resumed.push(Resumed {
             utc: now.started_utc.clone(),
             program: now.program.clone(),
@@ -152,6 +164,7 @@ impl RunDir {
             },
             next_index: run.readings.rows.len() as u64,
             next_spectrum,
+            next_sweep,
             start_s,
             events: Appended::open(&events_path, &events)?,
             event_count: disk::lines(&events),
@@ -246,6 +259,25 @@ impl RunDir {
         self.header.spectrum.push(entry);
         self.write_header()?;
         Ok(spectrum.index)
+    }
+
+    /// Writes one sweep whole, or what there is of a torn one; its `index`, `session` and `burning` are set here.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn sweep(&mut self, mut sweep: SweepRecord) -> Result<u64, RunError> {
+        self.still_ours()?;
+        sweep.of.index = self.next_sweep;
+        sweep.of.session = self.header.resumed.len() as u32;
+        sweep.of.burning = self.header.burnings;
+        let text = sweep.to_csv()?;
+        let entry = sweep.entry(text.as_bytes());
+        disk::create_folder(&self.path.join("sweeps"))?;
+        disk::replace(&self.path.join(entry.file()), text.as_bytes())?;
+        self.next_sweep += 1;
+        self.header.sweep.push(entry);
+        self.write_header()?;
+        Ok(sweep.of.index)
     }
 
     /// Appends one event.

@@ -9,6 +9,14 @@ pub enum ReduceError {
     /// There is nothing to reduce.
     #[error("the run has no lit readings of the lux meter over γ: there is no distribution in it")]
     NoLight,
+    /// The displacement of the light of sweeps against the positions is not known.
+    #[error(
+        "block `{block}` was read in motion, and its first half-plane does not show by how much its light is displaced against the          positions: it was not swept in both directions, or has no slope; go on with --resume, or choose a first half-plane with light"
+    )]
+    Sweeps {
+        /// The block.
+        block: String,
+    },
     /// A point of the grid has no number.
     #[error(
         "{missing} of {expected} directions have no reading with a number, the first at C {c_deg}°, γ {gamma_deg}°; \

@@ -37,6 +37,7 @@ mod results;
 mod samples;
 mod smooth;
 mod spectral;
+mod sweeps;
 mod unmeasured;
 
 #[cfg(test)]
@@ -150,7 +151,15 @@ pub struct Reduction {
 /// [`ReduceError`]; nothing half-made is returned. The effect of `model` without inverse comes back as text in
 /// [`ReduceError::Format`].
 pub fn reduce(run: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
-    let run = &*order::in_order(run);
+    let at_rest = sweeps::as_readings(run)?;
+    let mut reduction = reduced(&order::in_order(&at_rest.run), options, model)?;
+    reduction.made_of = at_rest.in_record(reduction.made_of);
+    reduction.notes.splice(0..0, at_rest.notes);
+    Ok(reduction)
+}
+
+/// The same, of a run in order whose sweeps are readings.
+fn reduced(run: &Run, options: &Options, model: Option<Model>) -> Result<Reduction, ReduceError> {
     let spectral = || spectral::on_axis(run, options);
     if let Some(model) = model {
         let bench = Bench {

@@ -7,6 +7,7 @@ use isolux_record::{DistanceClass, ReadingKind, Role, Station};
 use serde::Serialize;
 
 use crate::itinerary::{Visit, visits};
+use crate::sweeps;
 use crate::warmup::Criterion;
 
 /// Readings that a settled point needs at least, and the wait for each: T-10A class meters renew every 0.5 s and one
@@ -96,7 +97,7 @@ pub fn dry_run(station: &Station, plan: &Plan) -> Result<DryRun, Fault> {
     let mut at: Option<(f64, f64)> = None;
     for visit in &visits {
         add_visit(&mut run, station, plan, visit, at);
-        at = Some((visit.c_deg, visit.gamma_deg));
+        at = Some(visit.stands_deg());
         if visit.role == Role::Point {
             run.blocks[visit.block].points += 1;
         }
@@ -117,7 +118,7 @@ fn add_visit(run: &mut DryRun, station: &Station, plan: &Plan, visit: &Visit, fr
         Role::Reference => run.references += 1,
         Role::Point => run.points += 1,
     }
-    run.reading_s += reading_s(block, visit);
+    run.reading_s += reading_s(station, block, visit);
     if block.instrument == Instrument::Spectroradiometer {
         run.spectra += 1;
     } else {
@@ -133,7 +134,10 @@ fn readings(block: &Block, visit: &Visit) -> f64 {
     }
 }
 
-fn reading_s(block: &Block, visit: &Visit) -> f64 {
+fn reading_s(station: &Station, block: &Block, visit: &Visit) -> f64 {
+    if let Some(pass) = &visit.pass {
+        return sweeps::pass_s(station, pass);
+    }
     if block.instrument == Instrument::Spectroradiometer {
         return SPECTRUM_S;
     }
@@ -158,8 +162,8 @@ pub fn visit_times(station: &Station, plan: &Plan) -> Vec<VisitTime> {
         let needs = block.kind.needs_lamp();
         let warm_up_s = if needs && !warm { least_s } else { 0.0 };
         warm = needs || warm && block.kind != ReadingKind::LampOff;
-        let work_s = at.map_or(0.0, |from| motion_s(station, visit, from)) + reading_s(block, visit);
-        at = Some((visit.c_deg, visit.gamma_deg));
+        let work_s = at.map_or(0.0, |from| motion_s(station, visit, from)) + reading_s(station, block, visit);
+        at = Some(visit.stands_deg());
         VisitTime { work_s, warm_up_s }
     };
     visits(plan).iter().map(time).collect()
@@ -206,6 +210,7 @@ fn own_distance_mm(station: &Station, instrument: Instrument) -> f64 {
 }
 
 fn check_block(station: &Station, index: usize, block: &Block) -> Result<(), Fault> {
+    sweeps::check_axis(station, index, block)?;
     let key = |name: &str| format!("block.{index}.{name}");
     let fault = |path: String, message: String| Err(Fault { path, message });
     // The plan says angles either as a list or as a range; the fault is located at the one that is there.
@@ -305,6 +310,12 @@ fn notes(station: &Station, plan: &Plan) -> Vec<String> {
     if !plan.blocks().iter().any(|block| block.reference_every.is_some()) && lit {
         notes.push("no reference_every: drift will not be corrected".to_owned());
     }
+    let at_rest_s = SETTLE_READINGS * READING_S + POSITION_CHECK_S;
+    notes.extend(
+        plan.blocks()
+            .iter()
+            .filter_map(|block| sweeps::note(station, block, at_rest_s)),
+    );
     let mut lamp_was_on = false;
     let mut switched_off = false;
     for block in plan.blocks() {

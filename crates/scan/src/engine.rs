@@ -15,6 +15,7 @@ use crate::devices::Devices;
 use crate::dry_run::dry_run;
 use crate::error::ScanError;
 use crate::motion::stop_all;
+use crate::sweeps;
 use session::Session;
 
 pub use around::{Engine, ScanSummary};
@@ -29,6 +30,7 @@ mod reference;
 mod repeats;
 mod session;
 mod spectra;
+mod sweep;
 mod verify;
 mod visit;
 mod wall_clock;
@@ -50,6 +52,7 @@ impl Engine<'_> {
         resumed: Option<&Run>,
     ) -> Result<ScanSummary, ScanError> {
         dry_run(self.station, plan)?;
+        sweeps::check_meter(self.station, devices, plan)?;
         let clock = RunClock::starting(self.now_utc, run.start_s(), self.awake);
         let before = run.len();
         let devices: &Devices = devices;
@@ -138,6 +141,8 @@ async fn panic_as_error(work: impl Future<Output = Result<(), ScanError>>) -> Re
 mod drifts;
 #[cfg(test)]
 mod hands;
+#[cfg(test)]
+mod in_motion;
 #[cfg(test)]
 mod pauses;
 #[cfg(test)]

@@ -110,6 +110,16 @@ pub enum ScanError {
         /// Allowed distance from it.
         allowed_lx: f64,
     },
+    /// A sweep was disturbed, or too much of its light is missing. It is in the record as evidence.
+    #[error(
+        "the sweep at C {c_deg}° is torn: {why}; look at the meter and its line, or measure with a slower `speed_deg_s`"
+    )]
+    Torn {
+        /// Target C.
+        c_deg: f64,
+        /// Why.
+        why: String,
+    },
     /// Spectra of one point do not agree.
     #[error(
         "the spectra of one point do not agree: {found:.0} counts above the dark level beside a median of {median:.0}, \
@@ -253,6 +263,7 @@ impl ScanError {
             Self::Device { .. }
             | Self::Position { .. }
             | Self::Disturbed { .. }
+            | Self::Torn { .. }
             | Self::NoSpectroradiometer
             | Self::Exposure { .. }
             | Self::Panicked { .. }
@@ -270,6 +281,7 @@ impl ScanError {
             Self::Position { .. }
                 | Self::Disturbed { .. }
                 | Self::Repeats { .. }
+                | Self::Torn { .. }
                 | Self::Spectra { .. }
                 | Self::Reference { .. }
                 | Self::Drifted { .. }

@@ -1,7 +1,7 @@
 //! Plan → the sequence of visits that the engine makes.
 
 use isolux_record::Role;
-use isolux_record::plan::{Block, Order, Plan};
+use isolux_record::plan::{Block, Order, Pass, Plan};
 
 /// One visit: a pose to drive to, and why.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,8 +15,17 @@ pub struct Visit {
     pub point: u64,
     /// Target C in degrees.
     pub c_deg: f64,
-    /// Target γ in degrees.
+    /// Target γ in degrees; where a sweep begins to be read.
     pub gamma_deg: f64,
+    /// The sweep, where the visit is one.
+    pub pass: Option<Pass>,
+}
+
+impl Visit {
+    /// Where the axes stand after it, (C, γ) in degrees, run-out aside.
+    pub fn stands_deg(&self) -> (f64, f64) {
+        (self.c_deg, self.pass.map_or(self.gamma_deg, |pass| pass.gamma_deg[1]))
+    }
 }
 
 /// The reference point: C 0°, γ 0°.
@@ -34,12 +43,13 @@ pub fn visits(plan: &Plan) -> Vec<Visit> {
             point,
             c_deg: REFERENCE_DEG.0,
             gamma_deg: REFERENCE_DEG.1,
+            pass: None,
         };
         let mut since_reference = 0;
         if block.reference_every.is_some() {
             visits.push(reference(point));
         }
-        for (c_deg, gamma_deg) in poses(block) {
+        for (c_deg, gamma_deg, pass) in poses(block) {
             if block.reference_every.is_some_and(|every| since_reference == every) {
                 visits.push(reference(point));
                 since_reference = 0;
@@ -50,6 +60,7 @@ pub fn visits(plan: &Plan) -> Vec<Visit> {
                 point,
                 c_deg,
                 gamma_deg,
+                pass,
             });
             point += 1;
             since_reference += 1;
@@ -61,11 +72,16 @@ pub fn visits(plan: &Plan) -> Vec<Visit> {
     visits
 }
 
-fn poses(block: &Block) -> Vec<(f64, f64)> {
+/// Target C and γ of every point, with the sweep where it is one.
+fn poses(block: &Block) -> Vec<(f64, f64, Option<Pass>)> {
+    if block.sweep_deg_s.is_some() {
+        let passes = block.passes().into_iter();
+        return passes.map(|pass| (pass.c_deg, pass.gamma_deg[0], Some(pass))).collect();
+    }
     let mut poses = Vec::with_capacity(block.c_deg.len() * block.gamma_deg.len());
     for (plane, &c) in block.c_deg.iter().enumerate() {
-        let forward = block.gamma_deg.iter().map(|&gamma| (c, gamma));
-        let reverse = block.gamma_deg.iter().rev().map(|&gamma| (c, gamma));
+        let forward = block.gamma_deg.iter().map(|&gamma| (c, gamma, None));
+        let reverse = block.gamma_deg.iter().rev().map(|&gamma| (c, gamma, None));
         let falling = block.order == Order::Reverse || block.order == Order::Serpentine && plane % 2 == 1;
         match block.order {
             Order::Both => poses.extend(forward.chain(reverse)),

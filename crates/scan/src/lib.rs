@@ -20,6 +20,7 @@ pub mod observe;
 pub mod pause;
 pub mod settle;
 pub mod spectrum;
+mod sweeps;
 pub mod warmup;
 
 #[cfg(test)]

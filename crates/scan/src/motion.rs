@@ -1,5 +1,7 @@
 //! Moving both axes, waiting until they rest where they were sent, and stopping them.
 
+mod sweep;
+
 use std::time::Duration;
 
 use isolux_device::{Axis, AxisPosition, Coordinate, DeviceError, ErrorKind, awake};

@@ -122,6 +122,7 @@ pub fn bench() -> (Devices, Shared) {
                 range_full_scale: vec![Lux::new(299_900.0).unwrap()],
                 update_interval: Duration::from_millis(500),
                 integration: Duration::from_millis(500),
+                on_request: true,
             },
             room: room.clone(),
         }),

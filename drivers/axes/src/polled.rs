@@ -10,6 +10,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use isolux_device::{Axis, AxisPosition, AxisSettings, Coordinate, DeviceError, Identity, Motion};
 use isolux_transport::BusError;
+use tokio::sync::Mutex;
 use tokio::time::{Instant, sleep};
 
 /// A moving axis whose count stays the same for this long has stalled.
@@ -78,6 +79,15 @@ pub(crate) trait AxisDriver<P: Coordinate>: Send + Sync {
         START
     }
 
+    /// Sets the cruising speed of the moves that follow, at most that of the settings, in °/s or mm/s; the one taken.
+    async fn cruise(&self, speed: f64) -> Result<f64, DeviceError> {
+        Err(DeviceError::Unsupported {
+            device: self.identity().target.clone(),
+            action: format!("move at {speed} {}/s", P::UNIT),
+            reason: "this driver sets no speed for one move; sweeps need a drive of the driver zaber".to_owned(),
+        })
+    }
+
     /// Starts a move to `steps`.
     async fn go(&self, steps: i32) -> Result<(), DeviceError>;
 
@@ -108,7 +118,12 @@ pub(crate) trait AxisDriver<P: Coordinate>: Send + Sync {
 }
 
 /// A drive as an axis.
-pub(crate) struct PolledAxis<P, D>(D, PhantomData<fn() -> P>);
+pub(crate) struct PolledAxis<P, D> {
+    drive: D,
+    /// The cruising speed that the drive has, where it is not that of the settings.
+    slowed: Mutex<Option<f64>>,
+    place: PhantomData<fn() -> P>,
+}
 
 /// The failure of `action` on the drive with this name.
 pub(crate) fn fault(name: &str, action: &str, reason: impl Into<String>, evidence: Vec<u8>) -> DeviceError {
@@ -193,11 +208,15 @@ fn and_not_stopped(error: DeviceError, second: DeviceError) -> DeviceError {
 
 impl<P: Coordinate, D: AxisDriver<P>> PolledAxis<P, D> {
     pub const fn new(drive: D) -> Self {
-        Self(drive, PhantomData)
+        Self {
+            drive,
+            slowed: Mutex::const_new(None),
+            place: PhantomData,
+        }
     }
 
     fn name(&self) -> &str {
-        &self.0.identity().target
+        &self.drive.identity().target
     }
 
     fn fault(&self, action: &str, reason: impl Into<String>, status: &AxisStatus<P>) -> DeviceError {
@@ -211,7 +230,8 @@ impl<P: Coordinate, D: AxisDriver<P>> PolledAxis<P, D> {
 
     /// Whether two answers in a row are those of an axis at rest in one place.
     fn rests(&self, before: &AxisStatus<P>, now: &AxisStatus<P>) -> bool {
-        before.unsolicited.0 == now.unsolicited.1 && at_rest(&before.position, &now.position, self.0.tolerance_steps())
+        before.unsolicited.0 == now.unsolicited.1
+            && at_rest(&before.position, &now.position, self.drive.tolerance_steps())
     }
 
     /// Whether three answers in a row are those of an axis on its way.
@@ -229,21 +249,79 @@ impl<P: Coordinate, D: AxisDriver<P>> PolledAxis<P, D> {
 
     /// The end of a search that came to rest.
     async fn homed(&self, action: &str, steps: i64, moved: bool) -> Result<AxisPosition<P>, DeviceError> {
-        self.0.at_home(steps, moved).await?;
+        self.drive.at_home(steps, moved).await?;
         let rest = self.standstill(action, NO_PROGRESS).await?;
         if !rest.position.homed {
             return Err(self.fault(action, "it came to rest without a reference", &rest));
         }
-        self.0.release().await.map(|()| rest.position)
+        self.drive.release().await.map(|()| rest.position)
+    }
+
+    /// Brings the drive to the cruising speed `wanted`, or to that of the settings; the one that it has.
+    async fn at_speed(&self, wanted: Option<f64>) -> Result<f64, DeviceError> {
+        let full = self.drive.settings().speed();
+        let wanted = wanted.filter(|speed| *speed < full);
+        let mut slowed = self.slowed.lock().await;
+        match (wanted, *slowed) {
+            (None, None) => Ok(full),
+            (None, Some(_)) => {
+                self.drive.cruise(full).await?;
+                *slowed = None;
+                Ok(full)
+            }
+            (Some(speed), _) => {
+                // Said before it is done: a failure leaves the drive at a speed that nobody knows.
+                *slowed = Some(f64::NAN);
+                let taken = self.drive.cruise(speed).await?;
+                *slowed = Some(taken);
+                Ok(taken)
+            }
+        }
+    }
+
+    async fn start(&self, to: P, speed: Option<f64>) -> Result<Motion<P>, DeviceError> {
+        let settings = self.drive.settings();
+        let scale = settings.scale();
+        let target_steps = scale.steps(to);
+        let (true, Ok(target)) = (settings.allows(to), i32::try_from(target_steps)) else {
+            return Err(settings.out_of_travel(self.name(), to.number()));
+        };
+        let action = format!("move to {target_steps}");
+        let status = self.drive.status().await?;
+        let unknown = || {
+            let reason = "no reference, or it was without power: home the axis first";
+            (!status.position.homed).then(|| reason.to_owned())
+        };
+        let hindrance = status.fault.clone().or_else(|| status.not_ready.clone());
+        if let Some(reason) = hindrance.or_else(unknown).or_else(|| status.displaced.clone()) {
+            return Err(self.fault(&action, reason, &status));
+        }
+        // While the axis rests: a drive may take a speed in the middle of a move.
+        let speed = self.at_speed(speed).await?;
+        let from_steps = status.position.steps;
+        if let Err(error) = self.drive.go(target).await {
+            return Err(self.stopped_because(error).await);
+        }
+        // A move begun in motion may have to brake and come back: a second ramp covers it.
+        let distance = (target_steps - from_steps) as f64 * scale.step();
+        let expected = settings.duration_at(distance, speed);
+        Ok(Motion {
+            from_steps,
+            target_steps,
+            target: scale.place(target_steps),
+            speed,
+            expected,
+            deadline: Instant::now() + 2 * expected + Duration::from_secs(2),
+        })
     }
 
     /// Waits until two answers in a row show the axis at rest in one place.
     async fn standstill(&self, action: &str, limit: Duration) -> Result<AxisStatus<P>, DeviceError> {
         let began = Instant::now();
-        let mut before = self.0.status().await?;
+        let mut before = self.drive.status().await?;
         loop {
             sleep(STANDSTILL).await;
-            let now = self.0.status().await?;
+            let now = self.drive.status().await?;
             if self.rests(&before, &now) {
                 return Ok(now);
             }
@@ -258,19 +336,19 @@ impl<P: Coordinate, D: AxisDriver<P>> PolledAxis<P, D> {
 #[async_trait]
 impl<P: Coordinate, D: AxisDriver<P>> Axis<P> for PolledAxis<P, D> {
     fn identity(&self) -> &Identity {
-        self.0.identity()
+        self.drive.identity()
     }
 
     fn settings(&self) -> &AxisSettings<P> {
-        self.0.settings()
+        self.drive.settings()
     }
 
     async fn position(&self) -> Result<AxisPosition<P>, DeviceError> {
         const ACTION: &str = "read the position";
         let mut earlier: Option<AxisStatus<P>> = None;
-        let mut before = self.0.status().await?;
+        let mut before = self.drive.status().await?;
         for _ in 1..MOST_POSITIONS {
-            let now = self.0.status().await?;
+            let now = self.drive.status().await?;
             let found = if self.rests(&before, &now) {
                 now
             } else if earlier.is_some_and(|earlier| Self::passes(&earlier, &before, &now)) {
@@ -293,25 +371,26 @@ impl<P: Coordinate, D: AxisDriver<P>> Axis<P> for PolledAxis<P, D> {
     async fn home(&self, deadline: Instant) -> Result<AxisPosition<P>, DeviceError> {
         const ACTION: &str = "home";
         let began = Instant::now();
-        if let Err(error) = self.0.go_home().await {
+        self.at_speed(None).await?;
+        if let Err(error) = self.drive.go_home().await {
             return Err(self.stopped_because(error).await);
         }
         let (mut moved, mut resting) = (false, None);
         loop {
             sleep(2 * STANDSTILL).await;
-            let status = match self.0.status().await {
+            let status = match self.drive.status().await {
                 Ok(status) => status,
                 Err(error) => return Err(self.stopped_because(error).await),
             };
             let AxisPosition { moving, steps, .. } = status.position;
             moved |= moving;
             resting = resting.filter(|_| !moving).or_else(|| (!moving).then(Instant::now));
-            let rests = resting.is_some_and(|since: Instant| since.elapsed() >= self.0.home_rest());
+            let rests = resting.is_some_and(|since: Instant| since.elapsed() >= self.drive.home_rest());
             let error = if let Some(reason) = &status.fault {
                 self.fault(ACTION, reason.clone(), &status)
             } else if Instant::now() >= deadline {
                 self.timeout(ACTION, began.elapsed(), &status)
-            } else if !rests || began.elapsed() < self.0.start_time() {
+            } else if !rests || began.elapsed() < self.drive.start_time() {
                 continue;
             } else if let Some(reason) = &status.search_failed {
                 self.fault(ACTION, reason.clone(), &status)
@@ -326,36 +405,11 @@ impl<P: Coordinate, D: AxisDriver<P>> Axis<P> for PolledAxis<P, D> {
     }
 
     async fn start_move(&self, to: P) -> Result<Motion<P>, DeviceError> {
-        let settings = self.0.settings();
-        let scale = settings.scale();
-        let target_steps = scale.steps(to);
-        let (true, Ok(target)) = (settings.allows(to), i32::try_from(target_steps)) else {
-            return Err(settings.out_of_travel(self.name(), to.number()));
-        };
-        let action = format!("move to {target_steps}");
-        let status = self.0.status().await?;
-        let unknown = || {
-            let reason = "no reference, or it was without power: home the axis first";
-            (!status.position.homed).then(|| reason.to_owned())
-        };
-        let hindrance = status.fault.clone().or_else(|| status.not_ready.clone());
-        if let Some(reason) = hindrance.or_else(unknown).or_else(|| status.displaced.clone()) {
-            return Err(self.fault(&action, reason, &status));
-        }
-        let from_steps = status.position.steps;
-        if let Err(error) = self.0.go(target).await {
-            return Err(self.stopped_because(error).await);
-        }
-        // A move begun in motion may have to brake and come back: a second ramp covers it.
-        let distance = (target_steps - from_steps) as f64 * scale.step();
-        let expected = settings.duration(distance);
-        Ok(Motion {
-            from_steps,
-            target_steps,
-            target: scale.place(target_steps),
-            expected,
-            deadline: Instant::now() + 2 * expected + Duration::from_secs(2),
-        })
+        self.start(to, None).await
+    }
+
+    async fn start_move_at(&self, to: P, speed: f64) -> Result<Motion<P>, DeviceError> {
+        self.start(to, Some(speed)).await
     }
 
     async fn finish_move(&self, motion: Motion<P>) -> Result<AxisPosition<P>, DeviceError> {
@@ -365,9 +419,9 @@ impl<P: Coordinate, D: AxisDriver<P>> Axis<P> for PolledAxis<P, D> {
         let mut last = (motion.from_steps, began);
         loop {
             sleep(pause).await;
-            let looked = match self.0.status().await {
+            let looked = match self.drive.status().await {
                 // An axis that has come to rest is asked again: one old answer must not end the move.
-                Ok(first) if !first.position.moving && first.fault.is_none() => match self.0.status().await {
+                Ok(first) if !first.position.moving && first.fault.is_none() => match self.drive.status().await {
                     Ok(now) => Ok((self.rests(&first, &now), now)),
                     Err(error) => Err(error),
                 },
@@ -384,11 +438,11 @@ impl<P: Coordinate, D: AxisDriver<P>> Axis<P> for PolledAxis<P, D> {
                 self.fault(&action, reason.clone(), &status)
             } else if !position.homed {
                 self.fault(&action, "the reference was lost on the way", &status)
-            } else if ended && off <= self.0.tolerance_steps() {
+            } else if ended && off <= self.drive.tolerance_steps() {
                 return Ok(position);
             } else if let (true, Some(obstacle)) = (ended, &status.obstacle) {
                 self.fault(&action, format!("{obstacle}: at rest at {}", position.steps), &status)
-            } else if ended && (position.steps != motion.from_steps || began.elapsed() >= self.0.start_time()) {
+            } else if ended && (position.steps != motion.from_steps || began.elapsed() >= self.drive.start_time()) {
                 let reason = format!(
                     "it came to rest at {} and not at {}",
                     position.steps, motion.target_steps
@@ -412,20 +466,20 @@ impl<P: Coordinate, D: AxisDriver<P>> Axis<P> for PolledAxis<P, D> {
     }
 
     async fn stop(&self) -> Result<AxisPosition<P>, DeviceError> {
-        self.0.brake().await?;
-        let settings = self.0.settings();
+        self.drive.brake().await?;
+        let settings = self.drive.settings();
         let ramp = Duration::try_from_secs_f64(settings.speed() / settings.acceleration());
         let limit = 2 * ramp.unwrap_or_default() + Duration::from_secs(1);
         let rest = match self.standstill("stop", limit).await {
             // It does not slow down as it should.
             Err(DeviceError::Timeout { .. }) => {
-                self.0.cut().await?;
+                self.drive.cut().await?;
                 self.standstill("stop without ramp", limit).await?
             }
             rest => rest?,
         };
         // An axis at rest may stay held; it would only refuse the next move, which says so.
-        if let Err(error) = self.0.release().await {
+        if let Err(error) = self.drive.release().await {
             tracing::warn!(%error, "the axis stays held after its stop");
         }
         Ok(rest.position)

@@ -5,6 +5,8 @@ use std::fmt;
 
 use toml::{Table, Value};
 
+use crate::parts::RING_KEYS;
+
 /// The room that `isolux run` opens without a job, every key of it: the lamp as it is, a room as rooms are.
 pub const BUILT_IN: &str = include_str!("built_in.toml");
 
@@ -47,6 +49,15 @@ impl fmt::Display for Completed {
     }
 }
 
+/// A key of `[lamp]` in `given` that describes rings of LEDs although the lamp has a table of intensities.
+pub(crate) fn ring_key_beside_table(given: &Table) -> Option<&'static str> {
+    let lamp = given
+        .get("lamp")
+        .and_then(Value::as_table)
+        .filter(|lamp| lamp.contains_key("table"))?;
+    RING_KEYS.into_iter().find(|key| lamp.contains_key(*key))
+}
+
 /// The table of the whole room: what `given` says, and the built-in room where it is silent.
 pub(crate) fn complete(given: &Table) -> Result<(Table, Completed), toml::de::Error> {
     let mut whole: Table = BUILT_IN.parse()?;
@@ -54,6 +65,13 @@ pub(crate) fn complete(given: &Table) -> Result<(Table, Completed), toml::de::Er
     if own_flaws.and_then(|flaws| flaws.get("only")?.as_bool()) == Some(true) {
         // What is left out is at its null, as the types have it.
         whole.insert("flaws".to_owned(), Table::new().into());
+    }
+    let lamp = given.get("lamp").and_then(Value::as_table);
+    if lamp.is_some_and(|lamp| lamp.contains_key("table"))
+        && let Some(Value::Table(lamp)) = whole.get_mut("lamp")
+    {
+        // A lamp by its table has no LEDs to complete.
+        RING_KEYS.iter().for_each(|key| drop(lamp.remove(*key)));
     }
     let mut completed = Completed::default();
     lay_over(&mut whole, given, "", &mut completed);
@@ -142,7 +160,8 @@ mod tests {
 
     fn complete(text: &str) -> (Darkroom, Completed) {
         let file = "darkroom.toml".into();
-        Darkroom::complete(isolux_document::Source { file, text }).unwrap()
+        let no_file = |_: &str| Err("no file".to_owned());
+        Darkroom::complete(isolux_document::Source { file, text }, &no_file).unwrap()
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! A key that a file leaves out is that of the built-in room. An unknown key, or a value that no room can have, is an
 //! error with its line. [`Darkroom::default`] is not the built-in room but one without flaws.
 
+use std::sync::Arc;
+
 use camino::Utf8Path;
 use isolux_document::{self as document, DocumentError, Source};
 use serde::{Deserialize, Serialize};
@@ -12,6 +14,7 @@ use crate::fault::Fault;
 use crate::flaws::Flaws;
 use crate::parts::{Axes, Bench, Camera, Climate, Lamp, LuxMeter, PowerMeter, Spectroradiometer};
 use crate::rules::{self, Rules};
+use crate::table::LampTable;
 
 /// The format line of the file.
 pub const FORMAT: &str = "isolux-darkroom/1";
@@ -74,28 +77,44 @@ impl Darkroom {
         Self::parse(BUILT_IN)
     }
 
-    /// Reads a text as `darkroom.toml`; keys that it leaves out are those of the built-in room.
+    /// Reads a `darkroom.toml` that names no other file; keys that it leaves out are those of the built-in room.
     ///
     /// # Errors
     /// Not TOML, an unknown key, a wrong type, or a value that no room can have.
     pub fn parse(text: &str) -> Result<Self, DocumentError> {
         let file = Utf8Path::new("darkroom.toml");
-        Self::complete(Source { file, text }).map(|(room, _)| room)
+        let no_file = |_: &str| Err("a room without a folder cannot name a file".to_owned());
+        Self::complete(Source { file, text }, &no_file).map(|(room, _)| room)
     }
 
-    /// Reads a file, and says which keys were completed.
+    /// Reads a file, and says which keys were completed. `beside` gives the text of a file that the room names, relative
+    /// to its own.
     ///
     /// # Errors
-    /// As [`parse`](Self::parse).
-    pub fn complete(source: Source<'_>) -> Result<(Self, Completed), DocumentError> {
+    /// As [`parse`](Self::parse), and where a file that it names cannot be read or used.
+    pub fn complete(
+        source: Source<'_>,
+        beside: &dyn Fn(&str) -> Result<String, String>,
+    ) -> Result<(Self, Completed), DocumentError> {
         let in_text = |error: toml::de::Error| source.toml_error(&error);
         // What the file itself says is judged with its lines, before it is completed.
         let _: Self = toml::from_str(source.text).map_err(in_text)?;
         let given = source.text.parse().map_err(in_text)?;
+        if let Some(key) = built_in::ring_key_beside_table(&given) {
+            let message = "describes rings of LEDs; leave it out beside `table`";
+            return Err(source.locate(&document::Fault::new(format!("lamp.{key}"), message)));
+        }
         let (whole, completed) =
             built_in::complete(&given).map_err(|error| source.whole(format!("the built-in room: {error}")))?;
         let mut room: Self = whole.try_into().map_err(in_text)?;
         room.flaws.only = false;
+        if let Some(file) = &room.lamp.table {
+            let wrong =
+                |why: String| source.locate(&document::Fault::new("lamp.table", format!("names {file}: {why}")));
+            let table = LampTable::parse(&beside(file).map_err(wrong)?).map_err(|error| wrong(error.to_string()))?;
+            room.lamp.flux_lm = table.flux_lm();
+            room.lamp.intensities = Some(Arc::new(table));
+        }
         room.check().map_err(|fault| source.locate(&fault))?;
         Ok((room, completed))
     }
@@ -187,6 +206,44 @@ mod tests {
             }
         }
         assert!(tried > 4 * 120, "{tried}");
+    }
+
+    #[test]
+    fn a_lamp_by_its_table_has_the_light_of_the_file_and_no_rings() {
+        let table = "c_deg,gamma_deg,intensity_cd\n0,0,100\n0,90,100\n0,180,100\n";
+        let read = |text: &str, file: &str| {
+            let beside = |name: &str| match name {
+                "lamp.csv" => Ok(file.to_owned()),
+                _ => Err("no such file".to_owned()),
+            };
+            let file = Utf8Path::new("darkroom.toml");
+            Darkroom::complete(Source { file, text }, &beside)
+        };
+        let lamp = "[lamp]\ntable = \"lamp.csv\"\nluminous_diameter_mm = 120.0\n";
+        let (room, completed) = read(lamp, table).unwrap();
+        assert!(
+            (room.lamp.flux_lm - 400.0 * std::f64::consts::PI).abs() < 1e-3,
+            "{}",
+            room.lamp.flux_lm
+        );
+        assert_eq!(room.lamp.diameter_mm(), 120.0);
+        assert!(
+            !completed.keys().contains(&"lamp.exponent".to_owned())
+                && completed.keys().contains(&"lamp.power_w".to_owned())
+        );
+        let refused = |text: &str, file: &str, line: usize, word: &str| {
+            let error = read(text, file).unwrap_err();
+            assert!(
+                error.line == Some(line) && error.message.contains(word),
+                "{text}: {error}"
+            );
+        };
+        refused(&format!("{lamp}exponent = 5.0\n"), table, 4, "rings");
+        refused(&lamp.replace("lamp.csv", "other.csv"), table, 2, "no such file");
+        refused(lamp, "c_deg,gamma_deg,intensity_cd\n0,0,x\n", 2, "lamp.csv: line 2");
+        refused("[lamp]\nluminous_diameter_mm = 120.0\n", table, 2, "table");
+        refused("[lamp]\ntable = \"lamp.csv\"\n", table, 2, "luminous_diameter_mm");
+        assert!(Darkroom::parse(lamp).is_err());
     }
 
     #[test]

@@ -13,10 +13,6 @@ pub struct Floor {
     height_mm: f64,
 }
 
-/// Distance in radii of the lamp from which its light is taken as that of a point: the inverse-square law is then right
-/// to about a percent of light that is itself a few thousandths of a reading.
-const FAR_RADII: f64 = 15.0;
-
 /// Columns of patches gathered under the lamp, columns gathered under the detector, and rows across the bench.
 const PATCHES: [usize; 3] = [44, 14, 40];
 
@@ -54,7 +50,7 @@ impl Floor {
             if !lamp.may_light(in_lamp_frame) {
                 continue;
             }
-            let received: f64 = if in_lamp_frame.length() > FAR_RADII * lamp.reach_mm() {
+            let received: f64 = if in_lamp_frame.length() > lamp.far_mm() {
                 far.ray_to(in_lamp_frame, transmittance_per_mm).illuminance_lx(up)
             } else {
                 lamp.rays_to(in_lamp_frame).map(|ray| ray.illuminance_lx(up)).sum()

@@ -1,15 +1,19 @@
-//! The lamp: LEDs one by one, each with its place, its axis and its share of the flux.
+//! The lamp: LEDs one by one, each with its place, its axis and its share of the flux; or a disc of points that all
+//! radiate with the lamp's table of intensities.
 //!
 //! Frame of the luminaire: light centre at the origin, z along γ = 0, direction (C, γ) = (sin γ cos C, sin γ sin C, cos
 //! γ).
+
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use crate::flaws::{DeadSector, Flaws, SelfAbsorption};
 use crate::noise::{Noise, Stream};
 use crate::parts::Lamp;
+use crate::table::LampTable;
 
-/// One LED.
+/// One LED, or one point of a luminous disc.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Led {
     /// Place, mm.
@@ -18,9 +22,21 @@ pub struct Led {
     pub axis: DVec3,
     /// Unit vector across its lobe, towards the wide side of its lens.
     pub wide: DVec3,
-    /// Luminous intensity along its axis, cd.
+    /// Luminous intensity along its axis, cd; of a point of a disc, its share of the lamp's table.
     pub axial_cd: f64,
 }
+
+/// How every point of the lamp radiates.
+#[derive(Debug, Clone, PartialEq)]
+enum Shape {
+    /// With the lobe of an LED.
+    Lobe { power: PowerTable, ellipticity: f64 },
+    /// With a table, seen from the light centre.
+    Table(Arc<LampTable>),
+}
+
+/// Rings of points on a luminous disc beside the one in its middle: 6, 12, 18 and 24 points, each for the same area.
+const DISC_RINGS: u32 = 4;
 
 /// Light of one LED on its way to one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,18 +70,64 @@ impl Ray {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Illuminator {
     leds: Vec<Led>,
-    lobe: PowerTable,
-    ellipticity: f64,
+    shape: Shape,
     absorber: Option<Absorber>,
     absorption_per_mm: f64,
-    /// Sine of the largest lean of an LED, and the largest distance of one from the light centre, mm.
+    /// Sine of the largest lean of an LED (of the last light of a table beyond the horizon), the largest distance of a
+    /// point from the light centre, and the distance from which the lamp lights the floor as a point, mm.
     behind_per_mm: f64,
     reach_mm: f64,
+    far_mm: f64,
 }
+
+/// Distance in radii of the lamp from which its light on the floor is taken as that of a point: the inverse-square law is
+/// then right to about a percent of light that is itself a few thousandths of a reading.
+const FAR_RADII: f64 = 15.0;
 
 impl Illuminator {
     /// Builds the lamp with the flaws that belong to it; `seed` is the room's, for a lamp without one of its own.
     pub fn new(lamp: &Lamp, flaws: &Flaws, seed: u64) -> Self {
+        match &lamp.intensities {
+            Some(table) => Self::disc(lamp.diameter_mm(), table, flaws),
+            None => Self::rings(lamp, flaws, seed),
+        }
+    }
+
+    /// A disc across the lamp's axis that radiates with `table` from every point.
+    fn disc(diameter_mm: f64, table: &Arc<LampTable>, flaws: &Flaws) -> Self {
+        let rings = if diameter_mm > 0.0 { DISC_RINGS } else { 0 };
+        let total = f64::from(1 + 3 * rings * (rings + 1));
+        let place = |ring: u32, k: u32| {
+            let azimuth = std::f64::consts::TAU * (f64::from(k) + 0.5 * f64::from(ring % 2)) / f64::from(6 * ring);
+            // Ring n is the annulus between √(1 + 3n(n − 1)) and √(1 + 3n(n + 1)) of √total; its mean square is this.
+            let radius = 0.5 * diameter_mm * ((1.0 + f64::from(3 * ring * ring)) / total).sqrt();
+            (radius, azimuth)
+        };
+        let places: Vec<(f64, f64)> = std::iter::once((0.0, 0.0))
+            .chain((1..=rings).flat_map(|ring| (0..6 * ring).map(move |k| place(ring, k))))
+            .collect();
+        let leds = places
+            .iter()
+            .map(|&(radius, azimuth)| Led {
+                position_mm: DVec3::new(azimuth.cos(), azimuth.sin(), 0.0) * radius,
+                axis: DVec3::Z,
+                wide: DVec3::X,
+                axial_cd: (1.0 - dead_share(&flaws.dead_sector, azimuth)) / total,
+            })
+            .collect();
+        Self {
+            leds,
+            behind_per_mm: (-table.last_lit_deg().to_radians().cos()).max(0.0),
+            reach_mm: 0.5 * diameter_mm,
+            // Its light on the floor is that of a point: a luminaire may be as large as the floor is near.
+            far_mm: 0.0,
+            shape: Shape::Table(table.clone()),
+            absorber: Absorber::new(&flaws.self_absorption),
+            absorption_per_mm: flaws.air_absorption.coefficient_per_m / 1000.0,
+        }
+    }
+
+    fn rings(lamp: &Lamp, flaws: &Flaws, seed: u64) -> Self {
         let noise = Noise::new(if lamp.seed == 0 { seed } else { lamp.seed }, Stream::Leds);
         let mut places = Vec::new();
         for (ring, (&diameter, &count)) in lamp.ring_diameter_mm.iter().zip(&lamp.leds_per_ring).enumerate() {
@@ -109,12 +171,16 @@ impl Illuminator {
                 }
             })
             .collect();
+        let reach_mm = leds.iter().map(|led| led.position_mm.length()).fold(0.0, f64::max);
         Self {
             behind_per_mm: leds.iter().map(|led| led.axis.truncate().length()).fold(0.0, f64::max),
-            reach_mm: leds.iter().map(|led| led.position_mm.length()).fold(0.0, f64::max),
+            reach_mm,
+            far_mm: FAR_RADII * reach_mm,
             leds,
-            lobe: PowerTable::new(lamp.exponent),
-            ellipticity: lamp.ellipticity_rel,
+            shape: Shape::Lobe {
+                power: PowerTable::new(lamp.exponent),
+                ellipticity: lamp.ellipticity_rel,
+            },
             absorber: Absorber::new(&flaws.self_absorption),
             absorption_per_mm: flaws.air_absorption.coefficient_per_m / 1000.0,
         }
@@ -146,9 +212,9 @@ impl Illuminator {
         })
     }
 
-    /// The largest distance of an LED from the light centre, mm.
-    pub fn reach_mm(&self) -> f64 {
-        self.reach_mm
+    /// Distance from the light centre beyond which the floor takes the lamp as a point, mm.
+    pub fn far_mm(&self) -> f64 {
+        self.far_mm
     }
 
     /// False if no LED can light the point `point_mm` (luminaire frame), because it lies behind all of them.
@@ -175,7 +241,19 @@ impl Illuminator {
         self.far_field_cd(DVec3::Z)
     }
 
+    /// The largest luminous intensity from infinitely far away, cd: of a table its own, of LEDs that along γ = 0.
+    pub fn peak_cd(&self) -> f64 {
+        match &self.shape {
+            Shape::Table(table) => table.peak_cd(),
+            Shape::Lobe { .. } => self.axial_cd(),
+        }
+    }
+
     fn intensity_cd(&self, led: &Led, direction: DVec3) -> f64 {
+        let (power, ellipticity) = match &self.shape {
+            Shape::Table(table) => return led.axial_cd * table.intensity_cd(direction),
+            Shape::Lobe { power, ellipticity } => (power, ellipticity),
+        };
         let cos = direction.dot(led.axis);
         if cos <= 0.0 {
             return 0.0;
@@ -183,7 +261,7 @@ impl Illuminator {
         // sin²θ cos 2(φ − φ₀) = u² − v², with u and v along the wide and the narrow side of the lens.
         let u = direction.dot(led.wide);
         let narrow_square = 1.0 - cos * cos - u * u;
-        led.axial_cd * self.lobe.at(cos) * (1.0 + self.ellipticity * (u * u - narrow_square))
+        led.axial_cd * power.at(cos) * (1.0 + ellipticity * (u * u - narrow_square))
     }
 }
 
@@ -356,6 +434,31 @@ mod tests {
         let aimed_whole = Illuminator::new(&room.lamp, &room.flaws, 1);
         let ratio = |c: f64| aimed.far_field_cd(direction(c, 0.8)) / aimed_whole.far_field_cd(direction(c, 0.8));
         assert!(ratio(0.0) < ratio(std::f64::consts::PI) - 0.02);
+    }
+
+    #[test]
+    fn a_disc_with_a_table_is_the_table_from_far_and_a_disc_from_near() {
+        let mut room = Darkroom::default();
+        let text = (0..=90).fold(format!("{}\n", crate::table::HEAD), |text, gamma| {
+            text + &format!("0,{gamma},{}\n", 500.0 * f64::from(gamma).to_radians().cos().max(0.0))
+        });
+        room.lamp.luminous_diameter_mm = Some(200.0);
+        room.lamp.intensities = Some(Arc::new(LampTable::parse(&text).unwrap()));
+        let lamp = Illuminator::new(&room.lamp, &room.flaws, 1);
+        let far = lamp.far_field_cd(direction(0.4, 0.7));
+        assert!((far / (500.0 * 0.7f64.cos()) - 1.0).abs() < 1e-4, "{far}");
+        assert_eq!(lamp.peak_cd(), 500.0);
+        // A Lambertian disc of radius a lights a point on its axis by I / (d² + a²).
+        let near = |d: f64| -> f64 {
+            lamp.rays_to(DVec3::Z * d)
+                .map(|ray| ray.illuminance_lx(-DVec3::Z))
+                .sum()
+        };
+        for d in [150.0f64, 500.0, 2000.0] {
+            let exact = 500.0e6 / (d * d + 100.0 * 100.0);
+            assert!((near(d) / exact - 1.0).abs() < 3e-3, "{d}: {} against {exact}", near(d));
+        }
+        assert!(!lamp.may_light(DVec3::new(10.0, 0.0, -500.0)) && lamp.may_light(DVec3::new(10.0, 0.0, 500.0)));
     }
 
     #[test]

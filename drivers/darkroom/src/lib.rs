@@ -1,7 +1,8 @@
 //! The physics of the virtual darkroom, and the truth that its twins report.
 //!
 //! One [`Room`] is built from one document ([`Darkroom`], the file `darkroom.toml`). It answers what a lux meter, a
-//! spectrometer or a camera in that room would see, by adding up individual LEDs, floor patches and rotation matrices.
+//! spectrometer or a camera in that room would see, by adding up individual LEDs (or the parts of a luminous
+//! disc with a table), floor patches and rotation matrices.
 //! It shares no physics with the operator's model, so that an agreement between the two means something.
 //!
 //! Everything here is a pure function of the document and of the coordinates asked for. Noise is drawn by counter:
@@ -28,6 +29,7 @@ pub mod room;
 mod rules;
 pub mod spectrograph;
 pub mod spectrum;
+pub mod table;
 
 pub use built_in::{BUILT_IN, Completed};
 pub use camera::{Capture, MapPose, SensorFrame};
@@ -35,3 +37,4 @@ pub use document::Darkroom;
 pub use fault::{Fault, FaultKind, Instrument};
 pub use flaws::Flaws;
 pub use room::{Kind, Observation, Room};
+pub use table::LampTable;

@@ -1,12 +1,27 @@
 //! Lamp, air, axes and instruments of a room, as its file describes them.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
-/// A ring illuminator of individual LEDs.
+use crate::table::LampTable;
+
+/// A ring illuminator of individual LEDs, or a lamp by its table of intensities.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lamp {
-    /// Luminous flux of the warm lamp, lm.
+    /// File of the table of intensities beside the room's: [`LampTable`]. With it the keys of [`RING_KEYS`] have no
+    /// meaning and may not be given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<String>,
+    /// Diameter of the disc that shines with that table from every point, mm; 0 is a point. It stands in the plane of
+    /// the light centre, across the lamp's axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub luminous_diameter_mm: Option<f64>,
+    /// What `table` holds.
+    #[serde(skip)]
+    pub intensities: Option<Arc<LampTable>>,
+    /// Luminous flux of the warm lamp, lm; that of the table where there is one.
     pub flux_lm: f64,
     /// Diameters of the rings of LEDs, mm; 0 is a single point.
     pub ring_diameter_mm: Vec<f64>,
@@ -36,13 +51,43 @@ pub struct Lamp {
     pub power_factor: f64,
     /// Relative excess of the cold lamp's power over that of its light (`flaws.lamp_warmup`).
     pub power_warmup_share: f64,
+    /// Modulation of its light at twice the frequency of the mains, relative amplitude.
+    pub flicker_rel: f64,
     /// The lamp was already on when the room was opened.
     pub on_at_start: bool,
+}
+
+/// Keys of [`Lamp`] that describe rings of LEDs.
+pub const RING_KEYS: [&str; 10] = [
+    "flux_lm",
+    "ring_diameter_mm",
+    "leds_per_ring",
+    "exponent",
+    "aim_deg",
+    "ellipticity_rel",
+    "ellipticity_azimuth_deg",
+    "flux_spread_rel",
+    "aim_spread_deg",
+    "seed",
+];
+
+impl Lamp {
+    /// Diameter of what shines, mm.
+    pub fn diameter_mm(&self) -> f64 {
+        match self.luminous_diameter_mm {
+            Some(diameter_mm) => diameter_mm,
+            // An LED is a few millimetres wide.
+            None => self.ring_diameter_mm.iter().copied().fold(0.0, f64::max) + 5.0,
+        }
+    }
 }
 
 impl Default for Lamp {
     fn default() -> Self {
         Self {
+            table: None,
+            luminous_diameter_mm: None,
+            intensities: None,
             flux_lm: 337.0,
             ring_diameter_mm: vec![44.0, 56.0, 68.0],
             leds_per_ring: vec![20, 20, 20],
@@ -58,6 +103,7 @@ impl Default for Lamp {
             power_w: 4.2,
             power_factor: 1.0,
             power_warmup_share: 0.4,
+            flicker_rel: 0.0,
             on_at_start: false,
         }
     }
@@ -77,6 +123,8 @@ pub struct Climate {
     pub swing_period_s: f64,
     /// Noise of the thermometer, K.
     pub thermometer_noise_c: f64,
+    /// Frequency of the mains, Hz.
+    pub mains_hz: f64,
 }
 
 impl Default for Climate {
@@ -87,6 +135,7 @@ impl Default for Climate {
             swing_c: 0.25,
             swing_period_s: 1500.0,
             thermometer_noise_c: 0.02,
+            mains_hz: 50.0,
         }
     }
 }
@@ -131,6 +180,11 @@ pub struct Axis {
     pub encoder_noise_deg: f64,
     /// Position when the room is opened, degrees.
     pub start_deg: f64,
+    /// Wobble of its speed: at the fastest speed the position is off by up to this, periodically; less in proportion
+    /// when slower, degrees.
+    pub wobble_deg: f64,
+    /// Way after which the wobble repeats (a turn of the worm), degrees.
+    pub wobble_period_deg: f64,
 }
 
 impl Default for Axis {
@@ -145,6 +199,8 @@ impl Default for Axis {
             accel_deg_s2: 40.0,
             encoder_noise_deg: 0.0,
             start_deg: 0.0,
+            wobble_deg: 0.0,
+            wobble_period_deg: 4.0,
         }
     }
 }
@@ -200,6 +256,21 @@ pub struct LuxMeter {
     pub noise_lx: f64,
     /// Correlation of the noise from one value to the next.
     pub noise_correlation: f64,
+    /// Time constant of its amplifier, a first-order lag of the light before it is integrated, s.
+    pub lag_s: f64,
+    /// From a request to the beginning of its measurement (of a meter that converts all the time: to its answer), s.
+    pub latency_s: f64,
+    /// Standard deviation of that from one measurement to the next, s; never below zero.
+    pub latency_jitter_s: f64,
+    /// How much slower its clock is than that of the room, parts in a million: integration and conversions last longer.
+    pub clock_ppm: f64,
+}
+
+impl LuxMeter {
+    /// `seconds` by the meter's clock, in those of the room.
+    pub fn by_its_clock_s(&self, seconds: f64) -> f64 {
+        seconds * (1.0 + self.clock_ppm * 1e-6)
+    }
 }
 
 impl Default for LuxMeter {
@@ -210,6 +281,10 @@ impl Default for LuxMeter {
             noise_rel: 0.0008,
             noise_lx: 0.0008,
             noise_correlation: 0.0,
+            lag_s: 0.0,
+            latency_s: 0.0,
+            latency_jitter_s: 0.0,
+            clock_ppm: 0.0,
         }
     }
 }

@@ -165,7 +165,7 @@ impl Room {
 
     /// As [`illuminance_lx`](Self::illuminance_lx), with the floor's light of the warm lamp known already.
     pub fn illuminance_with_floor_lx(&self, o: &Observation, window_s: f64, floor_lx: f64) -> f64 {
-        let output = || relative_output(&self.document.flaws, o.time_s, window_s);
+        let output = || self.output(o.time_s, window_s);
         let ambient = self.document.flaws.ambient_stray.illuminance_lx;
         match o.kind {
             Kind::Lit => output() * (self.direct_lx(o) + floor_lx) + ambient,
@@ -230,7 +230,27 @@ impl Room {
         let entrance = mounted.to_luminaire(DVec3::X * self.document.spectroradiometer.distance_mm);
         let normal = mounted.direction_to_luminaire(-DVec3::X);
         let warm: f64 = self.lamp.rays_to(entrance).map(|ray| ray.illuminance_lx(normal)).sum();
-        warm * relative_output(flaws, time_s, window_s) + ambient
+        warm * self.output(time_s, window_s) + ambient
+    }
+
+    /// Latency of the meter's measurement number `index`, s.
+    pub fn meter_latency_s(&self, index: u64) -> f64 {
+        let meter = &self.document.luxmeter;
+        let noise = Noise::new(self.document.seed, Stream::LuxMeter).normal(index, 1);
+        (meter.latency_s + meter.latency_jitter_s * noise).max(0.0)
+    }
+
+    /// Output of the lamp relative to the warm one, averaged over a window around `time_s`, its flicker included.
+    fn output(&self, time_s: f64, window_s: f64) -> f64 {
+        let flicker = self.document.lamp.flicker_rel;
+        let slow = relative_output(&self.document.flaws, time_s, window_s);
+        if flicker == 0.0 {
+            return slow;
+        }
+        let turn = 2.0 * std::f64::consts::TAU * self.document.room.mains_hz;
+        let half = 0.5 * turn * window_s;
+        let share = if half == 0.0 { 1.0 } else { half.sin() / half };
+        slow * (1.0 + flicker * share * (turn * time_s).sin())
     }
 
     fn true_distance_mm(&self, o: &Observation) -> f64 {
@@ -277,6 +297,24 @@ mod tests {
         let lit = room.indicated_lx(&observation(Kind::Lit));
         assert!((lit - 3.38).abs() < 0.01, "{lit}");
         assert!((lit * 100.0 / room.intensity_cd(0.0, 0.0) - 1.0).abs() < 5e-5);
+    }
+
+    #[test]
+    fn whole_periods_of_the_mains_show_no_flicker() {
+        let mut document = Darkroom::default();
+        document.lamp.flicker_rel = 0.2;
+        let room = Room::new(document);
+        let steady = Room::new(Darkroom::default());
+        let at = |room: &Room, window_s: f64| {
+            let o = Observation {
+                time_s: 3600.0025,
+                ..observation(Kind::Lit)
+            };
+            room.illuminance_lx(&o, window_s)
+        };
+        assert!((at(&room, 0.0) / at(&steady, 0.0) - 1.2).abs() < 1e-6);
+        assert!((at(&room, 0.1) / at(&steady, 0.1) - 1.0).abs() < 1e-9);
+        assert!((at(&room, 0.015) / at(&steady, 0.015) - 1.0).abs() > 0.02);
     }
 
     #[test]

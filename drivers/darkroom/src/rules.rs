@@ -31,6 +31,19 @@ impl Rules {
 }
 
 pub(crate) fn lamp(rules: &mut Rules, lamp: &Lamp) {
+    if let Some(diameter_mm) = lamp.luminous_diameter_mm {
+        rules.within("lamp.luminous_diameter_mm", diameter_mm, 0.0, 10_000.0);
+    }
+    rules.require(
+        "lamp.luminous_diameter_mm",
+        lamp.luminous_diameter_mm.is_none() || lamp.table.is_some(),
+        "belongs to a lamp with a `table`; rings of LEDs have `ring_diameter_mm`",
+    );
+    rules.require(
+        "lamp.table",
+        lamp.table.is_none() || lamp.luminous_diameter_mm.is_some(),
+        "needs `luminous_diameter_mm`, the diameter of what shines; 0 is a point",
+    );
     rules.positive("lamp.flux_lm", lamp.flux_lm);
     rules.positive("lamp.exponent", lamp.exponent);
     rules.within("lamp.aim_deg", lamp.aim_deg, -60.0, 60.0);
@@ -62,6 +75,7 @@ pub(crate) fn lamp(rules: &mut Rules, lamp: &Lamp) {
         lamp.leds_per_ring.iter().all(|n| (1..=1000).contains(n)),
         "must lie between 1 and 1000 on each ring",
     );
+    rules.within("lamp.flicker_rel", lamp.flicker_rel, 0.0, 1.0);
     rules.positive("lamp.voltage_v", lamp.voltage_v);
     rules.positive("lamp.power_w", lamp.power_w);
     rules.within("lamp.power_factor", lamp.power_factor, 0.01, 1.0);
@@ -74,6 +88,7 @@ pub(crate) fn climate(rules: &mut Rules, climate: &Climate) {
     rules.within("room.swing_c", climate.swing_c, 0.0, 20.0);
     rules.positive("room.swing_period_s", climate.swing_period_s);
     rules.within("room.thermometer_noise_c", climate.thermometer_noise_c, 0.0, 5.0);
+    rules.within("room.mains_hz", climate.mains_hz, 10.0, 500.0);
 }
 
 pub(crate) fn axis(rules: &mut Rules, name: &str, axis: &Axis) {
@@ -88,6 +103,8 @@ pub(crate) fn axis(rules: &mut Rules, name: &str, axis: &Axis) {
         "must be [lower, higher], both within -3600 and 3600",
     );
     rules.within(&key("start_deg"), axis.start_deg, low, high);
+    rules.within(&key("wobble_deg"), axis.wobble_deg, 0.0, 1.0);
+    rules.within(&key("wobble_period_deg"), axis.wobble_period_deg, 0.01, 360.0);
 }
 
 pub(crate) fn luxmeter(rules: &mut Rules, meter: &LuxMeter) {
@@ -96,6 +113,10 @@ pub(crate) fn luxmeter(rules: &mut Rules, meter: &LuxMeter) {
     rules.within("luxmeter.noise_rel", meter.noise_rel, 0.0, 0.5);
     rules.within("luxmeter.noise_lx", meter.noise_lx, 0.0, 1000.0);
     rules.within("luxmeter.noise_correlation", meter.noise_correlation, 0.0, 0.99);
+    rules.within("luxmeter.lag_s", meter.lag_s, 0.0, 10.0);
+    rules.within("luxmeter.latency_s", meter.latency_s, 0.0, 10.0);
+    rules.within("luxmeter.latency_jitter_s", meter.latency_jitter_s, 0.0, 1.0);
+    rules.within("luxmeter.clock_ppm", meter.clock_ppm, -10_000.0, 10_000.0);
 }
 
 pub(crate) fn spectroradiometer(rules: &mut Rules, spectro: &Spectroradiometer) {

@@ -7,7 +7,7 @@
 
 use std::time::Duration;
 
-use isolux_device::{DeviceError, LuxOutcome, LuxReading, awake};
+use isolux_device::{DeviceError, LuxOutcome, LuxReading, LuxSample, awake};
 use isolux_transport::{BusError, TRIES, worth_another_try};
 use tokio::time::{Instant, sleep, sleep_until};
 
@@ -78,6 +78,43 @@ impl State {
         surplus
     }
 
+    /// The next conversion, confirmed by nothing; see [`isolux_device::LuxMeter::sample`]. Nobody watches the line after
+    /// it: what arrives too much is seen before the next one.
+    pub async fn sample<L: Language>(&mut self, meter: &Meter<L>, deadline: Instant) -> Result<LuxSample, DeviceError> {
+        // It is of another light than what is read at rest.
+        self.earlier.clear();
+        if self.in_doubt {
+            meter.language.put_in_step(&meter.link, deadline).await?;
+            self.in_doubt = false;
+            self.unsolicited = meter.link.bus.unsolicited();
+        }
+        let line = meter.link.bus.exclusive(deadline).await;
+        let line = line.map_err(|error| error.during(&meter.link.name, "read"))?;
+        let too_much = || {
+            let failure = Failure::malformed("bytes arrived that nobody asked for");
+            meter.link.failure("read", failure, Vec::new())
+        };
+        if self.surplus(meter) {
+            return Err(too_much());
+        }
+        self.in_doubt = true;
+        let reading = meter.exchange(&line, meter.patience(), deadline).await?;
+        let asked = reading.began + meter.reach();
+        self.asked = Some(asked);
+        if self.surplus(meter) {
+            return Err(too_much());
+        }
+        self.in_doubt = false;
+        Ok(LuxSample {
+            outcome: reading.outcome,
+            range: reading.range,
+            digit: reading.digit,
+            asked,
+            answered: reading.ended,
+            evidence: reading.evidence,
+        })
+    }
+
     /// One reading asked for and answered, and the line watched for as long as a second answer could come.
     async fn exchange<L: Language>(&mut self, meter: &Meter<L>, deadline: Instant) -> Result<Exchange, DeviceError> {
         let line = meter.link.bus.exclusive(deadline).await;
@@ -89,7 +126,7 @@ impl State {
         }
         self.in_doubt = true;
         self.asked = Some(Instant::now());
-        let reading = meter.exchange(&line, deadline).await?;
+        let reading = meter.exchange(&line, meter.language.timing().answer, deadline).await?;
         self.in_doubt = false;
         let asked = reading.began + meter.reach();
         self.asked = Some(asked);

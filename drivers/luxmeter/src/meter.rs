@@ -6,14 +6,14 @@ use std::time::Duration;
 use async_trait::async_trait;
 use isolux_device::{
     DeviceError, Factories, Identity, Kind, LuxMeter, LuxMeterFactory, LuxMeterProperties, LuxOutcome, LuxRange,
-    LuxReading, OpenError, Target,
+    LuxReading, LuxSample, OpenError, Target,
 };
 use isolux_transport::{ExclusiveAccess, Place, Ports};
 use isolux_units::Lux;
 use tokio::time::Instant;
 
 use crate::confirmed::State;
-use crate::language::{Failure, Language, Link, Meaning};
+use crate::language::{Converts, Failure, Language, Link, Meaning};
 
 /// For [`Driver::place`](isolux_transport::Driver).
 pub(crate) fn place<L: Language>(target: &Target, _: Kind) -> Result<Place, OpenError> {
@@ -62,6 +62,7 @@ impl<L: Language> LuxMeterFactory for Opener<L> {
             range_full_scale: tops.filter_map(|(top_lx, _)| Lux::new(top_lx).ok()).collect(),
             update_interval: language.timing().update_interval,
             integration: language.timing().integration,
+            on_request: language.timing().converts == Converts::OnRequest,
         };
         // What has arrived by now was part of putting the meter into service.
         let state = State::in_step(link.bus.unsolicited());
@@ -75,6 +76,9 @@ impl<L: Language> LuxMeterFactory for Opener<L> {
         }))
     }
 }
+
+/// Over and above the conversion itself: both ways on the line, and a USB chip that waits for more bytes.
+const ANSWERS_WITHIN: Duration = Duration::from_millis(200);
 
 /// A meter that has been put into service.
 pub(crate) struct Meter<L: Language> {
@@ -98,17 +102,27 @@ impl<L: Language> Meter<L> {
         self.language.timing().reach(self.range())
     }
 
-    /// One reading asked for and answered, confirmed by nothing.
+    /// The longest that the answer to a sample takes: in a fixed range, one conversion.
+    pub fn patience(&self) -> Duration {
+        let timing = self.language.timing();
+        match (self.range(), timing.converts) {
+            (LuxRange::Fixed(_), Converts::OnRequest) => (timing.integration + ANSWERS_WITHIN).min(timing.answer),
+            _ => timing.answer,
+        }
+    }
+
+    /// One reading asked for and answered within `patience`, confirmed by nothing.
     pub async fn exchange(
         &self,
         line: &ExclusiveAccess<'_, L::Conversation>,
+        patience: Duration,
         deadline: Instant,
     ) -> Result<LuxReading, DeviceError> {
         let (range, timing) = (self.range(), self.language.timing());
         let (mut sent, mut ended) = (None, Instant::now());
         let (mut action, mut answers) = (String::new(), Vec::new());
         for (request, name) in self.language.reading(range) {
-            let exchanged = self.link.ask(line, (request, &name), timing.answer, deadline).await?;
+            let exchanged = self.link.ask(line, (request, &name), patience, deadline).await?;
             if sent.is_none() {
                 (sent, ended, action) = (Some(exchanged.sent), Instant::now(), name);
             }
@@ -150,6 +164,10 @@ impl<L: Language> LuxMeter for Meter<L> {
 
     async fn read(&self, not_before: Instant, deadline: Instant) -> Result<LuxReading, DeviceError> {
         self.confirmed(not_before, deadline).await
+    }
+
+    async fn sample(&self, deadline: Instant) -> Result<LuxSample, DeviceError> {
+        self.state.lock().await.sample(self, deadline).await
     }
 
     async fn set_range(&self, range: LuxRange) -> Result<(), DeviceError> {

@@ -3,7 +3,8 @@
 //! A request begins a measurement of its own, of the integration time that is set here; so a reading is of light after
 //! its request. Eight ranges of the detector's current, 2 mA to 200 pA, the automatic range by the meter.
 //! `a_per_lx=4.2e-10`, the detector's sensitivity from its certificate, says where the ranges end in lx; nothing else
-//! depends on it.
+//! depends on it. `integration_ms=100` sets another integration time than 500 ms, in steps of 10 ms: for sweeps. Whole
+//! periods of the mains, of 50 and of 60 Hz alike, are multiples of 100 ms.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -24,13 +25,10 @@ const LINE: LineSettings = LineSettings {
     stop_bits: 1,
 };
 
-/// Integration time: an even number of half periods of 50 and of 60 Hz.
-const INTEGRATION: Duration = Duration::from_millis(500);
+/// Integration time where the address states none, ms: an even number of half periods of 50 and of 60 Hz.
+const INTEGRATION_MS: f64 = 500.0;
 
-/// The same in the meter's units of 0.1 ms.
-const INTEGRATION_TENTHS: u16 = 5000;
-
-/// The automatic range may measure once more in each of the eight ranges before it answers.
+/// The automatic range may measure once more in each of the eight ranges before it answers, of 500 ms each.
 const ANSWER: Duration = Duration::from_secs(5);
 
 /// Offset error of each range as a share of its full scale, 0 (2 mA) first: manual, section 12.2.
@@ -64,6 +62,7 @@ pub const GIGAHERTZ_P9710: Driver = Driver {
 struct Optometer {
     /// Full scales in lx, rising, by the certificate's sensitivity; empty where the operator does not say it.
     full_scales_lx: Vec<f64>,
+    integration_ms: u16,
     /// A/lx, by the certificate or by what the meter itself has said.
     sensitivity: Mutex<Option<f64>>,
 }
@@ -80,7 +79,11 @@ impl Language for Optometer {
     const NAME: &'static str = "gigahertz-p9710";
 
     fn of(target: &Target) -> Result<Self, OpenError> {
-        target.only(&["a_per_lx"])?;
+        target.only(&["a_per_lx", "integration_ms"])?;
+        let integration_ms = target.number("integration_ms", INTEGRATION_MS)?;
+        if !(20.0..=500.0).contains(&integration_ms) || integration_ms % 10.0 != 0.0 {
+            return Err(target.wrong("integration_ms is a multiple of 10 from 20 to 500"));
+        }
         let sensitivity = target.number("a_per_lx", f64::NAN)?;
         let sensitivity = target.option("a_per_lx").map(|_| sensitivity);
         if sensitivity.is_some_and(|value| !(value.is_finite() && value > 0.0)) {
@@ -88,6 +91,7 @@ impl Language for Optometer {
         }
         let full_scales = |a_per_lx: f64| RANGES.iter().rev().map(move |amps| amps / a_per_lx);
         Ok(Self {
+            integration_ms: integration_ms as u16,
             full_scales_lx: sensitivity.into_iter().flat_map(full_scales).collect(),
             sensitivity: Mutex::new(sensitivity),
         })
@@ -110,17 +114,19 @@ impl Language for Optometer {
 
     fn timing(&self) -> Timing {
         Timing {
-            update_interval: INTEGRATION,
-            integration: INTEGRATION,
+            update_interval: Duration::from_millis(self.integration_ms.into()),
+            integration: Duration::from_millis(self.integration_ms.into()),
             converts: Converts::OnRequest,
             answer: ANSWER,
         }
     }
 
     fn opening(&self) -> Vec<Step<Self>> {
+        // The meter counts in 0.1 ms.
+        let tenths = 10 * self.integration_ms;
         vec![
             (Request::Identify, "GI;TT;GU".to_owned()),
-            (Request::SetIntegration(INTEGRATION_TENTHS), "SN5000".to_owned()),
+            (Request::SetIntegration(tenths), format!("SN{tenths}")),
             (Request::SetRange(Range::Auto), "SB1".to_owned()),
         ]
     }

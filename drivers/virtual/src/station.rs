@@ -96,13 +96,13 @@ pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
     let switch = open("lamp").map(|open| format!("open = \"{open}\"\n"));
     if let Some(switch) = supply.map(|_| String::new()).or(switch) {
         let nominal = Illuminator::new(&document.lamp, &Flaws::default(), document.seed);
-        let estimates = [("flux_lm", document.lamp.flux_lm), ("peak_cd", nominal.axial_cd())]
+        let estimates = [("flux_lm", document.lamp.flux_lm), ("peak_cd", nominal.peak_cd())]
             .into_iter()
             .filter(|(_, value)| *value > 0.0)
             .fold(String::new(), |text, (key, value)| {
                 text + &format!("{key} = {:?}\n", two_digits(value))
             });
-        let diameter = document.lamp.ring_diameter_mm.iter().copied().fold(0.0, f64::max) + 5.0;
+        let diameter = document.lamp.diameter_mm();
         text.push_str(&format!(
             "\n# Digital outputs of the axes' controller: lamp, shutter (on = open), baffle (on = in the beam).\n\
              [lamp]\n{switch}diameter_mm = {diameter:.1}\n\

@@ -40,6 +40,8 @@ pub struct AxisState {
     play: (f64, f64),
     /// Play, microsteps.
     play_width: f64,
+    /// Wobble at the fastest speed, and the way after which it repeats, microsteps.
+    wobble: [f64; 2],
 }
 
 impl AxisState {
@@ -54,6 +56,7 @@ impl AxisState {
             motion: Motion::at_rest(start),
             play: (0.0, start),
             play_width: play_deg.abs() * counts_per_unit,
+            wobble: [axis.wobble_deg, axis.wobble_period_deg].map(|degrees| degrees * counts_per_unit),
         }
     }
 
@@ -67,6 +70,7 @@ impl AxisState {
             motion: Motion::at_rest(distance_mm * counts_per_unit),
             play: (0.0, 0.0),
             play_width: 0.0,
+            wobble: [0.0, 1.0],
         }
     }
 
@@ -78,7 +82,18 @@ impl AxisState {
 
     /// Position at `now_s`, degrees (rail: mm).
     pub fn position(&self, now_s: f64) -> f64 {
-        self.motion.position(now_s) / self.counts_per_unit
+        self.counts(now_s) / self.counts_per_unit
+    }
+
+    /// Position at `now_s` with the wobble of its speed, microsteps.
+    pub fn counts(&self, now_s: f64) -> f64 {
+        let even = self.motion.position(now_s);
+        let [amplitude, period] = self.wobble;
+        if amplitude == 0.0 {
+            return even;
+        }
+        let share = self.motion.velocity(now_s).abs() / self.top_speed;
+        even + amplitude * share * (std::f64::consts::TAU * even / period).sin()
     }
 
     /// Share of the play taken up at `now_s`: the sign of the last motion, once it was wide enough.
@@ -104,6 +119,11 @@ pub struct Switches {
     /// The baffle stands in the beam.
     pub baffle_in: bool,
 }
+
+/// Parts of a window while something moves or is switched.
+const PARTS: u32 = 16;
+/// Time constants of a lag after which what was before counts no more.
+const LAGS: f64 = 8.0;
 
 /// Above the widest range of every meter, lx.
 const DAZZLE_LX: f64 = 1e9;
@@ -237,10 +257,11 @@ impl World {
     /// Illuminance on the lux meter, averaged from `from_s` to `to_s`, lx. Axes that turn and switches that switch in
     /// that time are followed through it; the floor's light, which changes slowly, is that of the middle.
     pub fn meter_lx(&self, from_s: f64, to_s: f64) -> f64 {
+        let lag_s = self.room.document().luxmeter.lag_s;
         let floor_lx = self.floor_lx(&self.observation(Kind::Baffled, 0.5 * (from_s + to_s)));
         let dazzle_lx = self.dazzle_lx(Instrument::Luxmeter, from_s, to_s);
         dazzle_lx
-            + self.average(from_s, to_s, |world, at_s, window_s| {
+            + self.lagged(from_s, to_s, lag_s, |world, at_s, window_s| {
                 let switches = world.switches_at(at_s);
                 let kind = match switches {
                     Switches {
@@ -312,16 +333,41 @@ impl World {
         Switches { lamp, ..set_at(at_s) }
     }
 
-    fn average(&self, from_s: f64, to_s: f64, light: impl Fn(&Self, f64, f64) -> f64) -> f64 {
+    /// The average over a window of light that follows with a first-order lag: what came before it counts in part.
+    fn lagged(&self, from_s: f64, to_s: f64, lag_s: f64, light: impl Fn(&Self, f64, f64) -> f64) -> f64 {
+        let began_s = from_s - LAGS * lag_s;
+        if lag_s == 0.0 || !self.changed(began_s) {
+            return self.average(from_s, to_s, light);
+        }
+        // A share of the light of a moment that has gone through the lag by `at_s`.
+        let through = |moment_s: f64, at_s: f64| 1.0 - (-(at_s - moment_s).max(0.0) / lag_s).exp();
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (a, b) in [(began_s, from_s), (from_s, to_s)] {
+            let step_s = (b - a) / f64::from(PARTS);
+            for part in 0..PARTS {
+                let at_s = a + (f64::from(part) + 0.5) * step_s;
+                let weight = (through(at_s, to_s) - through(at_s, from_s)) * step_s;
+                sum += weight * light(self, at_s, step_s);
+                total += weight;
+            }
+        }
+        sum / total
+    }
+
+    /// Whether an axis or a switch has moved since `since_s`.
+    fn changed(&self, since_s: f64) -> bool {
         let late = self.room.document().lamp.switch_s;
-        let changed = self.axes.iter().any(|axis| axis.motion.moving(from_s))
-            || self.switched.last().is_some_and(|(when, _)| when + late > from_s);
-        let parts = if changed { 16 } else { 1 };
-        let window_s = (to_s - from_s) / parts as f64;
+        self.axes.iter().any(|axis| axis.motion.moving(since_s))
+            || self.switched.last().is_some_and(|(when, _)| when + late > since_s)
+    }
+
+    fn average(&self, from_s: f64, to_s: f64, light: impl Fn(&Self, f64, f64) -> f64) -> f64 {
+        let parts = if self.changed(from_s) { PARTS } else { 1 };
+        let window_s = (to_s - from_s) / f64::from(parts);
         (0..parts)
-            .map(|k| light(self, from_s + (k as f64 + 0.5) * window_s, window_s))
+            .map(|k| light(self, from_s + (f64::from(k) + 0.5) * window_s, window_s))
             .sum::<f64>()
-            / parts as f64
+            / f64::from(parts)
     }
 }
 
@@ -382,6 +428,56 @@ mod tests {
         let after = world.meter_lx(20.0, 20.5);
         assert!(before > turning && turning > after);
         assert!((after / before - 0.5f64.powf(5.3)).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_lag_displaces_moving_light_by_its_time_constant() {
+        let lit = |lag_s: f64| {
+            let mut document = Darkroom::default();
+            document.luxmeter.lag_s = lag_s;
+            let mut world = World::new(document);
+            let on = Switches {
+                lamp: true,
+                shutter_open: true,
+                baffle_in: false,
+            };
+            world.set_switches(on, 0.0);
+            let gamma = world.axis(AxisName::Gamma);
+            let to = 60.0 * gamma.counts_per_unit;
+            let motion = gamma
+                .motion
+                .move_to(to, 10.0, 0.5 * gamma.top_speed, gamma.top_acceleration);
+            world.axis_mut(AxisName::Gamma).drive(motion, 10.0);
+            world
+        };
+        let (quick, slow) = (lit(0.0), lit(0.08));
+        let late = slow.meter_lx(13.0, 13.1);
+        let [before, same] = [12.92, 13.0].map(|from_s| quick.meter_lx(from_s, from_s + 0.1));
+        assert!(
+            (late / before - 1.0).abs() < 2e-3 && late / same > 1.01,
+            "{late}, {before}, {same}"
+        );
+        // At rest there is nothing to lag behind.
+        assert_eq!(slow.meter_lx(30.0, 30.1), quick.meter_lx(30.0, 30.1));
+    }
+
+    #[test]
+    fn a_wobbling_axis_is_where_it_says_and_rests_where_it_was_sent() {
+        let mut document = Darkroom::default();
+        document.axis.gamma.wobble_deg = 0.2;
+        let mut world = World::new(document);
+        let gamma = world.axis(AxisName::Gamma);
+        let to = 60.0 * gamma.counts_per_unit;
+        let motion = gamma.motion.move_to(to, 10.0, gamma.top_speed, gamma.top_acceleration);
+        world.axis_mut(AxisName::Gamma).drive(motion, 10.0);
+        let gamma = world.axis(AxisName::Gamma);
+        let off = |now_s: f64| gamma.counts(now_s) - gamma.motion.position(now_s);
+        let worst = (0..200)
+            .map(|k| off(11.0 + 0.01 * f64::from(k)).abs())
+            .fold(0.0, f64::max)
+            / gamma.counts_per_unit;
+        assert!((worst - 0.2).abs() < 0.01, "{worst}");
+        assert_eq!(gamma.position(30.0), 60.0);
     }
 
     #[test]

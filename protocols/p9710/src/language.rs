@@ -57,6 +57,9 @@ pub enum Answer {
 pub struct P9710 {
     asked: Option<Request>,
     turn: usize,
+    /// What was set last: a range that is held, and the integration time in 0.1 ms.
+    held: bool,
+    tenths: Option<u16>,
 }
 
 impl P9710 {
@@ -105,12 +108,23 @@ impl Language for P9710 {
 
     /// The longest measurement takes 6 s; [`Request::SetIntegration`] of the driver leaves 0.5 s, and a range may be
     /// changed up to seven times.
+    /// In a range that is held one integration is all that an answer waits for.
     fn quiet(&self) -> Duration {
-        Duration::from_secs(2)
+        match self.tenths {
+            Some(tenths) if self.held => {
+                Duration::from_millis(200) + 2 * Duration::from_micros(100) * u32::from(tenths)
+            }
+            _ => Duration::from_secs(2),
+        }
     }
 
     fn start(&mut self, request: Request) -> (Vec<u8>, Option<Answer>) {
         self.asked = Some(request);
+        match request {
+            Request::SetRange(range) => self.held = range != Range::Auto,
+            Request::SetIntegration(tenths) => self.tenths = Some(tenths),
+            Request::Identify | Request::Measure => {}
+        }
         let text = match request {
             Request::Identify => "GI;TT;GU".to_owned(),
             Request::Measure => {

@@ -187,6 +187,7 @@ pub fn run(mut rows: Vec<Reading>) -> Run {
         readings: Readings::of(rows),
         notices: Vec::new(),
         spectra: Vec::new(),
+        sweeps: Vec::new(),
     }
 }
 

@@ -125,7 +125,9 @@ pub fn capture(
 pub fn document(path: &Utf8Path, progress: &dyn Progress) -> Result<Darkroom, Failure> {
     let text = read_text(path).map_err(Failure::bad_input)?;
     let (file, text) = (path, text.as_str());
-    let (room, completed) = Darkroom::complete(Source { file, text }).map_err(Failure::bad_input)?;
+    let folder = path.parent().unwrap_or(Utf8Path::new(""));
+    let beside = |name: &str| read_text(&folder.join(name)).map_err(|error| error.to_string());
+    let (room, completed) = Darkroom::complete(Source { file, text }, &beside).map_err(Failure::bad_input)?;
     if !completed.is_empty() {
         progress.event(Event::Note(&format!("{path}: {completed}")));
     }

@@ -1,6 +1,7 @@
 //! `init`: a station, plan, scene and job file to start from.
 
 mod bench;
+mod lamp;
 pub mod subject;
 mod virtual_station;
 
@@ -13,6 +14,7 @@ use isolux_virtual::twins::Choice;
 
 use crate::Failure;
 use crate::files::{self, Overwrite};
+use crate::front_end::progress::{Event, Progress};
 
 pub use bench::{ABSENT, BY_HAND, PARTS, Part, Spare, bench, part};
 pub use virtual_station::virtual_station;
@@ -79,22 +81,52 @@ pub fn run(
     overwrite: Overwrite,
 ) -> Result<Vec<Utf8PathBuf>, Failure> {
     let (station, calibration) = virtual_station(&instruments.choice()?)?;
-    let plan = plan.text();
     let built_in = subject::built_in();
+    let subject = if stated.is_empty() { &built_in } else { stated };
     let station = format!("{STATION_HEAD}{station}{STATION_TAIL}");
-    let job = JOB.to_owned() + &subject::text(if stated.is_empty() { &built_in } else { stated });
-    let files = [
-        ("station.toml", Some(station.as_str())),
-        (CALIBRATION_FILE, calibration.as_deref()),
-        ("plan.toml", Some(plan.as_str())),
-        ("scene.toml", Some(SCENE)),
-        ("job.toml", Some(job.as_str())),
-    ];
-    let files = files.into_iter().filter_map(|(name, text)| Some((name, text?)));
+    let mut files = vec![("station.toml", station)];
+    files.extend(calibration.map(|text| (CALIBRATION_FILE, text)));
+    files.push(("plan.toml", plan.text()));
+    files.push(("scene.toml", SCENE.to_owned()));
+    files.push(("job.toml", JOB.to_owned() + &subject::text(subject)));
+    write_all(folder, files, overwrite)
+}
+
+/// Writes into `folder` what rehearses the scan of the luminaire of the photometric file `lamp`: its room, a station and
+/// a plan for it; the names written. How the grid was chosen, and what had to be assumed, goes to `progress`.
+///
+/// # Errors
+/// Bad input (exit 2) when one of them exists and may not be replaced, and for a file of which no lamp can be made; then
+/// none is written.
+pub fn for_lamp(
+    folder: &Utf8Path,
+    lamp: &Utf8Path,
+    instruments: &Instruments,
+    stated: &Subject,
+    overwrite: Overwrite,
+    progress: &dyn Progress,
+) -> Result<Vec<Utf8PathBuf>, Failure> {
+    let lamp = lamp::lamp(lamp, &instruments.choice()?)?;
+    let subject = if stated.is_empty() { &lamp.subject } else { stated };
+    let job = JOB.to_owned() + &subject::text(subject);
+    let mut files = lamp.files;
+    for (name, text) in &mut files {
+        if *name == "station.toml" {
+            *text = format!("{STATION_HEAD}{text}{STATION_TAIL}");
+        }
+    }
+    files.push(("job.toml", job));
+    let written = write_all(folder, files, overwrite)?;
+    lamp.notes.iter().for_each(|note| progress.event(Event::Note(note)));
+    Ok(written)
+}
+
+/// Writes all of them or none.
+fn write_all(folder: &Utf8Path, files: Vec<(&str, String)>, overwrite: Overwrite) -> Result<Vec<Utf8PathBuf>, Failure> {
     if folder.is_file() {
         return Err(Failure::bad_input(format!("{folder} is a file, not a folder")));
     }
-    for (name, _) in files.clone() {
+    for (name, _) in &files {
         files::refuse_existing(&folder.join(name), overwrite)?;
     }
     let mut written = Vec::new();

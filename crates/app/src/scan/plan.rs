@@ -33,7 +33,7 @@ pub fn run(station: &Utf8Path, plan: &Utf8Path) -> Result<Planned, Failure> {
 }
 
 /// The ranges of the station's lux meter.
-fn display(station: &Station, file: &Utf8Path) -> Option<Vec<DisplayRange>> {
+pub(crate) fn display(station: &Station, file: &Utf8Path) -> Option<Vec<DisplayRange>> {
     let ranges = catalogue::display_lx(&station.luxmeter().open, file);
     let range = |(full_scale_lx, digit_lx)| DisplayRange {
         full_scale_lx,

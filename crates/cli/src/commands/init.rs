@@ -18,6 +18,7 @@ use crate::screen;
 #[command(
     after_help = "Examples:\n  isolux init bench && isolux scan bench/station.toml bench/plan.toml --out bench/run\n  \
 isolux init bench --luminaire maker=ACME --luminaire name=\"Spot 12\" --report laboratory=\"Lab, Town\"\n  \
+isolux init spot --lamp SPOT.ldt   room, station and plan for that luminaire: its scan rehearsed\n  \
 isolux init --room room.toml      the whole built-in virtual darkroom, every key of it, to change\n  \
 isolux init --bench bench.toml    a bench of your own: asks which instruments and ports there are\n  \
 isolux init --bench bench.toml --open axis.c=zaber:/dev/ttyUSB0?axis=1 --open lamp=hand\n\
@@ -42,6 +43,10 @@ pub struct Init {
     /// Plan of the day: at the distance that `isolux plan` proposes, or the published one at 10 m.
     #[arg(long, default_value = "near", value_parser = ["near", "published-10m"])]
     plan: String,
+    /// Write them for the luminaire of a photometric file (.ldt, .ies, …): a virtual room with that lamp, and a plan for
+    /// its symmetry and beam.
+    #[arg(long, value_name = "FILE", requires = "folder", conflicts_with_all = ["room", "plan"])]
+    lamp: Option<Utf8PathBuf>,
     /// What the job says of the luminaire: maker, name, catalogue_number, sample, light_source, driver,
     /// burning_position, hours_run.
     #[arg(long, value_name = "KEY=TEXT", requires = "folder")]
@@ -86,15 +91,17 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
     } else {
         init::subject::stated(&arguments.luminaire, &arguments.report)?
     };
-    let mut written = match &arguments.folder {
-        Some(folder) => init::run(
-            folder,
-            init::DayPlan::named(&arguments.plan).unwrap_or_default(),
-            &arguments.played.instruments(),
-            &subject,
-            overwrite,
-        )?,
-        None => Vec::new(),
+    let instruments = arguments.played.instruments();
+    let mut written = match (&arguments.folder, &arguments.lamp) {
+        (Some(folder), Some(lamp)) => {
+            let bars = screen::Bars::default();
+            init::for_lamp(folder, lamp, &instruments, &subject, overwrite, &bars)?
+        }
+        (Some(folder), None) => {
+            let plan = init::DayPlan::named(&arguments.plan).unwrap_or_default();
+            init::run(folder, plan, &instruments, &subject, overwrite)?
+        }
+        (None, _) => Vec::new(),
     };
     match (room, &arguments.room) {
         (Some(room), _) => {

@@ -59,8 +59,11 @@ pub(super) fn place(header: &RunHeader, readings: &mut Readings) {
 pub(super) fn next_session_s(run: &Run, utc: &str) -> f64 {
     let rows = run.readings.rows.iter().filter_map(|row| row.time_s);
     let spectra = run.spectra.iter().filter_map(|spectrum| spectrum.time_s);
+    let sweeps = run.sweeps.iter().flat_map(|sweep| &sweep.light);
+    let sweeps = sweeps.map(|sample| sample.answered_s);
     let sessions = run.header.resumed.iter().filter_map(|session| session.start_s);
     rows.chain(spectra)
+        .chain(sweeps)
         .chain(sessions)
         .fold(run.header.seconds(utc).unwrap_or(0.0).max(0.0), f64::max)
 }

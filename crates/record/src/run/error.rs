@@ -7,6 +7,7 @@ use crate::document::DocumentError;
 use crate::readings::{Layout, ReadingsError};
 use crate::run_lock::LOCK_FILE;
 use crate::spectra::SpectrumError;
+use crate::sweeps::SweepError;
 
 /// A run directory that cannot be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -61,6 +62,9 @@ pub enum RunError {
     /// A spectrum cannot be used.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
+    /// A sweep cannot be used.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
     /// Another process has taken the folder over from this one.
     #[error("{path} was taken over by another process; this one writes nothing more to it")]
     TakenOver {

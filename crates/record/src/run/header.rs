@@ -15,6 +15,7 @@ use crate::readings::Layout;
 use crate::spectra::SpectralCalibration;
 use crate::station::Station;
 use crate::subject::{Commission, Luminaire, Subject};
+use crate::sweeps::SweepEntry;
 
 /// Value of `format` in run.toml.
 pub const FORMAT: &str = "isolux-run/4";
@@ -50,6 +51,9 @@ pub struct RunHeader {
     /// The spectra of the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub spectrum: Vec<SpectrumEntry>,
+    /// The sweeps of the run, torn ones among them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sweep: Vec<SweepEntry>,
     /// Identities of the instruments.
     #[serde(default)]
     pub device: Vec<DeviceRecord>,
@@ -251,6 +255,7 @@ impl RunHeader {
             stopped: None,
             resumed: Vec::new(),
             spectrum: Vec::new(),
+            sweep: Vec::new(),
             device,
             spectral,
             luminaire: Luminaire::default(),

@@ -13,6 +13,7 @@ use crate::event::EVENTS_FILE;
 use crate::file::{self, FileError, LARGEST_TABLE};
 use crate::readings;
 use crate::spectra::SpectrumRecord;
+use crate::sweeps::{SweepEntry, SweepRecord};
 
 /// A run as far as it is whole, and what is not.
 #[derive(Debug)]
@@ -44,11 +45,13 @@ impl Survey {
                 header,
                 readings: readings::Readings::default(),
                 spectra: Vec::new(),
+                sweeps: Vec::new(),
                 notices: Vec::new(),
             },
         };
         survey.readings()?;
         survey.spectra()?;
+        survey.sweeps()?;
         survey.notices();
         Ok(survey)
     }
@@ -158,7 +161,7 @@ impl Survey {
     }
 
     fn spectra(&mut self) -> Result<(), RunError> {
-        let found = spectrum_files(&self.run.path)?;
+        let found = numbered_files(&self.run.path, "spectra")?;
         let entries = self.run.header.spectrum.clone();
         for entry in &entries {
             let name = entry.file();
@@ -201,6 +204,48 @@ impl Survey {
             )));
         }
         Ok(SpectrumRecord::parse(&file, &String::from_utf8_lossy(&bytes)).map_err(|error| error.to_string()))
+    }
+
+    fn sweeps(&mut self) -> Result<(), RunError> {
+        let found = numbered_files(&self.run.path, "sweeps")?;
+        let entries = self.run.header.sweep.clone();
+        for entry in &entries {
+            match self.sweep(entry)? {
+                Ok(sweep) if entry.torn => {
+                    let why = sweep.of.torn.unwrap_or_default();
+                    let file = self.run.path.join(entry.file());
+                    self.run
+                        .notices
+                        .push(format!("{file}: a torn sweep, kept as evidence: {why}"));
+                }
+                Ok(sweep) => self.run.sweeps.push(sweep),
+                Err(what) => self.damaged(&entry.file(), &what),
+            }
+        }
+        let unknown = found
+            .into_iter()
+            .filter(|name| !entries.iter().any(|entry| entry.file() == *name));
+        for name in unknown {
+            let file = self.run.path.join(name);
+            self.run
+                .notices
+                .push(format!("{file}: is not in the record and is ignored"));
+        }
+        Ok(())
+    }
+
+    /// One sweep, or what is wrong with its file.
+    fn sweep(&self, entry: &SweepEntry) -> Result<Result<SweepRecord, String>, RunError> {
+        let file = self.run.path.join(entry.file());
+        let Some(bytes) = bytes(&file)? else {
+            return Ok(Err("is missing".to_owned()));
+        };
+        if sha256(&bytes) != entry.sha256 {
+            return Ok(Err(
+                "is not the file that was recorded: its SHA-256 is another".to_owned()
+            ));
+        }
+        Ok(SweepRecord::parse(&file, &String::from_utf8_lossy(&bytes)).map_err(|error| error.to_string()))
     }
 
     fn notices(&mut self) {
@@ -255,21 +300,21 @@ fn bytes(path: &Utf8Path) -> Result<Option<Vec<u8>>, RunError> {
     }
 }
 
-/// Names of the spectra in the run's folder, by number.
-fn spectrum_files(run: &Utf8Path) -> Result<Vec<String>, RunError> {
-    let folder = run.join("spectra");
+/// Names of the numbered files in a folder of the run, by number.
+fn numbered_files(run: &Utf8Path, name: &str) -> Result<Vec<String>, RunError> {
+    let folder = run.join(name);
     if !folder.is_dir() {
         return Ok(Vec::new());
     }
     let mut names = Vec::new();
     for entry in folder.read_dir_utf8().map_err(failed(&folder, "list"))? {
         let path: Utf8PathBuf = entry.map_err(failed(&folder, "list"))?.into_path();
-        // Spectra are numbered; a calibration or a half-written part may stand beside them.
+        // A calibration or a half-written part may stand beside them.
         let numbered = path
             .file_stem()
             .is_some_and(|stem| !stem.is_empty() && stem.bytes().all(|byte| byte.is_ascii_digit()));
         if numbered && path.extension() == Some("csv") {
-            names.extend(path.file_name().map(|name| format!("spectra/{name}")));
+            names.extend(path.file_name().map(|file| format!("{name}/{file}")));
         }
     }
     names.sort();
@@ -287,6 +332,8 @@ pub struct Run {
     pub readings: readings::Readings,
     /// spectra/, by index.
     pub spectra: Vec<SpectrumRecord>,
+    /// sweeps/, by index, the whole ones.
+    pub sweeps: Vec<SweepRecord>,
     /// What a person should know of the record, one sentence each: everything that reads a run passes them on.
     pub notices: Vec<String>,
 }

@@ -1,6 +1,6 @@
 //! What a run that is resumed holds already.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use isolux_record::Role;
 use isolux_record::plan::{Block, Instrument, Repeats};
@@ -14,6 +14,7 @@ pub(super) struct Progress {
     points: HashMap<u64, (u32, Vec<f64>)>,
     references: HashMap<u64, u32>,
     spectra: HashMap<u64, u32>,
+    sweeps: HashSet<u64>,
     last_point: Option<u64>,
 }
 
@@ -35,6 +36,10 @@ impl Progress {
         for spectrum in resumed.iter().flat_map(|run| &run.spectra) {
             *progress.spectra.entry(spectrum.point).or_default() += 1;
         }
+        for sweep in resumed.iter().flat_map(|run| &run.sweeps) {
+            progress.sweeps.insert(sweep.of.point);
+            progress.last_point = progress.last_point.max(Some(sweep.of.point));
+        }
         progress
     }
 
@@ -44,6 +49,7 @@ impl Progress {
             (Role::Reference, _) => {
                 self.references.contains_key(&visit.point) || self.last_point.is_some_and(|last| last >= visit.point)
             }
+            (Role::Point, _) if visit.pass.is_some() => self.sweeps.contains(&visit.point),
             (Role::Point, Instrument::Spectroradiometer) => self.spectra.contains_key(&visit.point),
             (Role::Point, Instrument::Luxmeter) => match (self.points.get(&visit.point), block.repeats) {
                 (Some((taken, _)), Repeats::Exactly(count)) => *taken >= count,

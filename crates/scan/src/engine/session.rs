@@ -47,6 +47,8 @@ pub(super) struct Session<'a> {
     pub unsettled: u64,
     pub visits_again: u64,
     pub warm_up_s: Option<f64>,
+    /// Ranges above the expected one that sweeps need, because their light was over range.
+    pub range_up: u8,
     /// How far the computer's clock is ahead of the run's, by the last look.
     pub wall_ahead_s: f64,
 }
@@ -83,6 +85,7 @@ impl<'a> Session<'a> {
             unsettled: 0,
             visits_again: 0,
             warm_up_s: None,
+            range_up: 0,
             wall_ahead_s: 0.0,
         }
     }
@@ -264,6 +267,7 @@ impl Visit {
             role: Role::Reference,
             c_deg,
             gamma_deg,
+            pass: None,
             ..*self
         }
     }

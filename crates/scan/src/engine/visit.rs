@@ -3,6 +3,7 @@
 use isolux_device::{LuxOutcome, LuxReading};
 use isolux_record::plan::{Block, Instrument};
 use isolux_record::spectra::SpectrumRecord;
+use isolux_record::sweeps::SweepRecord;
 use isolux_record::{Electrical, Event, Quality, Reading, ReadingKind, Role};
 use tokio::time::Instant;
 
@@ -24,6 +25,7 @@ pub(super) const TRIES: u32 = 3;
 pub(super) enum Taken {
     Readings(Vec<Reading>),
     Spectrum(SpectrumRecord),
+    Sweep(SweepRecord),
 }
 
 impl Session<'_> {
@@ -87,6 +89,9 @@ impl Session<'_> {
         already: (u32, &[f64]),
         last: bool,
     ) -> Result<Taken, ScanError> {
+        if let Some(pass) = &visit.pass {
+            return self.sweep(block, visit, pass).await.map(Taken::Sweep);
+        }
         if visit.role == Role::Point && block.instrument == Instrument::Spectroradiometer {
             return self.spectrum(block, visit).await.map(Taken::Spectrum);
         }
@@ -245,6 +250,7 @@ impl Session<'_> {
         let readings = match taken {
             Taken::Readings(readings) => readings,
             Taken::Spectrum(record) => return self.keep_spectrum(record),
+            Taken::Sweep(record) => return self.keep_sweep(record),
         };
         for reading in readings {
             self.without_number += u64::from(reading.quality != Quality::Ok);

@@ -6,7 +6,7 @@ use std::time::Duration;
 use async_trait::async_trait;
 use isolux_device::{
     Axis, AxisPosition, AxisSettings, DeviceError, Identity, LuxMeter, LuxMeterProperties, LuxOutcome, LuxRange,
-    LuxReading, Motion, RawSpectrum, Spectroradiometer, SpectroradiometerProperties, Switch,
+    LuxReading, LuxSample, Motion, RawSpectrum, Spectroradiometer, SpectroradiometerProperties, Switch,
 };
 use isolux_units::{AxisAngle, Lux};
 use tokio::time::{Instant, sleep_until};
@@ -64,12 +64,15 @@ impl Axis for FakeAxis {
         Ok(self.now())
     }
     async fn start_move(&self, to: AxisAngle) -> Result<Motion, DeviceError> {
+        self.start_move_at(to, self.settings.speed()).await
+    }
+    async fn start_move_at(&self, to: AxisAngle, speed: f64) -> Result<Motion, DeviceError> {
         let now = Instant::now();
         let mut room = self.room.lock().unwrap();
         let from = room.axes[self.index].steps(now);
         let target_steps = self.settings.scale().steps(to);
         let target = self.settings.scale().place(target_steps);
-        let expected = self.settings.duration((target_steps - from) as f64 / 1000.0);
+        let expected = self.settings.duration_at((target_steps - from) as f64 / 1000.0, speed);
         let stalls = room.stall_at_deg == Some(target.value()) && self.index == 1;
         let ends = now
             + if stalls {
@@ -92,6 +95,7 @@ impl Axis for FakeAxis {
             from_steps: from,
             target_steps,
             target,
+            speed,
             expected,
             deadline: now + 2 * expected + Duration::from_secs(2),
         })
@@ -209,6 +213,17 @@ impl LuxMeter for FakeMeter {
             caution: None,
             retries: u32::from(garbled),
             evidence: number.to_be_bytes().to_vec(),
+        })
+    }
+    async fn sample(&self, deadline: Instant) -> Result<LuxSample, DeviceError> {
+        let reading = self.read(Instant::now(), deadline).await?;
+        Ok(LuxSample {
+            outcome: reading.outcome,
+            range: reading.range,
+            digit: reading.digit,
+            asked: reading.began,
+            answered: reading.ended,
+            evidence: reading.evidence,
         })
     }
     async fn set_range(&self, _: LuxRange) -> Result<(), DeviceError> {

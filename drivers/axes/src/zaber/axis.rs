@@ -113,6 +113,26 @@ impl<P: Coordinate> AxisDriver<P> for ZaberAxis<P> {
         Duration::ZERO
     }
 
+    /// `set maxspeed`, which firmware 6 and 7 take: a speed as a parameter of `move` is of firmware 7 alone.
+    async fn cruise(&self, speed: f64) -> Result<f64, DeviceError> {
+        let per_unit = self.settings.scale().steps_per_unit() * UNITS;
+        let units = (speed * per_unit).round();
+        if units < 1.0 {
+            return Err(DeviceError::Unsupported {
+                device: self.controller.name().to_owned(),
+                action: format!("move at {speed}"),
+                reason: format!("the slowest speed of this axis is {}", 1.0 / per_unit),
+            });
+        }
+        let set = format!("set maxspeed {units}");
+        self.ask(&set).await?;
+        let (read, said) = self.controller.number::<f64>(self.axis, "get maxspeed").await?;
+        if read != units {
+            return Err(self.controller.fault(&set, "it reads back otherwise", said.frame));
+        }
+        Ok(read / per_unit)
+    }
+
     async fn go(&self, steps: i32) -> Result<(), DeviceError> {
         self.ask(&format!("move abs {steps}")).await.map(|_| ())
     }

@@ -82,7 +82,7 @@ impl T10A {
     }
 
     fn reading(&mut self, hold: u8, world: &World, now_s: f64) -> Vec<u8> {
-        let period = world.room().document().luxmeter.integration_s;
+        let period = period_s(world);
         let conversion = self.held.unwrap_or_else(|| last_conversion(world, now_s));
         let from_s = conversion as f64 * period;
         let light = world.meter_lx(from_s, from_s + period);
@@ -112,9 +112,15 @@ impl T10A {
     }
 }
 
+/// Between two conversions, s.
+fn period_s(world: &World) -> f64 {
+    let meter = &world.room().document().luxmeter;
+    meter.by_its_clock_s(meter.integration_s)
+}
+
 /// Number of the last conversion that is complete at `now_s`.
 fn last_conversion(world: &World, now_s: f64) -> u64 {
-    ((now_s / world.room().document().luxmeter.integration_s).floor() - 1.0).max(0.0) as u64
+    ((now_s / period_s(world)).floor() - 1.0).max(0.0) as u64
 }
 
 /// Sign, four digits, exponent e: digits × 10^(e − 4) lx.
@@ -157,7 +163,8 @@ impl Twin for T10A {
                 continue;
             }
             if let Some(bytes) = self.command(body, world, now_s) {
-                let line_s = (14 + bytes.len()) as f64 * BYTE_S;
+                let late_s = world.room().meter_latency_s(last_conversion(world, now_s));
+                let line_s = (14 + bytes.len()) as f64 * BYTE_S + late_s;
                 return Some(Answer::At(now_s + line_s, bytes));
             }
         }

@@ -136,7 +136,7 @@ fn measure(world: &World, from_s: f64, to_s: f64, automatic: bool, range: u8) ->
     let light = world.meter_lx(from_s, to_s);
     let room = world.room();
     let ambient_c = world.temperature_c(from_s);
-    let sample = (from_s * 10.0) as u64;
+    let sample = sample(from_s);
     let indicate = |range: u8| {
         let indicated = room.indicated_for_lx(light, ambient_c, 8 - range);
         indicated + room.reading_noise_lx(indicated) * room.meter_noise(sample)
@@ -162,6 +162,11 @@ fn measure(world: &World, from_s: f64, to_s: f64, automatic: bool, range: u8) ->
     })
 }
 
+/// Number of the measurement that begins at `from_s`: it draws the noise.
+fn sample(from_s: f64) -> u64 {
+    (from_s * 1000.0) as u64
+}
+
 /// `+x.xxxxE+xx`
 fn scientific(value: f64) -> String {
     let text = format!("{:.4e}", value.abs());
@@ -177,7 +182,7 @@ fn scientific(value: f64) -> String {
 }
 
 impl Twin for Optometer {
-    fn receive(&mut self, inbox: &mut Vec<u8>, _: &mut World, now_s: f64) -> Option<Answer> {
+    fn receive(&mut self, inbox: &mut Vec<u8>, world: &mut World, now_s: f64) -> Option<Answer> {
         let end = inbox.iter().position(|byte| *byte == b'\n')?;
         let line: Vec<u8> = inbox.drain(..=end).collect();
         let text = String::from_utf8_lossy(&line).into_owned();
@@ -186,12 +191,16 @@ impl Twin for Optometer {
             Ok(ran) => ran,
             Err(code) => return Some(Answer::At(from_s + 4.0 * BYTE_S, format!("?{code}\n").into_bytes())),
         };
-        let to_s = from_s
-            + if measures {
-                f64::from(self.integration) * 1e-4
-            } else {
-                0.0
-            };
+        let (room, meter) = (world.room(), &world.room().document().luxmeter);
+        let (from_s, to_s) = if measures {
+            let from_s = from_s + room.meter_latency_s(sample(from_s));
+            (
+                from_s,
+                from_s + meter.by_its_clock_s(f64::from(self.integration) * 1e-4),
+            )
+        } else {
+            (from_s, from_s)
+        };
         let (automatic, range, percent) = (
             self.automatic,
             Arc::clone(&self.range),

@@ -182,7 +182,7 @@ impl Controller {
                 let value = match setting {
                     "pos" | "encoder.pos" => {
                         let error = encoder * axis.counts_per_unit * noise.normal(read, name as u32);
-                        (axis.motion.position(now_s) - drive.offset + error).round()
+                        (axis.counts(now_s) - drive.offset + error).round()
                     }
                     "limit.min" => axis.limit[0],
                     "limit.max" => axis.limit[1],

@@ -1,0 +1,282 @@
+//! Scans in motion in the virtual room: real bytes to the twins, a run directory on disk, and the reduction against the
+//! light that the room's lamp has.
+
+use std::f64::consts::TAU;
+use std::time::Duration;
+
+use camino::{Utf8Path, Utf8PathBuf};
+use isolux_app::front_end::control::Control;
+use isolux_app::front_end::progress::Silent;
+use isolux_app::instruments::bench::Source;
+use isolux_app::instruments::catalogue::Catalogue;
+use isolux_app::instruments::session::{self, Session};
+use isolux_app::scan::{self, Place, ScanJob, Target};
+use isolux_app::{Failure, FailureKind};
+use isolux_darkroom::{Darkroom, Room};
+use isolux_record::{Plan, Run};
+use isolux_reduce::{Options, Reduction};
+use isolux_virtual::station::{calibration, in_memory, station};
+use isolux_virtual::twins::Choice;
+
+/// A lamp with two wings that leans, smooth on its table of 10° × 2.5°.
+fn table() -> String {
+    let mut text = "c_deg,gamma_deg,intensity_cd\n".to_owned();
+    for c in (0..36).map(|k| 10.0 * f64::from(k)) {
+        for gamma in (0..73).map(|k| 2.5 * f64::from(k)) {
+            // Even in γ, so that it is smooth through the pole.
+            let wing = |at: f64| (-((gamma - at) / 22.0).powi(2)).exp();
+            let wings = wing(30.0) + wing(-30.0) + 0.7 * (-(gamma / 25.0).powi(2)).exp();
+            let lean = 1.0 + 0.25 * gamma.to_radians().sin() * ((c - 40.0) / 360.0 * TAU).cos();
+            text += &format!("{c},{gamma},{}\n", 800.0 * wings * lean);
+        }
+    }
+    text
+}
+
+/// A room with that lamp, without flaws but those of `more`.
+fn room(more: &str) -> Darkroom {
+    let (before, flaws) = more.split_once("[flaws]\n").unwrap_or((more, ""));
+    let text =
+        format!("[lamp]\ntable = \"lamp.csv\"\nluminous_diameter_mm = 60.0\n{before}\n[flaws]\nonly = true\n{flaws}");
+    Darkroom::complete(
+        isolux_record::document::Source {
+            file: "darkroom.toml".into(),
+            text: &text,
+        },
+        &|_| Ok(table()),
+    )
+    .unwrap()
+    .0
+}
+
+/// Planes of 30° and γ of 3°, in motion or at rest, and the meter's offset.
+fn plan(how: &str) -> Plan {
+    let text = format!(
+        "format = \"isolux-plan/1\"\n[[block]]\nname = \"lit\"\nkind = \"lit\"\nc_range = [0, 150, 30]\n\
+         gamma_range = [-180, 180, 3]\ndistance_mm = 3000.0\n{how}\n\
+         [[block]]\nname = \"capped\"\nkind = \"capped\"\nc_deg = 0\ngamma_deg = 0\nrepeats = 3\ndistance_mm = 3000.0\n"
+    );
+    Plan::parse(Utf8Path::new("plan.toml"), &text).unwrap()
+}
+
+const IN_MOTION: &str = "mode = \"sweep\"\nspeed_deg_s = 10.0\nreference_every = 4";
+
+/// Scans `plan` with a P-9710 that integrates for 100 ms; interrupted after `cancel_s` of the run, if asked.
+fn scanned(
+    room: &Darkroom,
+    plan: &Plan,
+    target: Target<'_>,
+    cancel_s: Option<f64>,
+) -> Result<scan::ScanSummary, Failure> {
+    let mut choice = Choice::default();
+    choice
+        .choose(isolux_virtual::Instrument::Luxmeter, "gigahertz-p9710")
+        .unwrap();
+    let outlets = in_memory(&choice);
+    let text = station(room, &outlets).replace("?a_per_lx=3e-10", "?a_per_lx=3e-10&integration_ms=100");
+    let source = Source::from_text(&text, calibration(&Room::new(room.clone()), &outlets).as_deref()).unwrap();
+    session::run(true, async {
+        let session = Session::in_room(room.clone(), &choice)?;
+        let control = Control::default();
+        let cancel = control.cancel.clone();
+        if let Some(seconds) = cancel_s {
+            let cancel = cancel.clone();
+            tokio::spawn(async move {
+                tokio::time::sleep(Duration::from_secs_f64(seconds)).await;
+                cancel.cancel("SIGTERM");
+            });
+        }
+        let catalogue = Catalogue::new(session.links.clone());
+        let mut devices = source.open(&catalogue).await?;
+        let now = "2026-01-01T00:00:00Z".parse().unwrap();
+        let place = Place::take(target, false)?;
+        let job = ScanJob {
+            source: &source,
+            plan,
+            place,
+            force: None,
+            operator: None,
+            control: &control,
+            progress: &Silent,
+        };
+        job.execute_on(&mut devices, None, now).await
+    })
+}
+
+fn folder() -> (tempfile::TempDir, Utf8PathBuf) {
+    let keep = tempfile::tempdir().unwrap();
+    let path = Utf8PathBuf::try_from(keep.path().join("run")).unwrap();
+    (keep, path)
+}
+
+fn reduced(path: &Utf8Path) -> Reduction {
+    isolux_reduce::reduce(&Run::read(path).unwrap(), &Options::default(), None).unwrap()
+}
+
+/// Errors at the directions of the grid, and how many lie outside of twice their own uncertainty, of how many: the
+/// calibration of the meter is taken out, which all directions share.
+fn judged(reduction: &Reduction, room: &Room) -> (f64, f64, usize) {
+    let read = &reduction.grid.distribution;
+    let gain = 1.0 + room.document().luxmeter.gain_error_rel;
+    let peak = read.peak().intensity_cd;
+    let (mut worst, mut outside) = (0.0f64, 0);
+    let count = read.intensity_cd().len();
+    for (plane, c_deg) in read.c_deg().iter().enumerate() {
+        for (column, gamma_deg) in read.gamma_deg().iter().enumerate() {
+            let error = read.row(plane)[column] / gain - room.intensity_cd(*c_deg, *gamma_deg);
+            let sample = &reduction.grid.nodes[reduction.grid.sample_of[plane * read.gamma_deg().len() + column]];
+            worst = worst.max(error.abs() / peak);
+            // What all share, drift among it, is a thousandth.
+            let u = sample
+                .u_noise_cd
+                .hypot(sample.u_digit_cd)
+                .hypot(0.001 * sample.intensity_cd);
+            outside += usize::from(error.abs() > 2.0 * u);
+        }
+    }
+    (worst, outside as f64 / count as f64, count)
+}
+
+#[test]
+fn in_motion_a_scan_finds_the_light_of_the_lamp_in_a_tenth_of_the_time() {
+    let document = room(
+        "[luxmeter]\nlatency_s = 0.06\nlatency_jitter_s = 0.004\nlag_s = 0.02\n[flaws]\nbacklash = { width_deg = 0.2 }\n",
+    );
+    let truth = Room::new(document.clone());
+    let (_keep, moving) = folder();
+    let fast = scanned(&document, &plan(IN_MOTION), Target::New(&moving), None).unwrap();
+    let reduction = reduced(&moving);
+    let (worst, outside, count) = judged(&reduction, &truth);
+    assert!(worst < 0.006, "worst {worst} of the peak, {count} directions");
+    assert!(outside < 0.06, "{outside} of {count} directions lie outside of 2 u");
+    assert!(
+        (reduction.flux.value / (1.0 + document.luxmeter.gain_error_rel) / document.lamp.flux_lm - 1.0).abs() < 0.0025
+    );
+    // Latency and lag make one delay; play is separated from it.
+    let note = reduction.notes.iter().find(|note| note.contains("of delay")).unwrap();
+    let words: Vec<&str> = note.split_whitespace().collect();
+    // "49.4 ± 3.3 ms of delay", "0.200 ± 0.040° of play"
+    let said = |what: &str, back: usize| {
+        let at = words.iter().position(|word| *word == what).unwrap();
+        let number = |place: usize| words[place].trim_end_matches('°').parse::<f64>().unwrap();
+        (number(at - back), number(at - back + 2))
+    };
+    // The latency, and 9 bytes of a request at 9600 baud; the lag looks back.
+    let (delay_ms, u_ms) = said("delay", 5);
+    assert!((delay_ms - (60.0 + 9.4 - 20.0)).abs() < u_ms && u_ms < 4.0, "{note}");
+    let (play_deg, u_deg) = said("play", 4);
+    assert!((play_deg - 0.2).abs() < u_deg && u_deg < 0.06, "{note}");
+
+    let (_keep, resting) = folder();
+    let slow = scanned(&document, &plan("reference_every = 91"), Target::New(&resting), None).unwrap();
+    let (worst_at_rest, ..) = judged(&reduced(&resting), &truth);
+    let from_stable = |summary: &scan::ScanSummary| summary.duration_s - summary.warm_up_s.unwrap();
+    assert!(
+        from_stable(&slow) > 4.0 * from_stable(&fast),
+        "{} {}",
+        from_stable(&slow),
+        from_stable(&fast)
+    );
+    assert!(worst_at_rest < 0.006, "{worst_at_rest}");
+}
+
+#[test]
+fn a_torn_sweep_is_kept_as_evidence_and_made_again() {
+    // The meter falls silent for eight seconds in the third sweep.
+    let fault = "[[fault]]\ninstrument = \"luxmeter\"\nkind = \"silent\"\nat_s = 1950.0\nfor_s = 8.0\n";
+    let document = room(&format!("{fault}[flaws]\n"));
+    let (_keep, path) = folder();
+    let summary = scanned(&document, &plan(IN_MOTION), Target::New(&path), None).unwrap();
+    assert!(summary.visits_again >= 1, "{summary:?}");
+    let run = Run::read(&path).unwrap();
+    let torn = run.header.sweep.iter().filter(|entry| entry.torn).count();
+    assert!(
+        torn >= 1 && run.notices.iter().any(|notice| notice.contains("torn sweep")),
+        "{:?}",
+        run.notices
+    );
+    assert_eq!(run.sweeps.len(), 4 + 5);
+    let (worst, ..) = judged(&reduced(&path), &Room::new(document));
+    assert!(worst < 0.006, "{worst}");
+}
+
+#[test]
+fn interrupted_in_a_sweep_it_goes_on_at_that_sweep() {
+    let document = room("");
+    let (_keep, path) = folder();
+    let failure = scanned(&document, &plan(IN_MOTION), Target::New(&path), Some(1960.0)).unwrap_err();
+    assert_eq!(failure.kind, FailureKind::Interrupted, "{failure}");
+    let cut = Run::read(&path).unwrap();
+    assert!(cut.header.stopped.as_ref().unwrap().axes_at_rest);
+    let before = cut.sweeps.len();
+    assert!((1..9).contains(&before), "{before}");
+    scanned(&document, &plan(IN_MOTION), Target::Resume(&path), None).unwrap();
+    let run = Run::read(&path).unwrap();
+    let points: Vec<u64> = run.sweeps.iter().map(|sweep| sweep.of.point).collect();
+    assert_eq!(points, (0..9).collect::<Vec<u64>>(), "every sweep once");
+    assert_eq!(run.sweeps[..before], cut.sweeps[..]);
+    let (worst, ..) = judged(&reduced(&path), &Room::new(document));
+    assert!(worst < 0.006, "{worst}");
+}
+
+#[test]
+fn replies_that_are_lost_late_or_damaged_move_no_reading_to_another_angle() {
+    for kind in ["silent", "late", "flip_bit", "drop_byte"] {
+        for probability in [0.0005, 0.01] {
+            let fault = format!(
+                "[[fault]]\ninstrument = \"luxmeter\"\nkind = \"{kind}\"\nat_s = 1900.0\nfor_s = 9000.0\n\
+                 probability = {probability}\ndelay_s = 0.35\n"
+            );
+            let document = room(&format!("{fault}[flaws]\n"));
+            let (_keep, path) = folder();
+            match scanned(&document, &plan(IN_MOTION), Target::New(&path), None) {
+                Ok(_) => {
+                    let (worst, outside, _) = judged(&reduced(&path), &Room::new(document));
+                    assert!(
+                        worst < 0.01 && outside < 0.06,
+                        "{kind} {probability}: {worst}, {outside}"
+                    );
+                }
+                // One answer in a hundred is noticed, and ends the scan.
+                Err(failure) => {
+                    assert!(
+                        probability > 0.001 && failure.message.contains("torn"),
+                        "{kind}: {failure}"
+                    );
+                    let run = Run::read(&path).unwrap();
+                    assert!(run.header.stopped.unwrap().axes_at_rest);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_meter_that_cannot_follow_is_refused_before_motion_with_the_speed_that_would_do() {
+    let document = room("");
+    let (_keep, path) = folder();
+    let fast = plan(&IN_MOTION.replace("10.0", "19.0"));
+    let failure = scanned(&document, &fast, Target::New(&path), None).map(drop);
+    // 19 °/s: no way for the run-up before −180°.
+    let failure = failure.unwrap_err();
+    assert!(
+        failure.kind == FailureKind::BadInput && failure.message.contains("run-up"),
+        "{failure}"
+    );
+    let fine = Plan::parse(
+        Utf8Path::new("plan.toml"),
+        &toml::to_string(plan(IN_MOTION).document())
+            .unwrap()
+            .replace("180.0, 3.0]", "180.0, 1.0]"),
+    )
+    .unwrap();
+    let (_keep, path) = folder();
+    let failure = scanned(&document, &fine, Target::New(&path), None)
+        .map(drop)
+        .unwrap_err();
+    assert!(
+        failure.kind == FailureKind::BadInput && failure.message.contains("7.6 °/s would do"),
+        "{failure}"
+    );
+    assert!(Run::read(&path).unwrap().readings.rows.is_empty());
+}

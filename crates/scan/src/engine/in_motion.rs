@@ -1,0 +1,237 @@
+//! Sweeps on a bench of fakes, in virtual time: no reading of another place, and the axes at rest after every end.
+
+use std::time::Duration;
+
+use camino::Utf8Path;
+use isolux_record::plan::Plan;
+use isolux_record::run::{Run, RunDir, StopHow};
+use isolux_record::{Role, Station};
+use tokio::time::{Instant, sleep};
+
+use super::tests::at_rest;
+use super::{Engine, ScanSummary};
+use crate::awake::Awake;
+use crate::cancel::Cancel;
+use crate::devices::{Devices, Nobody};
+use crate::error::{ScanError, ScanErrorKind};
+use crate::observe::Silent;
+use crate::pause::Pause;
+use crate::testing::{STATION, Shared, bench, header, plan, run_dir};
+
+/// Two half-planes; a conversion of half a second is 5° at 10 °/s.
+const SWEEPS: &str = r#"
+[[block]]
+name = "lit"
+kind = "lit"
+mode = "sweep"
+speed_deg_s = 10.0
+c_deg = [0, 90]
+gamma_range = [-90, 90, 15]
+reference_every = 3
+"#;
+
+fn station() -> Station {
+    let text = STATION.replace("diameter_mm = 70.0", "diameter_mm = 70.0\npeak_cd = 1000.0");
+    Station::parse(Utf8Path::new("s.toml"), &text).unwrap()
+}
+
+async fn scan(
+    devices: &mut Devices,
+    plan: &Plan,
+    run: &mut RunDir,
+    cancel: &Cancel,
+    resumed: Option<&Run>,
+) -> Result<ScanSummary, ScanError> {
+    let engine = Engine {
+        station: &station(),
+        operator: &Nobody,
+        pause: &Pause::new(),
+        observer: &Silent,
+        awake: &Awake::unwatched(),
+        now_utc: "2026-01-01T00:00:00Z".parse().unwrap(),
+        wall_clock: None,
+    };
+    engine.run(devices, plan, run, cancel, resumed).await
+}
+
+/// Every conversion with a number was taken between its instants at a place on the way, with the light on and open.
+fn assert_true(run: &Run, room: &Shared, what: &str) {
+    let room = room.lock().unwrap();
+    for sweep in &run.sweeps {
+        assert!(sweep.light.len() > 10 && sweep.positions.len() > 100, "{what}");
+        for sample in sweep.light.iter().filter(|sample| sample.illuminance_lx.is_some()) {
+            let taken = &room.looks[usize::from_str_radix(&sample.raw, 16).unwrap()];
+            assert!(
+                taken.lamp_on && taken.shutter_open && !taken.baffle_in,
+                "{what}: {taken:?}"
+            );
+            let gamma = taken.axes[1] as f64 / 1000.0;
+            // The fake sees the light of the end of its conversion.
+            let near = sweep.positions.iter().min_by(|a, b| {
+                let off = |at: f64| (at - sample.answered_s).abs();
+                off(a.answered_s).total_cmp(&off(b.answered_s))
+            });
+            assert!(
+                (near.unwrap().gamma_deg - gamma).abs() < 0.4,
+                "{what}: {sample:?} in {taken:?}"
+            );
+            assert!(
+                (taken.axes[0] as f64 / 1000.0 - sweep.of.c_target_deg).abs() < 0.011,
+                "{what}"
+            );
+        }
+    }
+}
+
+fn points(run: &Run) -> Vec<u64> {
+    run.sweeps.iter().map(|sweep| sweep.of.point).collect()
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_block_of_sweeps_is_recorded_sweep_by_sweep() {
+    let (mut devices, room) = bench();
+    let plan = plan(SWEEPS);
+    let (_keep, path, mut run) = run_dir(&devices, &plan);
+    let summary = scan(&mut devices, &plan, &mut run, &Cancel::new(), None).await.unwrap();
+    assert_eq!((summary.points, summary.visits_again), (5, 0));
+    assert!(at_rest(&room));
+    drop(run);
+    let run = Run::read(&path).unwrap();
+    assert_eq!(points(&run), [0, 1, 2, 3, 4]);
+    assert_true(&run, &room, "undisturbed");
+    let references = run.readings.rows.iter().filter(|row| row.role == Role::Reference);
+    assert_eq!(
+        references.count(),
+        3,
+        "before the first sweep, the fourth, and at the end"
+    );
+    let signs: Vec<f64> = run.sweeps.iter().map(|sweep| sweep.of.gamma_deg[1].signum()).collect();
+    assert_eq!(signs, [1.0, -1.0, 1.0, -1.0, 1.0]);
+    assert_eq!(run.sweeps[2].of.speed_deg_s, 5.0);
+}
+
+#[tokio::test(start_paused = true)]
+async fn ended_at_any_moment_the_axes_rest_and_the_next_sweep_follows() {
+    let plan = plan(SWEEPS);
+    let mut moment = 1830.0;
+    while moment < 1945.0 {
+        let (mut devices, room) = bench();
+        let (_keep, path, mut run) = run_dir(&devices, &plan);
+        let cancel = Cancel::new();
+        let signal = cancel.clone();
+        tokio::spawn(async move {
+            sleep(Duration::from_secs_f64(moment)).await;
+            signal.cancel("SIGTERM");
+        });
+        let outcome = scan(&mut devices, &plan, &mut run, &cancel, None).await;
+        assert!(at_rest(&room), "{moment}");
+        drop(run);
+        if let Err(error) = outcome {
+            assert_eq!(error.kind(), ScanErrorKind::Interrupted, "{moment}: {error}");
+            let cut = Run::read(&path).unwrap();
+            assert!(cut.header.stopped.as_ref().unwrap().axes_at_rest);
+            assert_true(&cut, &room, &format!("cut after {moment} s"));
+            let (mut run, old) = RunDir::resume(&path, &header(&devices, &plan)).unwrap();
+            scan(&mut devices, &plan, &mut run, &Cancel::new(), Some(&old))
+                .await
+                .unwrap();
+            drop(run);
+            let whole = Run::read(&path).unwrap();
+            assert_eq!(whole.sweeps[..cut.sweeps.len()], cut.sweeps[..]);
+        }
+        let whole = Run::read(&path).unwrap();
+        assert_eq!(points(&whole), [0, 1, 2, 3, 4], "{moment}");
+        assert_true(&whole, &room, &format!("resumed after {moment} s"));
+        moment += 4.7;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_axis_that_stalls_in_a_sweep_is_stopped_and_what_there_was_is_evidence() {
+    let (mut devices, room) = bench();
+    let plan = plan(SWEEPS);
+    let (_keep, path, mut run) = run_dir(&devices, &plan);
+    // 90° and a run-out of 10²/80 + 2.5°.
+    room.lock().unwrap().stall_at_deg = Some(93.75);
+    let begun = Instant::now();
+    let error = scan(&mut devices, &plan, &mut run, &Cancel::new(), None)
+        .await
+        .unwrap_err();
+    assert!(matches!(error, ScanError::Device { role: "axis.gamma", .. }), "{error}");
+    assert!(at_rest(&room));
+    assert!(
+        begun.elapsed() < Duration::from_secs(2000),
+        "by the deadline of the move"
+    );
+    drop(run);
+    let run = Run::read(&path).unwrap();
+    assert_eq!((run.sweeps.len(), run.header.sweep.len()), (0, 1));
+    assert!(run.header.sweep[0].torn && run.header.sweep[0].samples > 5);
+    assert_eq!(run.header.stopped.unwrap().how, StopHow::Failed);
+    assert!(
+        run.notices.iter().any(|notice| notice.contains("torn sweep")),
+        "{:?}",
+        run.notices
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_hand_on_the_shutter_tears_a_sweep_and_it_is_made_again() {
+    let (mut devices, room) = bench();
+    let plan = plan(SWEEPS);
+    let (_keep, path, mut run) = run_dir(&devices, &plan);
+    let hand = room.clone();
+    tokio::spawn(async move {
+        // In the first sweep.
+        sleep(Duration::from_secs(1845)).await;
+        hand.lock().unwrap().shutter_open = false;
+    });
+    let summary = scan(&mut devices, &plan, &mut run, &Cancel::new(), None).await.unwrap();
+    assert_eq!(summary.visits_again, 1);
+    drop(run);
+    let run = Run::read(&path).unwrap();
+    assert_eq!(points(&run), [0, 1, 2, 3, 4]);
+    let torn: Vec<u64> = run
+        .header
+        .sweep
+        .iter()
+        .filter(|entry| entry.torn)
+        .map(|entry| entry.index)
+        .collect();
+    assert_eq!(torn, [0]);
+    assert_true(&run, &room, "after the hand");
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_the_bench_cannot_sweep_is_refused_before_motion() {
+    for (from, to, word) in [
+        ("speed_deg_s = 10.0", "speed_deg_s = 30.0", "more than the γ axis does"),
+        ("[-90, 90, 15]", "[-180, 180, 15]\nlimit = 1", "unknown field"),
+        ("[-90, 90, 15]", "[-183, 183, 3]", "outside"),
+        ("[-90, 90, 15]", "[-180, 180, 15]", ""),
+        ("[-90, 90, 15]", "[-90, 90, 1]", "1.8 °/s would do"),
+    ] {
+        let text = format!("{}{}", crate::testing::PLAN_HEAD, SWEEPS.replace(from, to));
+        let plan = match Plan::parse(Utf8Path::new("p.toml"), &text) {
+            Ok(plan) => plan,
+            Err(error) => {
+                assert!(error.to_string().contains(word), "{to}: {error}");
+                continue;
+            }
+        };
+        let (mut devices, room) = bench();
+        let (_keep, _path, mut run) = run_dir(&devices, &plan);
+        let outcome = scan(&mut devices, &plan, &mut run, &Cancel::new(), None).await;
+        match outcome {
+            Ok(_) => assert!(word.is_empty(), "{to}"),
+            Err(error) => {
+                assert!(!word.is_empty() && error.to_string().contains(word), "{to}: {error}");
+                assert_eq!(error.kind(), ScanErrorKind::BadPlan);
+                assert!(
+                    room.lock().unwrap().axes.iter().all(|axis| axis.began.is_none()),
+                    "nothing moved"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! One sweep: γ goes through its half-plane at one speed while the meter reads, and everything is kept as it came.
+//!
+//! The axis gets one absolute target inside its limits, so that it comes to rest there whatever becomes of this program;
+//! the driver follows the move and stops it after a failure. A sweep that was disturbed, or in which too much is
+//! missing, is recorded as torn and made again.
+
+use std::cell::{Cell, RefCell};
+use std::time::Duration;
+
+use isolux_device::{DeviceError, LuxOutcome, LuxRange, LuxSample};
+use isolux_record::plan::{Block, Pass};
+use isolux_record::sweeps::{LightSample, PositionSample, SweepOf, SweepRecord};
+use tokio::time::{Instant, sleep};
+
+use super::session::Session;
+use crate::error::ScanError;
+use crate::itinerary::Visit;
+use crate::sweeps::{self, gap_deg};
+
+/// Between two positions: other devices on the same line have their turn.
+const BETWEEN_POSITIONS: Duration = Duration::from_millis(15);
+
+/// Over and above the integration, how long one conversion may take with everything that is done to prove the line.
+const SAMPLE_WITHIN: Duration = Duration::from_secs(3);
+
+/// Failures in a row after which the meter is taken for lost.
+const MOST_FAILURES: u32 = 5;
+
+/// Share of the conversions of a sweep that may be missing.
+const MOST_MISSING: f64 = 0.1;
+
+/// What the instruments gave while γ moved.
+#[derive(Default)]
+struct Caught {
+    positions: RefCell<Vec<(Instant, f64)>>,
+    light: RefCell<Vec<Caught1>>,
+    over_range: Cell<bool>,
+    ended: Cell<bool>,
+}
+
+/// One conversion, or why there is none.
+struct Caught1 {
+    asked: Instant,
+    answered: Instant,
+    sample: Result<LuxSample, String>,
+}
+
+impl Session<'_> {
+    /// Makes one sweep. A torn one is recorded before its error is returned.
+    pub(super) async fn sweep(&mut self, block: &Block, visit: &Visit, pass: &Pass) -> Result<SweepRecord, ScanError> {
+        let acceleration = self.devices.axis_gamma.settings().acceleration();
+        let [start, end] = pass.ends_deg(acceleration);
+        let meter = self.devices.meter.as_ref();
+        let range = sweeps::range(self.engine.station, meter.properties(), self.distance_mm, self.range_up);
+        self.axes.go_to(visit.c_deg, start).await?;
+        let c_deg = self.axes.pose().await?.c_deg;
+        let ambient_c = self.ambient_c().await?;
+        meter
+            .set_range(LuxRange::Fixed(range))
+            .await
+            .map_err(ScanError::device("luxmeter"))?;
+        let caught = Caught::default();
+        let motion = self.axes.start_sweep(end, pass.speed_deg_s).await?;
+        let outcome = {
+            let left = self.left();
+            let work = async {
+                let (moved, ()) = tokio::join!(
+                    async {
+                        let moved = self.axes.follow(motion).await;
+                        caught.ended.set(true);
+                        moved
+                    },
+                    async { tokio::join!(self.positions(&caught), self.light(&caught)).0 },
+                );
+                moved
+            };
+            left.during(work).await
+        };
+        let target = (visit.c_deg, motion.target.value());
+        let outcome = match outcome {
+            Ok(()) => {
+                self.axes.swept(target);
+                self.verify().await
+            }
+            Err(error) => Err(error),
+        };
+        let of = SweepOf {
+            index: 0,
+            block: block.name.clone(),
+            point: visit.point,
+            torn: None,
+            c_deg,
+            c_target_deg: visit.c_deg,
+            gamma_deg: pass.gamma_deg,
+            speed_deg_s: motion.speed,
+            distance_mm: self.distance_mm,
+            range: i32::from(range),
+            integration_s: meter.properties().integration.as_secs_f64(),
+            lamp_on_s: self.lamp_on_s,
+            ambient_c,
+            session: 0,
+            burning: 0,
+        };
+        let over_range = caught.over_range.get();
+        let mut record = self.record(of, caught);
+        let outcome = outcome.and_then(|()| match missing(&record, block, over_range) {
+            None => Ok(()),
+            Some(why) => Err(ScanError::Torn {
+                c_deg: visit.c_deg,
+                why,
+            }),
+        });
+        match outcome {
+            Ok(()) => {
+                // The reference point is read at rest, in the range that suits it.
+                meter
+                    .set_range(LuxRange::Auto)
+                    .await
+                    .map_err(ScanError::device("luxmeter"))?;
+                Ok(record)
+            }
+            Err(error) => {
+                self.range_up += u8::from(over_range);
+                record.of.torn = Some(error.to_string());
+                self.run.sweep(record)?;
+                if error.can_be_measured_again() {
+                    meter
+                        .set_range(LuxRange::Auto)
+                        .await
+                        .map_err(ScanError::device("luxmeter"))?;
+                }
+                Err(error)
+            }
+        }
+    }
+
+    /// Asks for positions until the move has ended. What cannot be read is left out: the driver that follows the move
+    /// judges whether the axis is lost.
+    async fn positions(&self, caught: &Caught) {
+        while !caught.ended.get() {
+            if let Ok(position) = self.devices.axis_gamma.position().await {
+                let at = (position.at, position.place.value());
+                caught.positions.borrow_mut().push(at);
+            }
+            sleep(BETWEEN_POSITIONS).await;
+        }
+    }
+
+    /// Reads light until the move has ended.
+    async fn light(&self, caught: &Caught) {
+        let meter = self.devices.meter.as_ref();
+        let mut failures = 0;
+        while !caught.ended.get() && failures < MOST_FAILURES {
+            let asked = Instant::now();
+            let deadline = asked + meter.properties().integration + SAMPLE_WITHIN;
+            let sample = meter.sample(deadline).await;
+            let mut light = caught.light.borrow_mut();
+            match sample {
+                Ok(sample) => {
+                    failures = 0;
+                    caught
+                        .over_range
+                        .set(caught.over_range.get() || sample.outcome == LuxOutcome::OverRange);
+                    light.push(Caught1 {
+                        asked: sample.asked,
+                        answered: sample.answered,
+                        sample: Ok(sample),
+                    });
+                }
+                Err(error) => {
+                    failures += 1;
+                    // What came before may have been the answer to another request.
+                    if let Some(before) = light.last_mut() {
+                        let doubt = |sample: &LuxSample| format!("in doubt: {}", hex::encode(&sample.evidence));
+                        before.sample = before
+                            .sample
+                            .as_ref()
+                            .map_err(String::clone)
+                            .and_then(|sample| Err(doubt(sample)));
+                    }
+                    light.push(Caught1 {
+                        asked,
+                        answered: Instant::now(),
+                        sample: Err(error.to_string()),
+                    });
+                    drop(light);
+                    // A lost link answers at once.
+                    if !matches!(error, DeviceError::Timeout { .. }) {
+                        sleep(BETWEEN_POSITIONS).await;
+                    }
+                }
+            }
+        }
+    }
+
+    fn record(&self, of: SweepOf, caught: Caught) -> SweepRecord {
+        let factor = self.engine.station.luxmeter().calibration_factor;
+        let positions = caught
+            .positions
+            .into_inner()
+            .into_iter()
+            .map(|(at, gamma_deg)| PositionSample {
+                answered_s: self.time_s(at),
+                gamma_deg,
+            });
+        let light = caught.light.into_inner().into_iter().map(|caught| {
+            let (illuminance_lx, digit_lx, raw) = match caught.sample {
+                Ok(sample) => {
+                    let lux = match sample.outcome {
+                        LuxOutcome::Measured(lux) => Some(lux.value() * factor),
+                        LuxOutcome::OverRange | LuxOutcome::UnderRange | LuxOutcome::Unsteady => None,
+                    };
+                    (lux, sample.digit.value() * factor, hex::encode(&sample.evidence))
+                }
+                Err(why) => (None, 0.0, why),
+            };
+            LightSample {
+                asked_s: self.time_s(caught.asked),
+                answered_s: self.time_s(caught.answered),
+                illuminance_lx,
+                digit_lx,
+                raw,
+            }
+        });
+        SweepRecord {
+            of,
+            positions: positions.collect(),
+            light: light.collect(),
+        }
+    }
+
+    /// Records a whole sweep.
+    pub(super) fn keep_sweep(&mut self, record: SweepRecord) -> Result<(), ScanError> {
+        let SweepOf {
+            c_target_deg,
+            gamma_deg,
+            ..
+        } = record.of;
+        let (samples, positions) = (record.light.len(), record.positions.len());
+        let index = self.run.sweep(record)?;
+        self.note(&format!(
+            "sweep {} at C {c_target_deg}°, γ {}° to {}°: {samples} conversions, {positions} positions",
+            index + 1,
+            gamma_deg[0],
+            gamma_deg[1]
+        ))
+    }
+}
+
+/// Why a sweep cannot be used, if it cannot.
+fn missing(record: &SweepRecord, block: &Block, over_range: bool) -> Option<String> {
+    if over_range {
+        return Some(format!(
+            "the light is over range {}; the next try takes the range above",
+            record.of.range
+        ));
+    }
+    let whole = record.light.iter().filter(|sample| sample.illuminance_lx.is_some());
+    let asked: Vec<f64> = whole.map(|sample| sample.asked_s).collect();
+    let lost = record.light.len() - asked.len();
+    if lost as f64 > MOST_MISSING * record.light.len() as f64 || asked.len() < 4 {
+        return Some(format!("{lost} of {} conversions have no number", record.light.len()));
+    }
+    let widest_s = asked.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    let widest_deg = widest_s * record.of.speed_deg_s;
+    let allowed_deg = gap_deg(block);
+    (widest_deg > allowed_deg).then(|| {
+        format!("there is no light over {widest_deg:.2}° of the way, and more than {allowed_deg:.2}° cannot be filled")
+    })
+}

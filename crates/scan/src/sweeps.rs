@@ -1,0 +1,153 @@
+//! What a sweep asks of a bench: a meter that is fast enough, a fixed range, way enough for run-up and run-out.
+
+use isolux_device::LuxMeterProperties;
+use isolux_record::Station;
+use isolux_record::document::Fault;
+use isolux_record::plan::{Block, Pass, Plan};
+
+use crate::devices::Devices;
+
+/// Between the end of one conversion and the beginning of the next: both ways on a line of 9600 baud.
+const EXCHANGE_S: f64 = 0.03;
+/// Conversions for each step of the grid, at least.
+const PER_STEP: f64 = 1.0;
+/// Steps of the grid over which light may be missing, because a conversion was lost.
+const MOST_GAP: f64 = 3.0;
+/// Share of its range that the largest light expected may fill: an estimate is uncertain.
+const FILLED: f64 = 0.7;
+
+fn fault_at(path: String, message: String) -> Fault {
+    Fault { path, message }
+}
+
+/// The finest step of the block's γ, degrees.
+fn step_deg(block: &Block) -> f64 {
+    block
+        .gamma_deg
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// The widest way without light in a sweep that can be used, degrees.
+pub(crate) fn gap_deg(block: &Block) -> f64 {
+    MOST_GAP * step_deg(block)
+}
+
+/// That the meter can follow every block of sweeps of `plan`. Nothing has moved yet.
+///
+/// # Errors
+/// A [`Fault`] with the plan's key, and with the speed that would do.
+pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> Result<(), Fault> {
+    let properties = devices.meter.properties();
+    for (index, block) in plan.blocks().iter().enumerate() {
+        let Some(speed) = block.sweep_deg_s else { continue };
+        let fault = |key: &str, message: String| Err(fault_at(format!("block.{index}.{key}"), message));
+        let model = &devices.meter.identity().model;
+        if !properties.on_request {
+            return fault(
+                "mode",
+                format!(
+                    "{model} converts by a clock of its own and does not say when: sweeps need a meter that converts on request \
+                     (driver gigahertz-p9710); leave `mode` out of block `{}`",
+                    block.name
+                ),
+            );
+        }
+        if properties.range_full_scale.is_empty() {
+            return fault(
+                "mode",
+                format!(
+                    "a sweep holds one range, and the ranges of {model} are not known in lx: state its sensitivity, a_per_lx, in `open`"
+                ),
+            );
+        }
+        if station.lamp().and_then(|lamp| lamp.peak_cd).is_none() {
+            return fault(
+                "mode",
+                "a sweep holds one range, and the station does not say how bright the lamp is: give `peak_cd` in [lamp]".to_owned(),
+            );
+        }
+        let every_s = properties.integration.as_secs_f64() + EXCHANGE_S;
+        let most = step_deg(block) / (PER_STEP * every_s);
+        if speed > most {
+            return fault(
+                "speed_deg_s|mode",
+                format!(
+                    "{model} gives a value every {every_s:.2} s, at {speed} °/s one in {:.1}°, and the grid has {}°: {:.1} °/s would do, \
+                     or a shorter integration time",
+                    speed * every_s,
+                    step_deg(block),
+                    (10.0 * most).floor() / 10.0
+                ),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// That the γ axis has the way and the speed for a block of sweeps.
+///
+/// # Errors
+/// A [`Fault`] with the plan's key.
+pub(crate) fn check_axis(station: &Station, index: usize, block: &Block) -> Result<(), Fault> {
+    let axis = station.axis_gamma();
+    let [low, high] = axis.limit_deg;
+    for pass in block.passes() {
+        if pass.speed_deg_s > axis.speed_deg_s {
+            return Err(fault_at(
+                format!("block.{index}.speed_deg_s|mode"),
+                format!(
+                    "{} °/s is more than the γ axis does, {} °/s",
+                    pass.speed_deg_s, axis.speed_deg_s
+                ),
+            ));
+        }
+        let ends = pass.ends_deg(axis.accel_deg_s2);
+        if let Some(end) = ends.iter().find(|end| !(low..=high).contains(*end)) {
+            return Err(fault_at(
+                format!("block.{index}.gamma_deg|gamma_range"),
+                format!(
+                    "block `{}`: with its run-up a sweep begins or ends at γ = {end:.2}°, outside the axis' limits {low}°…{high}°; \
+                     slow it down, shorten it, or correct limit_deg in the station",
+                    block.name
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The range that a sweep holds: the most sensitive one that the largest light expected fills in part, `up` ranges
+/// above it.
+pub(crate) fn range(station: &Station, meter: &LuxMeterProperties, distance_mm: f64, up: u8) -> u8 {
+    let peak_cd = station.lamp().and_then(|lamp| lamp.peak_cd).unwrap_or(f64::INFINITY);
+    let expected_lx = peak_cd / (distance_mm * 1e-3).powi(2);
+    let tops = &meter.range_full_scale;
+    let fits = tops.iter().position(|top| expected_lx <= FILLED * top.value());
+    let last = tops.len().saturating_sub(1);
+    let place = (fits.unwrap_or(last) + usize::from(up)).min(last);
+    place as u8 + 1
+}
+
+/// How long γ moves in one sweep, s.
+pub(crate) fn pass_s(station: &Station, pass: &Pass) -> f64 {
+    let accel = station.axis_gamma().accel_deg_s2;
+    let [start, end] = pass.ends_deg(accel);
+    (end - start).abs() / pass.speed_deg_s + pass.speed_deg_s / accel
+}
+
+/// A sentence on a block of sweeps beside what its directions would take at rest, each `at_rest_s`.
+pub(crate) fn note(station: &Station, block: &Block, at_rest_s: f64) -> Option<String> {
+    let passes = block.passes();
+    let moving_s: f64 = passes.iter().map(|pass| pass_s(station, pass)).sum();
+    let directions = block.c_deg.len() * block.gamma_deg.len();
+    (!passes.is_empty()).then(|| {
+        format!(
+            "block `{}`: {} sweeps, {moving_s:.0} s of motion; the same {directions} directions at rest take {:.0} s or more",
+            block.name,
+            passes.len(),
+            directions as f64 * at_rest_s
+        )
+    })
+}
