@@ -24,6 +24,7 @@ kind = "lit"
 instrument = "spectroradiometer"
 c_deg = 0
 gamma_deg = 0
+repeats = 2
 [[block]]
 name = "off"
 kind = "lamp_off"

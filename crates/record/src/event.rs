@@ -215,7 +215,8 @@ pub struct WarmUp {
 /// The power at a look at the lamp.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PowerLook {
-    /// Active power; none where the meter gave no number.
+    /// Active power; none where the meter gave no number. A line without the key is of a bench without a power meter.
+    #[serde(deserialize_with = "Option::deserialize")]
     pub power_w: Option<f64>,
     /// (max − min)/mean over the window, once it is full and ends with a number.
     pub power_spread_rel: Option<f64>,

@@ -71,10 +71,8 @@ pub(super) fn beside(folder: &Utf8Path, own_model: bool, day_results: &mut DayRe
         }
     }
     let file = results.join("comparison.json");
-    if file.is_file() {
-        if !same(&day_results.comparison, &files::read_json::<Option<Comparison>>(&file)?)? {
-            day_results.stale.push("comparison.json");
-        }
+    if file.is_file() && !same(&day_results.comparison, &files::read_json::<Option<Comparison>>(&file)?)? {
+        day_results.stale.push("comparison.json");
     }
     let file = results.join("diagnosis.json");
     let made = results.join("diagnosis/diagnosis.json");

@@ -54,6 +54,7 @@ pub struct SpectrumQuantities {
 }
 
 /// A key that is there, null or not.
+#[expect(clippy::option_option, reason = "absent, null and a number are three things")]
 fn given<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Option<f64>>, D::Error> {
     Deserialize::deserialize(from).map(Some)
 }
