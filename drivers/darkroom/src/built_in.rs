@@ -71,7 +71,9 @@ pub(crate) fn complete(given: &Table) -> Result<(Table, Completed), toml::de::Er
         && let Some(Value::Table(lamp)) = whole.get_mut("lamp")
     {
         // A lamp by its table has no LEDs to complete.
-        RING_KEYS.iter().for_each(|key| drop(lamp.remove(*key)));
+        for key in RING_KEYS {
+            lamp.remove(key);
+        }
     }
     let mut completed = Completed::default();
     lay_over(&mut whole, given, "", &mut completed);

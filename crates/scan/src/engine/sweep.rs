@@ -33,13 +33,24 @@ const MOST_MISSING: f64 = 0.1;
 #[derive(Default)]
 struct Caught {
     positions: RefCell<Vec<(Instant, f64)>>,
-    light: RefCell<Vec<Caught1>>,
+    light: RefCell<Vec<Conversion>>,
     over_range: Cell<bool>,
     ended: Cell<bool>,
 }
 
+impl Caught {
+    /// Takes its number from the last conversion: it may have been the answer to another request.
+    fn doubt_last(&self) {
+        if let Some(last) = self.light.borrow_mut().last_mut()
+            && let Ok(sample) = &last.sample
+        {
+            last.sample = Err(format!("in doubt: {}", hex::encode(&sample.evidence)));
+        }
+    }
+}
+
 /// One conversion, or why there is none.
-struct Caught1 {
+struct Conversion {
     asked: Instant,
     answered: Instant,
     sample: Result<LuxSample, String>,
@@ -153,15 +164,13 @@ impl Session<'_> {
         while !caught.ended.get() && failures < MOST_FAILURES {
             let asked = Instant::now();
             let deadline = asked + meter.properties().integration + SAMPLE_WITHIN;
-            let sample = meter.sample(deadline).await;
-            let mut light = caught.light.borrow_mut();
-            match sample {
+            match meter.sample(deadline).await {
                 Ok(sample) => {
                     failures = 0;
                     caught
                         .over_range
                         .set(caught.over_range.get() || sample.outcome == LuxOutcome::OverRange);
-                    light.push(Caught1 {
+                    caught.light.borrow_mut().push(Conversion {
                         asked: sample.asked,
                         answered: sample.answered,
                         sample: Ok(sample),
@@ -169,21 +178,12 @@ impl Session<'_> {
                 }
                 Err(error) => {
                     failures += 1;
-                    // What came before may have been the answer to another request.
-                    if let Some(before) = light.last_mut() {
-                        let doubt = |sample: &LuxSample| format!("in doubt: {}", hex::encode(&sample.evidence));
-                        before.sample = before
-                            .sample
-                            .as_ref()
-                            .map_err(String::clone)
-                            .and_then(|sample| Err(doubt(sample)));
-                    }
-                    light.push(Caught1 {
+                    caught.doubt_last();
+                    caught.light.borrow_mut().push(Conversion {
                         asked,
                         answered: Instant::now(),
                         sample: Err(error.to_string()),
                     });
-                    drop(light);
                     // A lost link answers at once.
                     if !matches!(error, DeviceError::Timeout { .. }) {
                         sleep(BETWEEN_POSITIONS).await;

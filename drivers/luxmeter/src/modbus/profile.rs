@@ -380,7 +380,7 @@ integration_s = 0.25
             ("integration_s = 0.25\n", "", 21, "missing field `integration_s`"),
         ] {
             assert!(FULL.contains(from), "{from}");
-            let error = parsed(&FULL.replacen(from, to, 1)).unwrap_err().to_string();
+            let error = parsed(&FULL.replacen(from, to, 1)).unwrap_err();
             assert!(
                 error.starts_with(&format!("m.toml:{line}: ")) && error.contains(part),
                 "{to}: {error}"
