@@ -177,11 +177,7 @@ mod tests {
         }
         // What a tilted plane sees of the shift of the light is not lost in the tolerance.
         let point = DVec3::new(0.0, 0.0, 300.0);
-        let towards = |sign: f64| {
-            let (sin, cos) = (sign * 30f64).to_radians().sin_cos();
-            let (sin_c, cos_c) = 70f64.to_radians().sin_cos();
-            DVec3::new(sin * cos_c, sin * sin_c, cos)
-        };
+        let towards = |sign: f64| isolux_photometry::direction(70.0, sign * 30.0);
         let [more, less] = [1.0, -1.0].map(|sign| sectors.left_at(point, towards(sign)));
         let seen = |facing| light(point, facing, true) / light(point, facing, false);
         let truth = seen(towards(1.0)) - seen(towards(-1.0));

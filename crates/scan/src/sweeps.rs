@@ -16,10 +16,6 @@ const MOST_GAP: f64 = 3.0;
 /// Share of its range that the largest light expected may fill: an estimate is uncertain.
 const FILLED: f64 = 0.7;
 
-fn fault_at(path: String, message: String) -> Fault {
-    Fault { path, message }
-}
-
 /// The finest step of the block's γ, degrees.
 fn step_deg(block: &Block) -> f64 {
     block
@@ -42,7 +38,7 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
     let properties = devices.meter.properties();
     for (index, block) in plan.blocks().iter().enumerate() {
         let Some(speed) = block.sweep_deg_s else { continue };
-        let fault = |key: &str, message: String| Err(fault_at(format!("block.{index}.{key}"), message));
+        let fault = |key: &str, message: String| Err(Fault::new(format!("block.{index}.{key}"), message));
         let model = &devices.meter.identity().model;
         if !properties.on_request {
             return fault(
@@ -95,7 +91,7 @@ pub(crate) fn check_axis(station: &Station, index: usize, block: &Block) -> Resu
     let [low, high] = axis.limit_deg;
     for pass in block.passes() {
         if pass.speed_deg_s > axis.speed_deg_s {
-            return Err(fault_at(
+            return Err(Fault::new(
                 format!("block.{index}.speed_deg_s|mode"),
                 format!(
                     "{} °/s is more than the γ axis does, {} °/s",
@@ -105,7 +101,7 @@ pub(crate) fn check_axis(station: &Station, index: usize, block: &Block) -> Resu
         }
         let ends = pass.ends_deg(axis.accel_deg_s2);
         if let Some(end) = ends.iter().find(|end| !(low..=high).contains(*end)) {
-            return Err(fault_at(
+            return Err(Fault::new(
                 format!("block.{index}.gamma_deg|gamma_range"),
                 format!(
                     "block `{}`: with its run-up a sweep begins or ends at γ = {end:.2}°, outside the axis' limits {low}°…{high}°; \

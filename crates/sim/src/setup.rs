@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use isolux_model::effects::Pixel;
 use isolux_model::{Emitter, Model, Node, Scene, Sectors, Spectral};
-use isolux_photometry::{DistributionError, IntensityDistribution, direction};
+use isolux_photometry::{DistributionError, IntensityDistribution, angles_deg, direction};
 
 use crate::sensor::{Sensor, SensorError};
 use crate::source::{Part, Shape, Source};
@@ -248,7 +248,7 @@ fn source(scene: &Scene, distribution: &IntensityDistribution) -> Source {
 fn unequal(model: &Model, emitter: &Emitter, sectors: &Sectors, distribution: &IntensityDistribution) -> Source {
     let leds = matches!(emitter, Emitter::Leds { .. });
     let mut nodes = emitter.nodes(UNEQUAL_NODES);
-    let given_at = |node: &Node| model.given_at(node.position_mm.y.atan2(node.position_mm.x).to_degrees());
+    let given_at = |node: &Node| model.given_at(angles_deg(node.position_mm).0);
     let distance = |node: &Node| node.weight * node.position_mm.truncate().length();
     let given: f64 = nodes.iter().map(|node| node.weight * given_at(node)).sum();
     let farther = if leds {

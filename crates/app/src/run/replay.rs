@@ -78,34 +78,34 @@ impl Replay {
             .then(|| Outline::of(&run.header, self.path.as_str()));
         let recorded = self.recorded(&run);
         let scan = self.scan.get_or_insert_with(|| ScanState::of(&run.header));
-        let mut told: Vec<Live> = recorded.into_iter().map(|logged| scan.follow(logged)).collect();
+        let mut events: Vec<Live> = recorded.into_iter().map(|logged| scan.follow(logged)).collect();
         // The end is recorded in run.toml where the events could not be written, too.
         let ended = matches!(
             scan.state(),
             Some(State::Completed | State::Interrupted | State::Failed)
         );
         if let Some(stopped) = run.header.stopped.filter(|_| !ended) {
-            told.push(scan.follow(stopped.logged()));
+            events.push(scan.follow(stopped.logged()));
         }
-        Ok((outline, told))
+        Ok((outline, events))
     }
 
-    /// Events, rows and spectra that were not told yet, in the order of time.
+    /// Events, rows and spectra that were not given yet, in the order of time.
     fn recorded(&mut self, run: &Run) -> Vec<Logged> {
         let spectrum = |index: u64| run.spectra.iter().find(|record| record.index == index);
         let mut all: Vec<Logged> = event::read(&self.path).into_iter().skip(self.events).collect();
         self.events += all.len();
-        let mut told = std::mem::take(&mut self.spectra);
+        let mut given = std::mem::take(&mut self.spectra);
         all.retain_mut(|logged| match &mut logged.event {
             Event::Spectrum { index, record, .. } => {
                 *record = spectrum(*index).cloned().map(Box::new);
-                told.insert(*index)
+                given.insert(*index)
             }
             _ => true,
         });
         // A program that is killed has recorded a spectrum and not yet the event of it.
-        let untold = run.spectra.iter().filter(|record| told.insert(record.index));
-        all.extend(untold.map(|record| Logged {
+        let new = run.spectra.iter().filter(|record| given.insert(record.index));
+        all.extend(new.map(|record| Logged {
             time_utc: run.header.utc(record.time_s),
             event: Event::Spectrum {
                 index: record.index,
@@ -113,7 +113,7 @@ impl Replay {
                 record: Some(Box::new(record.clone())),
             },
         }));
-        self.spectra = told;
+        self.spectra = given;
         all.extend(
             run.readings
                 .rows

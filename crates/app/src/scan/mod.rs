@@ -111,7 +111,7 @@ pub struct ScanJob<'a> {
     pub operator: Option<&'a dyn Operator>,
     /// Pauses and ends the scan.
     pub control: &'a Control,
-    /// Is told what happens.
+    /// Receives what happens.
     pub progress: &'a dyn Progress,
 }
 
