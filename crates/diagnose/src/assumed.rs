@@ -296,7 +296,7 @@ impl Forward for AssumedModel {
         for (part, rows) in self.parts.iter().zip(row_ranges(&self.parts)) {
             for error in direction_errors(&model, part) {
                 let rows = error.errors.into_iter().map(|(row, value)| (start + row, value));
-                all.entry(error.direction).or_insert_with(Vec::new).extend(rows);
+                all.entry(error.number).or_insert_with(Vec::new).extend(rows);
             }
             start = rows.end;
         }

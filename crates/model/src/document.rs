@@ -114,6 +114,10 @@ pub struct Uncertainty {
     /// value, along γ and around C; its neighbours have the rest. In (0, 1]; without it directions are independent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction_share: Option<[f64; 2]>,
+    /// The same share of the mean of all half-planes along γ, which was smoothed by itself: more of its noise is left
+    /// than of what the half-planes differ from it. Without it, it has the share of `direction_share` along γ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_share: Option<f64>,
     /// Age of the lamp in s when each half-plane of the distribution was read, where they were read one after the other:
     /// what is not known of the lamp's change in time is wrong in them too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -151,6 +155,7 @@ impl Uncertainty {
             ("direction_cd", self.direction_cd, 1e9),
             ("direction_share", self.direction_share.map(|[along, _]| along), 1.0),
             ("direction_share", self.direction_share.map(|[_, around]| around), 1.0),
+            ("mean_share", self.mean_share, 1.0),
             ("luminous_diameter_mm", self.luminous_diameter_mm, 1e5),
             ("measured_at_mm", self.measured_at_mm, 1e7),
         ]

@@ -21,9 +21,11 @@ pub struct Smoothing {
     pub max_cd: f64,
     /// Largest difference relative to half the width of its interval: at most 1.
     pub max_of_half_width: f64,
-    /// The share that what is read in a direction has in its smoothed value, along γ and around C; the mean over the
-    /// directions, weighted by their intensity.
+    /// The share that what a half-plane differs from the mean of all has in its smoothed value, along γ and around C;
+    /// the mean over the directions, weighted by their intensity.
     pub own_share: [f64; 2],
+    /// The same share of the mean of all half-planes along γ.
+    pub mean_share: f64,
 }
 
 /// A distribution and the samples that stand at its nodes.

@@ -74,12 +74,11 @@ fn smooth(grid: &Grid) -> Result<(IntensityDistribution, Smoothing), SmoothError
     let meridians = Meridians::of(raw.c_deg(), raw.gamma_deg());
     let (of_means, shares) = means(&nodes, &meridians).ok_or(SmoothError)?;
     let (of_places, mut own_share) = deviations(&nodes, &meridians, raw.c_deg()).ok_or(SmoothError)?;
+    let mut mean = MeanShare::default();
+    for (share, ring) in shares.iter().zip(&nodes.rings) {
+        mean.add(*share, ring.mean_cd);
+    }
     if nodes.planes == 1 {
-        let mut mean = MeanShare::default();
-        shares
-            .iter()
-            .zip(&nodes.rings)
-            .for_each(|(share, ring)| mean.add(*share, ring.mean_cd));
         own_share[0] = mean.value();
     }
     let mut facts = Smoothing {
@@ -87,6 +86,7 @@ fn smooth(grid: &Grid) -> Result<(IntensityDistribution, Smoothing), SmoothError
         max_cd: 0.0,
         max_of_half_width: 0.0,
         own_share,
+        mean_share: mean.value(),
     };
     let mut smoothed = nodes.raw_cd.clone();
     for (place, (value, change)) in smoothed.iter_mut().zip(&of_places).enumerate() {

@@ -33,6 +33,7 @@ pub fn model_toml(reduction: &Reduction, run: &Run, run_files: &[(String, Vec<u8
     if let Some((_, facts)) = &reduction.grid.smoothed {
         let [along, around] = facts.own_share;
         text.push_str(&format!("direction_share = [{along:.4}, {around:.4}]\n"));
+        text.push_str(&format!("mean_share = {:.4}\n", facts.mean_share));
     }
     if let Some(ages) = half_plane_lamp_s(&reduction.grid) {
         let ages: Vec<String> = ages.iter().map(|age| format!("{age:.0}.0")).collect();
