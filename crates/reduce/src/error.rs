@@ -11,11 +11,25 @@ pub enum ReduceError {
     NoLight,
     /// The displacement of the light of sweeps against the positions is not known.
     #[error(
-        "block `{block}` was read in motion, and its first half-plane does not show by how much its light is displaced against the          positions: it was not swept in both directions, or has no slope; go on with --resume, or choose a first half-plane with light"
+        "block `{block}` was read in motion, and its first half-plane does not show by how much its light is displaced against the \
+         positions: it was not swept in both directions, or has no slope; go on with --resume, or choose a first half-plane with light"
     )]
     Sweeps {
         /// The block.
         block: String,
+    },
+    /// No sweep has light at a direction.
+    #[error(
+        "block `{block}`: no sweep of the half-plane C {c_deg}° has light near γ {gamma_deg}°, as its conversions there are lost or \
+         damaged; look at the meter and its line, and measure the half-plane again"
+    )]
+    NoSweep {
+        /// The block.
+        block: String,
+        /// Half-plane of the plan.
+        c_deg: f64,
+        /// Its first direction without light.
+        gamma_deg: f64,
     },
     /// A point of the grid has no number.
     #[error(

@@ -7,23 +7,23 @@
 mod basis;
 mod curve;
 mod delay;
+mod guard;
+mod merged;
+mod swept;
 mod track;
 
 use std::borrow::Cow;
 
 use isolux_record::plan::Block;
-use isolux_record::sweeps::SweepRecord;
-use isolux_record::{Electrical, Quality, Reading, ReadingKind, Role, Run, Station};
+use isolux_record::run::StopHow;
+use isolux_record::{Reading, Role, Run};
 
 use crate::error::ReduceError;
-use curve::{Curve, Window};
 use delay::{Delay, Shift};
-use track::Track;
+use guard::LeftOut;
+use merged::Fitted;
+use swept::Swept;
 
-/// Noise of a reading where the station states none, relative to it.
-const NOISE_REL: f64 = 0.002;
-/// Least noise that is believed, relative to the largest light of the sweep.
-const NOISE_LEAST: f64 = 1e-5;
 /// Speeds that differ by less are one.
 const SAME_SPEED: f64 = 0.02;
 /// Share of the largest light that γ = 0° needs to show the lamp's drift.
@@ -54,7 +54,8 @@ impl AtRest<'_> {
 /// The run with readings for its sweeps.
 ///
 /// # Errors
-/// [`ReduceError::Sweeps`] where the displacement of the light cannot be found.
+/// [`ReduceError::Sweeps`] where the displacement of the light cannot be found, [`ReduceError::NoSweep`] where no sweep
+/// of a scan that was finished has light.
 pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
     let mut notes = Vec::new();
     if run.sweeps.is_empty() {
@@ -64,6 +65,8 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
             notes,
         });
     }
+    let stopped = run.header.stopped.as_ref();
+    let complete = stopped.is_some_and(|stopped| stopped.how == StopHow::Completed);
     let mut rows: Vec<(Option<u64>, Reading)> = run
         .readings
         .rows
@@ -84,7 +87,7 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
         if tracked.is_empty() {
             continue;
         }
-        let (readings, note) = block_readings(block, &tracked)?;
+        let (readings, note) = block_readings(block, &tracked, complete)?;
         notes.push(note);
         let visited = run
             .readings
@@ -113,72 +116,6 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
     })
 }
 
-/// A sweep with the line of its positions and the windows of its light, not displaced yet.
-struct Swept<'a> {
-    record: &'a SweepRecord,
-    track: Track,
-    windows: Vec<Window>,
-}
-
-impl<'a> Swept<'a> {
-    fn of(record: &'a SweepRecord, station: &Station) -> Option<Self> {
-        let track = Track::of(record)?;
-        let meter = station.luxmeter();
-        let lit = |sample: &isolux_record::sweeps::LightSample| sample.illuminance_lx;
-        let largest = record.light.iter().filter_map(lit).fold(0.0, f64::max);
-        let windows = record.light.iter().filter_map(|sample| {
-            let value = sample.illuminance_lx?;
-            let noise = meter.noise_rel.unwrap_or(NOISE_REL) * value.abs();
-            let rounding = sample.digit_lx / 12.0_f64.sqrt();
-            let least = NOISE_LEAST * largest;
-            Some(Window {
-                from_deg: track.gamma_deg(sample.asked_s),
-                to_deg: track.gamma_deg(sample.asked_s + record.of.integration_s),
-                value,
-                sigma: noise.hypot(meter.noise_lx.unwrap_or(0.0)).hypot(rounding).hypot(least),
-            })
-        });
-        Some(Self {
-            record,
-            windows: windows.collect(),
-            track,
-        })
-    }
-
-    fn sign(&self) -> f64 {
-        self.track.speed_deg_s.signum()
-    }
-
-    /// The curve over those of `gamma_deg` that the sweep reached, with the light displaced by `shift_deg`.
-    fn curve(&self, gamma_deg: &[f64], shift_deg: f64) -> Option<(Curve, Vec<f64>)> {
-        let nodes = self.nodes(gamma_deg);
-        let by = self.sign() * shift_deg;
-        let (low, high) = (*nodes.first()?, *nodes.last()?);
-        let windows: Vec<Window> = self
-            .windows
-            .iter()
-            .map(|window| Window {
-                from_deg: window.from_deg + by,
-                to_deg: window.to_deg + by,
-                ..*window
-            })
-            .filter(|window| window.from_deg.min(window.to_deg) >= low && window.from_deg.max(window.to_deg) <= high)
-            .collect();
-        Some((Curve::through(&nodes, &windows)?, nodes))
-    }
-
-    /// The γ of the plan that the sweep was to reach.
-    fn nodes(&self, gamma_deg: &[f64]) -> Vec<f64> {
-        let [a, b] = self.record.of.gamma_deg;
-        let (low, high) = (a.min(b), a.max(b));
-        gamma_deg
-            .iter()
-            .copied()
-            .filter(|gamma| (low..=high).contains(gamma))
-            .collect()
-    }
-}
-
 /// The displacements of the pairs of a block, the fastest first.
 fn shifts(block: &Block, swept: &[Swept<'_>]) -> Vec<Shift> {
     let mut shifts: Vec<Shift> = Vec::new();
@@ -191,20 +128,18 @@ fn shifts(block: &Block, swept: &[Swept<'_>]) -> Vec<Shift> {
                 && (a.gamma_deg[0], a.gamma_deg[1]) == (b.gamma_deg[1], b.gamma_deg[0])
         });
         let Some(back) = back else { continue };
-        let Some(((there, nodes), (here, _))) = forward
-            .curve(&block.gamma_deg, 0.0)
-            .zip(back.curve(&block.gamma_deg, 0.0))
-        else {
+        let there = forward.along(&block.gamma_deg, 0.0);
+        let Some((there, here)) = there.zip(back.along(&block.gamma_deg, 0.0)) else {
             continue;
         };
-        shifts.extend(Shift::between(&there, &here, &nodes, speed));
+        shifts.extend(Shift::between(&there.curve, &here.curve, &there.nodes, speed));
     }
     shifts.sort_by(|a, b| b.speed_deg_s.total_cmp(&a.speed_deg_s));
     shifts
 }
 
 /// Readings at the directions of a block, and the sentence on its sweeps.
-fn block_readings(block: &Block, swept: &[Swept<'_>]) -> Result<(Vec<Reading>, String), ReduceError> {
+fn block_readings(block: &Block, swept: &[Swept<'_>], complete: bool) -> Result<(Vec<Reading>, String), ReduceError> {
     let shifts = shifts(block, swept);
     let Some(fast) = shifts.first() else {
         return Err(ReduceError::Sweeps {
@@ -225,43 +160,48 @@ fn block_readings(block: &Block, swept: &[Swept<'_>]) -> Result<(Vec<Reading>, S
             })
         })
     };
+    let fitted: Vec<Fitted<'_>> = swept
+        .iter()
+        .filter_map(|one| {
+            let shift = shift_at(one.track.speed_deg_s.abs())?;
+            let along = one.along(&block.gamma_deg, shift.shift_deg)?;
+            Some(Fitted { one, shift, along })
+        })
+        .collect();
     let mut readings = Vec::new();
     let mut parts = Parts::default();
-    for one in swept {
-        let Some(shift) = shift_at(one.track.speed_deg_s.abs()) else {
-            continue;
-        };
-        let Some((curve, nodes)) = one.curve(&block.gamma_deg, shift.shift_deg) else {
-            continue;
-        };
-        // Without light near its ends a curve goes on as it likes; its noise says so.
-        let largest = nodes.iter().map(|gamma| curve.at(*gamma)).fold(0.0, f64::max);
-        for &gamma in &nodes {
-            let noise = curve.u_noise(gamma);
-            let time =
-                shift.u_deg.hypot(one.track.rms_deg / (one.windows.len() as f64).sqrt()) * curve.slope(gamma).abs();
-            let smoothing = curve.u_smoothing(gamma);
-            parts.add([noise, time, smoothing], largest);
-            let time_s = one.track.time_s(gamma - one.sign() * shift.shift_deg);
-            let u_lx = noise.hypot(time).hypot(smoothing);
-            readings.push(one.reading(
-                Role::Point,
-                (one.record.of.c_target_deg, gamma),
-                time_s,
-                (curve.at(gamma), u_lx),
-            ));
-        }
-        let [low, high] = curve.range_deg();
-        if low <= 0.0 && high >= 0.0 && curve.at(0.0) > LEAST_REFERENCE * largest {
-            let time_s = one.track.time_s(-one.sign() * shift.shift_deg);
-            let light = (curve.at(0.0), curve.u_noise(0.0));
-            readings.push(one.reading(Role::Reference, (0.0, 0.0), time_s, light));
+    let largest = fitted.iter().map(Fitted::largest).fold(0.0, f64::max);
+    for &c_deg in &block.c_deg {
+        let of_plane: Vec<&Fitted<'_>> = fitted.iter().filter(|sweep| sweep.c_deg() == c_deg).collect();
+        for &gamma_deg in block.gamma_deg.iter().filter(|_| !of_plane.is_empty()) {
+            let giving = merged::giving(&of_plane, gamma_deg);
+            // A scan that is not finished goes on where a sweep is missing.
+            if giving.is_empty() && complete {
+                return Err(ReduceError::NoSweep {
+                    block: block.name.clone(),
+                    c_deg,
+                    gamma_deg,
+                });
+            }
+            for sweep in giving {
+                let [noise, time, smoothing] = sweep.parts(gamma_deg);
+                parts.add([noise, time, smoothing], largest);
+                let u_lx = noise.hypot(time).hypot(smoothing);
+                readings.push(sweep.reading(Role::Point, (c_deg, gamma_deg), u_lx));
+            }
         }
     }
-    Ok((readings, note(block, swept.len(), fast, delay, &parts)))
+    for sweep in &fitted {
+        let curve = &sweep.along.curve;
+        let [low, high] = curve.range_deg();
+        if low <= 0.0 && high >= 0.0 && sweep.covers(0.0) && curve.at(0.0) > LEAST_REFERENCE * sweep.largest() {
+            readings.push(sweep.reading(Role::Reference, (0.0, 0.0), curve.u_noise(0.0)));
+        }
+    }
+    Ok((readings, note(block, swept, fast, delay, &parts)))
 }
 
-/// Sums of squares of the parts of u, in shares of the largest light of their sweep.
+/// Sums of squares of the parts of u, in shares of the largest light.
 #[derive(Default)]
 struct Parts {
     squares: [f64; 3],
@@ -281,7 +221,7 @@ impl Parts {
     }
 }
 
-fn note(block: &Block, sweeps: usize, fast: &Shift, delay: Option<Delay>, parts: &Parts) -> String {
+fn note(block: &Block, swept: &[Swept<'_>], fast: &Shift, delay: Option<Delay>, parts: &Parts) -> String {
     let [noise, time, smoothing] = parts.percent();
     let separated = delay.map_or_else(
         || "at one speed delay and play are not separated".to_owned(),
@@ -295,10 +235,11 @@ fn note(block: &Block, sweeps: usize, fast: &Shift, delay: Option<Delay>, parts:
             )
         },
     );
+    let (sweeps, left_out) = (swept.len(), left_out(swept));
     format!(
         "block {:?} was read in motion, in {sweeps} sweeps at up to {:.2} °/s: its light is displaced against the positions by \
          {:.3} ± {:.3}° (k = 2), {separated}; u of a direction, in root mean squares of the largest light: noise {noise:.3} %, \
-         displacement {time:.3} %, smoothing {smoothing:.3} %; every value is deconvolved, none was read at rest",
+         displacement {time:.3} %, smoothing {smoothing:.3} %; every value is deconvolved, none was read at rest{left_out}",
         block.name,
         fast.speed_deg_s,
         fast.shift_deg,
@@ -306,36 +247,22 @@ fn note(block: &Block, sweeps: usize, fast: &Shift, delay: Option<Delay>, parts:
     )
 }
 
-impl Swept<'_> {
-    fn reading(&self, role: Role, (c_deg, gamma_deg): (f64, f64), time_s: f64, (lux, u_lx): (f64, f64)) -> Reading {
-        let of = &self.record.of;
-        Reading {
-            index: 0,
-            block: of.block.clone(),
-            kind: ReadingKind::Lit,
-            time_s: Some(time_s),
-            c_deg: if role == Role::Point { of.c_deg } else { c_deg },
-            gamma_deg,
-            distance_mm: of.distance_mm,
-            // The play is out of it.
-            travel: 0,
-            range: of.range,
-            ambient_c: of.ambient_c,
-            illuminance_lx: Some(lux),
-            u_lx: Some(u_lx),
-            quality: Quality::Ok,
-            role,
-            point: of.point,
-            repeat: 0,
-            c_target_deg: c_deg,
-            gamma_target_deg: gamma_deg,
-            digit_lx: None,
-            integration_s: Some(of.integration_s),
-            raw: String::new(),
-            session: of.session,
-            burning: Some(of.burning),
-            lamp_s: of.lamp_on_s.map(|on| time_s - on),
-            electrical: Electrical::default(),
-        }
+/// How many conversions no value is made of, and why; empty where there are none.
+fn left_out(swept: &[Swept<'_>]) -> String {
+    let mut sum = LeftOut::default();
+    for one in swept {
+        sum += one.left_out;
     }
+    if sum.count() == 0 {
+        return String::new();
+    }
+    let all: usize = swept.iter().map(|one| one.record.light.len()).sum();
+    format!(
+        "; {} of {all} conversions are left out: {} without a number (lost, late, or more bytes than were asked for), {} that \
+         answer an earlier request, {} that do not fit their neighbours (as with a wrong digit)",
+        sum.count(),
+        sum.without_number,
+        sum.early,
+        sum.astray
+    )
 }

@@ -22,6 +22,7 @@ pub use around::{Engine, ScanSummary};
 
 mod around;
 mod asleep;
+mod coverage;
 mod limit;
 mod outputs;
 mod paused;

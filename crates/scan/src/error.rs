@@ -120,6 +120,19 @@ pub enum ScanError {
         /// Why.
         why: String,
     },
+    /// Further sweeps have not filled the gaps of those before.
+    #[error(
+        "block `{block}`: {again} further sweeps have not filled the gaps that lost and damaged answers have left at {planes}; \
+         look at the meter and its line, and go on with --resume"
+    )]
+    Gaps {
+        /// Name of the block.
+        block: String,
+        /// Further sweeps that were made.
+        again: u32,
+        /// The half-planes, with their first γ without light.
+        planes: String,
+    },
     /// Spectra of one point do not agree.
     #[error(
         "the spectra of one point do not agree: {found:.0} counts above the dark level beside a median of {median:.0}, \
@@ -264,6 +277,7 @@ impl ScanError {
             | Self::Position { .. }
             | Self::Disturbed { .. }
             | Self::Torn { .. }
+            | Self::Gaps { .. }
             | Self::NoSpectroradiometer
             | Self::Exposure { .. }
             | Self::Panicked { .. }

@@ -19,6 +19,8 @@ pub struct Visit {
     pub gamma_deg: f64,
     /// The sweep, where the visit is one.
     pub pass: Option<Pass>,
+    /// A sweep beside those of the plan, because no sweep of its half-plane has light everywhere.
+    pub again: bool,
 }
 
 impl Visit {
@@ -44,6 +46,7 @@ pub fn visits(plan: &Plan) -> Vec<Visit> {
             c_deg: REFERENCE_DEG.0,
             gamma_deg: REFERENCE_DEG.1,
             pass: None,
+            again: false,
         };
         let mut since_reference = 0;
         if block.reference_every.is_some() {
@@ -61,6 +64,7 @@ pub fn visits(plan: &Plan) -> Vec<Visit> {
                 c_deg,
                 gamma_deg,
                 pass,
+                again: false,
             });
             point += 1;
             since_reference += 1;

@@ -11,23 +11,16 @@ use crate::devices::Devices;
 const EXCHANGE_S: f64 = 0.03;
 /// Conversions for each step of the grid, at least.
 const PER_STEP: f64 = 1.0;
-/// Steps of the grid over which light may be missing, because a conversion was lost.
-const MOST_GAP: f64 = 3.0;
 /// Share of its range that the largest light expected may fill: an estimate is uncertain.
 const FILLED: f64 = 0.7;
 
 /// The finest step of the block's γ, degrees.
-fn step_deg(block: &Block) -> f64 {
+pub(crate) fn step_deg(block: &Block) -> f64 {
     block
         .gamma_deg
         .windows(2)
         .map(|pair| pair[1] - pair[0])
         .fold(f64::INFINITY, f64::min)
-}
-
-/// The widest way without light in a sweep that can be used, degrees.
-pub(crate) fn gap_deg(block: &Block) -> f64 {
-    MOST_GAP * step_deg(block)
 }
 
 /// That the meter can follow every block of sweeps of `plan`. Nothing has moved yet.

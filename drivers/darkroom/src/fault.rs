@@ -15,7 +15,7 @@ pub struct Fault {
     pub at_s: f64,
     /// For how long, s; left out: once (`disconnect`, `stall`: for good).
     pub for_s: Option<f64>,
-    /// Delay of a late reply, s.
+    /// Delay of a late reply, or of the second of two, s.
     #[serde(default)]
     pub delay_s: f64,
     /// Probability for each reply inside the window.
@@ -77,8 +77,12 @@ pub enum FaultKind {
     DropByte,
     /// One bit of the reply is turned.
     FlipBit,
+    /// One digit of the reply is another one: it still reads as a number.
+    WrongDigit,
     /// The reply comes after `delay_s`.
     Late,
+    /// The reply comes twice, the second time `delay_s` after the first.
+    Double,
     /// The reply never comes.
     Silent,
     /// The link ends.

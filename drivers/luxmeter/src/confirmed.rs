@@ -11,7 +11,7 @@ use isolux_device::{DeviceError, LuxOutcome, LuxReading, LuxSample, awake};
 use isolux_transport::{BusError, TRIES, worth_another_try};
 use tokio::time::{Instant, sleep, sleep_until};
 
-use crate::language::{Failure, Language};
+use crate::language::{Converts, Failure, Language};
 use crate::meter::Meter;
 
 /// Exchanges of one reading within which two in a row must agree.
@@ -103,6 +103,13 @@ impl State {
         self.asked = Some(asked);
         if self.surplus(meter) {
             return Err(too_much());
+        }
+        let timing = meter.language.timing();
+        if timing.converts == Converts::OnRequest && reading.ended < asked + timing.integration {
+            // Every answer after it would be that to the request before, so the line is put in step again.
+            let failure =
+                Failure::malformed("it came before its light could be integrated: it answers an earlier request");
+            return Err(meter.link.failure("read", failure, reading.evidence));
         }
         self.in_doubt = false;
         Ok(LuxSample {

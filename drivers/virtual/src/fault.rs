@@ -22,6 +22,8 @@ pub enum Delivery {
         bytes: Vec<u8>,
         /// Extra delay, s.
         delay_s: f64,
+        /// So long after that it is sent once more, s.
+        again_s: Option<f64>,
     },
     /// It is not sent.
     Lost,
@@ -48,7 +50,7 @@ impl LinkFaults {
     pub fn delivery(&mut self, mut bytes: Vec<u8>, now_s: f64) -> Delivery {
         let reply = self.replies;
         self.replies += 1;
-        let mut delay_s = 0.0;
+        let (mut delay_s, mut again_s) = (0.0, None);
         for (number, (fault, done)) in self.faults.iter_mut().enumerate() {
             let [chance, place] = self.noise.uniform_pair(reply, number as u32);
             let of_reply = !matches!(fault.kind, FaultKind::Stall | FaultKind::Alarm | FaultKind::Saturate);
@@ -66,13 +68,19 @@ impl LinkFaults {
                         *byte ^= 1 << (reply % 7);
                     }
                 }
+                FaultKind::WrongDigit => change_digit(&mut bytes, place, reply),
                 FaultKind::Late => delay_s += fault.delay_s,
+                FaultKind::Double => again_s = Some(fault.delay_s),
                 FaultKind::Silent => return Delivery::Lost,
                 FaultKind::Disconnect => return Delivery::Disconnected,
                 FaultKind::DropByte | FaultKind::Stall | FaultKind::Alarm | FaultKind::Saturate => {}
             }
         }
-        Delivery::Sent { bytes, delay_s }
+        Delivery::Sent {
+            bytes,
+            delay_s,
+            again_s,
+        }
     }
 
     /// One more from now on.
@@ -119,6 +127,15 @@ impl LinkFaults {
         {
             *done = true;
         }
+    }
+}
+
+/// Makes one decimal digit of `bytes`, at the share `place` of them, another one.
+fn change_digit(bytes: &mut [u8], place: f64, reply: u64) {
+    let digits: Vec<usize> = (0..bytes.len()).filter(|&at| bytes[at].is_ascii_digit()).collect();
+    if let Some(&at) = digits.get((place * digits.len() as f64) as usize) {
+        let by = 1 + (reply % 9) as u8;
+        bytes[at] = b'0' + (bytes[at] - b'0' + by) % 10;
     }
 }
 
@@ -221,7 +238,8 @@ mod tests {
             link.delivery(whole.clone(), 4.0),
             Delivery::Sent {
                 bytes: whole.clone(),
-                delay_s: 0.0
+                delay_s: 0.0,
+                again_s: None
             }
         );
         let Delivery::Sent { bytes, .. } = link.delivery(whole.clone(), 6.0) else {
@@ -232,9 +250,34 @@ mod tests {
             link.delivery(whole.clone(), 7.0),
             Delivery::Sent {
                 bytes: whole,
-                delay_s: 0.0
+                delay_s: 0.0,
+                again_s: None
             }
         );
+    }
+
+    #[test]
+    fn a_wrong_digit_is_a_digit_and_a_double_comes_twice() {
+        let kinds = |kind: &str| {
+            format!("[[fault]]\ninstrument = \"luxmeter\"\nkind = \"{kind}\"\nfor_s = 9.0\ndelay_s = 0.05\n")
+        };
+        let sent = b"+1.2345E+02;3\n";
+        let mut places = std::collections::BTreeSet::new();
+        let mut link = faults(&kinds("wrong_digit"));
+        for _ in 0..100 {
+            let Delivery::Sent { bytes, .. } = link.delivery(sent.to_vec(), 1.0) else {
+                panic!()
+            };
+            let other: Vec<usize> = (0..sent.len()).filter(|&at| bytes[at] != sent[at]).collect();
+            assert!(other.len() == 1 && bytes.len() == sent.len() && bytes[other[0]].is_ascii_digit());
+            places.extend(other);
+        }
+        assert_eq!(places.len(), 8, "every digit in its turn: {places:?}");
+        let mut link = faults(&kinds("double"));
+        let Delivery::Sent { bytes, again_s, .. } = link.delivery(sent.to_vec(), 1.0) else {
+            panic!()
+        };
+        assert_eq!((bytes.as_slice(), again_s), (&sent[..], Some(0.05)));
     }
 
     #[test]
@@ -249,7 +292,8 @@ mod tests {
             other.delivery(vec![1], 5.0),
             Delivery::Sent {
                 bytes: vec![1],
-                delay_s: 0.0
+                delay_s: 0.0,
+                again_s: None
             }
         );
     }

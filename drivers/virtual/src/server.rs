@@ -150,12 +150,18 @@ impl VirtualRoom {
                 let bytes = make(&lock(&self.world));
                 let delivery = lock(&device.faults).delivery(bytes, self.now_s());
                 match delivery {
-                    Delivery::Sent { bytes, delay_s } => {
-                        if delay_s > 0.0 {
-                            self.wait_until(self.now_s() + delay_s).await;
-                        }
-                        if stream.write_all(&bytes).await.is_err() || stream.flush().await.is_err() {
-                            return;
+                    Delivery::Sent {
+                        bytes,
+                        delay_s,
+                        again_s,
+                    } => {
+                        for delay_s in [Some(delay_s), again_s].into_iter().flatten() {
+                            if delay_s > 0.0 {
+                                self.wait_until(self.now_s() + delay_s).await;
+                            }
+                            if stream.write_all(&bytes).await.is_err() || stream.flush().await.is_err() {
+                                return;
+                            }
                         }
                     }
                     Delivery::Lost => {}

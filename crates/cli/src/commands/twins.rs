@@ -43,8 +43,8 @@ enum What {
 Each twin is offered on a pty, or with --tcp on the loopback address. A darkroom.toml holds the seed, the lamp, the \
 instruments, their faults and their flaws; without one it is the built-in darkroom. Ends with 130 when interrupted.\n\n\
 With --faults, lines on standard input are faults from then on: `luxmeter silent`, `luxmeter late delay_s=0.8 for_s=10`, \
-`axes flip_bit probability=0.2 for_s=60`, `axes stall at_s=5`. Kinds: drop_byte, flip_bit, late, silent, disconnect; stall, \
-alarm (axes); saturate (meters). Without for_s a fault happens once; disconnect and saturate last. `clear` ends all of them."
+`axes flip_bit probability=0.2 for_s=60`, `axes stall at_s=5`. Kinds: drop_byte, flip_bit, wrong_digit, late, double, silent, \
+disconnect; stall, alarm (axes); saturate (meters). Without for_s a fault happens once; disconnect and saturate last. `clear` ends all of them."
 )]
 struct Serve {
     /// The room; without it the built-in one.

@@ -18,6 +18,13 @@ pub struct Window {
     pub sigma: f64,
 }
 
+impl Window {
+    /// Middle of the way, degrees.
+    pub fn middle_deg(&self) -> f64 {
+        0.5 * (self.from_deg + self.to_deg)
+    }
+}
+
 /// The light along a sweep.
 #[derive(Debug, Clone)]
 pub struct Curve {
@@ -83,7 +90,7 @@ impl Curve {
             .zip(windows.iter().zip(&rows))
             .map(|(error, (window, row))| {
                 let explained = window.sigma * window.sigma + row.variance(&covariance);
-                (0.5 * (window.from_deg + window.to_deg), error * error - explained)
+                (window.middle_deg(), error * error - explained)
             })
             .collect();
         let [low, high] = basis.range_deg();

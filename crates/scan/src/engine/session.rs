@@ -8,6 +8,7 @@ use isolux_record::{Event, Logged, ReadingKind, Role};
 use tokio::time::Instant;
 
 use super::around::{Engine, ScanSummary};
+use super::coverage::Coverage;
 use super::progress::Progress;
 use super::reference::References;
 
@@ -49,6 +50,8 @@ pub(super) struct Session<'a> {
     pub warm_up_s: Option<f64>,
     /// Ranges above the expected one that sweeps need, because their light was over range.
     pub range_up: u8,
+    /// Where sweeps have light.
+    pub coverage: Coverage,
     /// How far the computer's clock is ahead of the run's, by the last look.
     pub wall_ahead_s: f64,
 }
@@ -86,6 +89,7 @@ impl<'a> Session<'a> {
             visits_again: 0,
             warm_up_s: None,
             range_up: 0,
+            coverage: Coverage::default(),
             wall_ahead_s: 0.0,
         }
     }
@@ -108,6 +112,7 @@ impl<'a> Session<'a> {
     pub async fn day(&mut self, plan: &Plan, resumed: Option<&Run>) -> Result<(), ScanError> {
         let visits = visits(plan);
         let progress = Progress::of(resumed);
+        self.coverage = Coverage::of(resumed);
         self.total = visits.iter().filter(|visit| visit.role == Role::Point).count() as u64;
         self.event(Event::Began {
             points: self.total,
@@ -115,10 +120,15 @@ impl<'a> Session<'a> {
         })?;
         self.awake(async |session| session.begin(resumed).await).await?;
         let mut current = None;
-        for visit in &visits {
+        for (place, visit) in visits.iter().enumerate() {
             let block = &plan.blocks()[visit.block];
-            if progress.has(visit, block) {
+            let is_sweep = |later: &Visit| later.block == visit.block && later.pass.is_some();
+            let last_sweep = is_sweep(visit) && !visits[place + 1..].iter().any(is_sweep);
+            let made = progress.has(visit, block);
+            if made {
                 self.done += u64::from(visit.role == Role::Point);
+            }
+            if made && !(last_sweep && self.coverage.lacks(block)) {
                 continue;
             }
             self.look_at_wall_clock()?;
@@ -136,12 +146,17 @@ impl<'a> Session<'a> {
                 }
                 current = Some(visit.block);
             }
-            let already = progress.readings(visit);
-            self.awake(async |session| {
-                session.prove_lamp(block, visit).await?;
-                session.visit(block, visit, already).await
-            })
-            .await?;
+            if !made {
+                let already = progress.readings(visit);
+                self.awake(async |session| {
+                    session.prove_lamp(block, visit).await?;
+                    session.visit(block, visit, already).await
+                })
+                .await?;
+            }
+            if last_sweep {
+                self.fill_gaps(block, &visits).await?;
+            }
         }
         Ok(())
     }
@@ -268,6 +283,7 @@ impl Visit {
             c_deg,
             gamma_deg,
             pass: None,
+            again: false,
             ..*self
         }
     }

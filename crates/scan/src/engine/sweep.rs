@@ -15,7 +15,7 @@ use tokio::time::{Instant, sleep};
 use super::session::Session;
 use crate::error::ScanError;
 use crate::itinerary::Visit;
-use crate::sweeps::{self, gap_deg};
+use crate::sweeps;
 
 /// Between two positions: other devices on the same line have their turn.
 const BETWEEN_POSITIONS: Duration = Duration::from_millis(15);
@@ -26,8 +26,11 @@ const SAMPLE_WITHIN: Duration = Duration::from_secs(3);
 /// Failures in a row after which the meter is taken for lost.
 const MOST_FAILURES: u32 = 5;
 
-/// Share of the conversions of a sweep that may be missing.
-const MOST_MISSING: f64 = 0.1;
+/// Share of the way of a sweep that may be without light: another one fills it.
+const MOST_WITHOUT: f64 = 0.2;
+
+/// Ways without light from which on they count, in those between most conversions.
+const GAP: f64 = 2.5;
 
 /// What the instruments gave while γ moved.
 #[derive(Default)]
@@ -114,7 +117,7 @@ impl Session<'_> {
         };
         let over_range = caught.over_range.get();
         let mut record = self.record(of, caught);
-        let outcome = outcome.and_then(|()| match missing(&record, block, over_range) {
+        let outcome = outcome.and_then(|()| match missing(&record, over_range) {
             None => Ok(()),
             Some(why) => Err(ScanError::Torn {
                 c_deg: visit.c_deg,
@@ -203,8 +206,14 @@ impl Session<'_> {
                 answered_s: self.time_s(at),
                 gamma_deg,
             });
+        let held = of.range;
         let light = caught.light.into_inner().into_iter().map(|caught| {
             let (illuminance_lx, digit_lx, raw) = match caught.sample {
+                Ok(sample) if ![0, held].contains(&i32::from(sample.range)) => {
+                    // A range is held: this is another one's answer, or a damaged one.
+                    let said = hex::encode(&sample.evidence);
+                    (None, 0.0, format!("in range {}: {said}", sample.range))
+                }
                 Ok(sample) => {
                     let lux = match sample.outcome {
                         LuxOutcome::Measured(lux) => Some(lux.value() * factor),
@@ -237,6 +246,10 @@ impl Session<'_> {
             ..
         } = record.of;
         let (samples, positions) = (record.light.len(), record.positions.len());
+        let mut blocks = self.run.header().plan.blocks().iter();
+        if let Some(block) = blocks.find(|block| block.name == record.of.block) {
+            self.coverage.add(block, &record);
+        }
         let index = self.run.sweep(record)?;
         self.note(&format!(
             "sweep {} at C {c_target_deg}°, γ {}° to {}°: {samples} conversions, {positions} positions",
@@ -248,7 +261,7 @@ impl Session<'_> {
 }
 
 /// Why a sweep cannot be used, if it cannot.
-fn missing(record: &SweepRecord, block: &Block, over_range: bool) -> Option<String> {
+fn missing(record: &SweepRecord, over_range: bool) -> Option<String> {
     if over_range {
         return Some(format!(
             "the light is over range {}; the next try takes the range above",
@@ -257,14 +270,20 @@ fn missing(record: &SweepRecord, block: &Block, over_range: bool) -> Option<Stri
     }
     let whole = record.light.iter().filter(|sample| sample.illuminance_lx.is_some());
     let asked: Vec<f64> = whole.map(|sample| sample.asked_s).collect();
-    let lost = record.light.len() - asked.len();
-    if lost as f64 > MOST_MISSING * record.light.len() as f64 || asked.len() < 4 {
-        return Some(format!("{lost} of {} conversions have no number", record.light.len()));
-    }
-    let widest_s = asked.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-    let widest_deg = widest_s * record.of.speed_deg_s;
-    let allowed_deg = gap_deg(block);
-    (widest_deg > allowed_deg).then(|| {
-        format!("there is no light over {widest_deg:.2}° of the way, and more than {allowed_deg:.2}° cannot be filled")
+    let first_and_last = |all: &[LightSample]| Some((all.first()?.asked_s, all.last()?.answered_s));
+    let Some((began_s, ended_s)) = first_and_last(&record.light).filter(|_| asked.len() > 8) else {
+        return Some(format!("{} conversions have a number", asked.len()));
+    };
+    let mut between: Vec<f64> = asked.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    between.push(ended_s - asked.last().copied().unwrap_or(ended_s));
+    between.sort_by(f64::total_cmp);
+    let usual_s = between[between.len() / 2];
+    let without_s: f64 = between.iter().filter(|way| **way > GAP * usual_s).sum();
+    (without_s > MOST_WITHOUT * (ended_s - began_s)).then(|| {
+        format!(
+            "there is no light over {:.0}° of the way, and at most {:.0} % of it can be filled by another sweep",
+            without_s * record.of.speed_deg_s,
+            100.0 * MOST_WITHOUT
+        )
     })
 }

@@ -64,7 +64,7 @@ impl Session<'_> {
                     }
                     self.keep(taken)?;
                     if now == *visit {
-                        self.done += u64::from(visit.role == Role::Point);
+                        self.done += u64::from(visit.counts());
                         return Ok(());
                     }
                 }

@@ -1,0 +1,71 @@
+//! Which sweep gives which direction: where one has no light, another one of its half-plane gives it.
+
+use isolux_record::{Reading, Role};
+
+use super::delay::Shift;
+use super::swept::{Along, Swept};
+
+/// The widest way without light from which a direction is given where no sweep has less, in those that are bridged
+/// anyway: as many as are bridged where two conversions in a row are left out.
+const WIDEST: f64 = 1.5;
+
+/// A sweep whose light is displaced to where it belongs.
+pub struct Fitted<'a> {
+    pub one: &'a Swept<'a>,
+    pub shift: Shift,
+    pub along: Along,
+}
+
+impl Fitted<'_> {
+    /// Half-plane of the plan, degrees.
+    pub fn c_deg(&self) -> f64 {
+        self.one.record.of.c_target_deg
+    }
+
+    /// Whether the light at γ lies between conversions as near to each other as most.
+    pub fn covers(&self, gamma_deg: f64) -> bool {
+        self.along.ways.gap_deg(gamma_deg) <= self.along.ways.bridged_deg()
+    }
+
+    /// The largest light at a direction.
+    pub fn largest(&self) -> f64 {
+        let at = |gamma: &f64| self.along.curve.at(*gamma);
+        self.along.nodes.iter().map(at).fold(0.0, f64::max)
+    }
+
+    /// Standard uncertainty of the light at γ: by noise, by the displacement, by the smoothing.
+    pub fn parts(&self, gamma_deg: f64) -> [f64; 3] {
+        let (one, curve) = (self.one, &self.along.curve);
+        let of_line = one.track.rms_deg / (one.windows.len() as f64).sqrt();
+        [
+            curve.u_noise(gamma_deg),
+            self.shift.u_deg.hypot(of_line) * curve.slope(gamma_deg).abs(),
+            curve.u_smoothing(gamma_deg),
+        ]
+    }
+
+    /// The reading at a direction of the plan.
+    pub fn reading(&self, role: Role, (c_deg, gamma_deg): (f64, f64), u_lx: f64) -> Reading {
+        let time_s = self
+            .one
+            .track
+            .time_s(gamma_deg - self.one.sign() * self.shift.shift_deg);
+        let light = (self.along.curve.at(gamma_deg), u_lx);
+        self.one.reading(role, (c_deg, gamma_deg), time_s, light)
+    }
+}
+
+/// The sweeps of a half-plane that give the light at γ: all that have light there, else the one with the narrowest way
+/// without; none where that is too wide.
+pub fn giving<'f, 'a>(of_plane: &[&'f Fitted<'a>], gamma_deg: f64) -> Vec<&'f Fitted<'a>> {
+    let reach = |sweep: &&&Fitted<'_>| sweep.along.nodes.contains(&gamma_deg);
+    let there: Vec<&Fitted<'_>> = of_plane.iter().filter(reach).copied().collect();
+    let whole: Vec<&Fitted<'_>> = there.iter().filter(|sweep| sweep.covers(gamma_deg)).copied().collect();
+    if !whole.is_empty() {
+        return whole;
+    }
+    let gap = |sweep: &&Fitted<'_>| sweep.along.ways.gap_deg(gamma_deg);
+    let narrowest = there.into_iter().min_by(|a, b| gap(a).total_cmp(&gap(b)));
+    let fits = |sweep: &&Fitted<'_>| gap(sweep) <= WIDEST * sweep.along.ways.bridged_deg();
+    narrowest.filter(fits).into_iter().collect()
+}

@@ -1,0 +1,182 @@
+//! Where sweeps have light, and sweeping once more where none has.
+//!
+//! An answer that is lost or damaged leaves a gap of some degrees. A sweep with gaps is kept: another one of the same
+//! half-plane has its own gaps elsewhere.
+
+use std::collections::HashMap;
+
+use isolux_record::plan::{Block, Pass};
+use isolux_record::sweeps::SweepRecord;
+use isolux_record::{Role, Run};
+
+use super::session::Session;
+use crate::error::ScanError;
+use crate::itinerary::Visit;
+use crate::sweeps::step_deg;
+
+/// Further sweeps of a block, at most, before the scan ends.
+const MOST_AGAIN: u32 = 12;
+/// The widest way without light, in those between most conversions: a curve bridges one that is lost.
+const BRIDGED: f64 = 2.5;
+/// Steps of γ that a further sweep reaches to both sides of its gaps: a curve is held from both sides.
+const MARGIN: usize = 8;
+
+/// By block and half-plane: what its sweeps have light at.
+#[derive(Debug, Default)]
+pub(super) struct Coverage {
+    planes: HashMap<(String, u64), Plane>,
+}
+
+#[derive(Debug, Default)]
+struct Plane {
+    /// γ of the plan at which a sweep has light, by their number in the block.
+    lit: Vec<bool>,
+    /// Sweeps of it so far.
+    count: u32,
+    /// Direction of the last one.
+    sign: f64,
+}
+
+impl Coverage {
+    /// What the sweeps of `resumed` have.
+    pub fn of(resumed: Option<&Run>) -> Self {
+        let mut coverage = Self::default();
+        if let Some(run) = resumed {
+            for block in run.header.plan.blocks() {
+                let of_block = run.sweeps.iter().filter(|sweep| sweep.of.block == block.name);
+                of_block.for_each(|sweep| coverage.add(block, sweep));
+            }
+        }
+        coverage
+    }
+
+    /// Takes account of one more sweep.
+    pub fn add(&mut self, block: &Block, sweep: &SweepRecord) {
+        let key = (block.name.clone(), sweep.of.c_target_deg.to_bits());
+        let plane = self.planes.entry(key).or_default();
+        plane.lit.resize(block.gamma_deg.len(), false);
+        plane.count += 1;
+        plane.sign = (sweep.of.gamma_deg[1] - sweep.of.gamma_deg[0]).signum();
+        let lit_deg = lit_deg(sweep);
+        let mut between: Vec<f64> = lit_deg.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        between.sort_by(f64::total_cmp);
+        let usual_deg = between.get(between.len() / 2).copied().unwrap_or(f64::INFINITY);
+        let allowed_deg = step_deg(block).max(BRIDGED * usual_deg);
+        for (lit, gamma_deg) in plane.lit.iter_mut().zip(&block.gamma_deg) {
+            let next = lit_deg.partition_point(|at| at < gamma_deg);
+            let around = next
+                .checked_sub(1)
+                .and_then(|before| Some((lit_deg[before], *lit_deg.get(next)?)));
+            *lit |= around.is_some_and(|(before, after)| after - before <= allowed_deg);
+        }
+    }
+
+    /// Whether a half-plane of `block` that was swept has no light somewhere.
+    pub fn lacks(&self, block: &Block) -> bool {
+        self.lacking(block).is_some()
+    }
+
+    /// The sweep that would fill the gaps of a half-plane of `block`: of those, the one that was swept least often.
+    fn lacking(&self, block: &Block) -> Option<Pass> {
+        let speed_deg_s = block.sweep_deg_s?;
+        let lacking = |c_deg: &f64| {
+            let plane = self.planes.get(&(block.name.clone(), c_deg.to_bits()))?;
+            let first = plane.lit.iter().position(|lit| !lit)?;
+            let last = plane.lit.iter().rposition(|lit| !lit)?;
+            let low = block.gamma_deg[first.saturating_sub(MARGIN)];
+            let high = block.gamma_deg[(last + MARGIN).min(block.gamma_deg.len() - 1)];
+            let gamma_deg = if plane.sign > 0.0 { [high, low] } else { [low, high] };
+            let pass = Pass {
+                c_deg: *c_deg,
+                gamma_deg,
+                speed_deg_s,
+            };
+            Some((plane.count, pass))
+        };
+        let passes = block.c_deg.iter().filter_map(lacking);
+        passes.min_by_key(|(count, _)| *count).map(|(_, pass)| pass)
+    }
+
+    /// The half-planes of `block` with their first γ without light, as words.
+    fn words(&self, block: &Block) -> String {
+        let of = |c_deg: &f64| {
+            let plane = self.planes.get(&(block.name.clone(), c_deg.to_bits()))?;
+            let first = plane.lit.iter().position(|lit| !lit)?;
+            Some(format!("C {c_deg}° near γ {}°", block.gamma_deg[first]))
+        };
+        block.c_deg.iter().filter_map(of).collect::<Vec<String>>().join(", ")
+    }
+}
+
+/// γ at the middle of each conversion with a number, rising; those of an axis that stood still are none.
+fn lit_deg(sweep: &SweepRecord) -> Vec<f64> {
+    let positions = &sweep.positions;
+    let at = |time_s: f64| {
+        let next = positions.partition_point(|position| position.answered_s < time_s);
+        let (before, after) = (positions.get(next.checked_sub(1)?)?, positions.get(next)?);
+        let share = (time_s - before.answered_s) / (after.answered_s - before.answered_s);
+        Some(before.gamma_deg + share * (after.gamma_deg - before.gamma_deg))
+    };
+    let whole = sweep.light.iter().filter(|sample| sample.illuminance_lx.is_some());
+    let mut lit_deg: Vec<f64> = whole
+        .filter_map(|sample| at(sample.asked_s + 0.5 * sweep.of.integration_s))
+        .collect();
+    lit_deg.sort_by(f64::total_cmp);
+    // Before and after its motion the axis rests.
+    lit_deg.dedup_by(|a, b| *a - *b < 1e-3);
+    lit_deg
+}
+
+impl Session<'_> {
+    /// Sweeps the half-planes of `block` once more in which no sweep has light somewhere. `visits` are those of the plan.
+    ///
+    /// # Errors
+    /// [`ScanError::Gaps`] where there are gaps left; what a sweep fails with.
+    pub(super) async fn fill_gaps(&mut self, block: &Block, visits: &[Visit]) -> Result<(), ScanError> {
+        for again in 0..MOST_AGAIN {
+            let Some(pass) = self.coverage.lacking(block) else {
+                return Ok(());
+            };
+            let is_of_plane = |visit: &&Visit| visit.pass.is_some_and(|of| of.c_deg == pass.c_deg);
+            let Some(planned) = visits.iter().rev().find(is_of_plane) else {
+                return Ok(());
+            };
+            self.look_at_wall_clock()?;
+            self.awake(async |session| session.pause_if_asked().await).await?;
+            self.note(&format!(
+                "C {}° is swept once more from γ {}° to {}°: no sweep of it has light everywhere",
+                pass.c_deg, pass.gamma_deg[0], pass.gamma_deg[1]
+            ))?;
+            let visit = Visit {
+                pass: Some(pass),
+                gamma_deg: pass.gamma_deg[0],
+                again: true,
+                ..*planned
+            };
+            let follows_drift = block.reference_every.is_some_and(|every| again % every == 0);
+            self.awake(async |session| {
+                session.prove_lamp(block, &visit).await?;
+                if follows_drift {
+                    session.visit(block, &visit.reference_before(), (0, &[])).await?;
+                }
+                session.visit(block, &visit, (0, &[])).await
+            })
+            .await?;
+        }
+        if !self.coverage.lacks(block) {
+            return Ok(());
+        }
+        Err(ScanError::Gaps {
+            block: block.name.clone(),
+            again: MOST_AGAIN,
+            planes: self.coverage.words(block),
+        })
+    }
+}
+
+impl Visit {
+    /// Whether it counts among the points of the plan.
+    pub(super) fn counts(&self) -> bool {
+        self.role == Role::Point && !self.again
+    }
+}
