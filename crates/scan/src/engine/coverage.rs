@@ -64,10 +64,14 @@ impl Coverage {
         let allowed_deg = step_deg(block).max(BRIDGED * usual_deg);
         for (lit, gamma_deg) in plane.lit.iter_mut().zip(&block.gamma_deg) {
             let next = lit_deg.partition_point(|at| at < gamma_deg);
-            let around = next
-                .checked_sub(1)
-                .and_then(|before| Some((lit_deg[before], *lit_deg.get(next)?)));
-            *lit |= around.is_some_and(|(before, after)| after - before <= allowed_deg);
+            let gap_deg = match (next.checked_sub(1).map(|before| lit_deg[before]), lit_deg.get(next)) {
+                (Some(before), Some(after)) => after - before,
+                // At its ends a curve is held from one side.
+                (Some(one), None) => 1.5 * (gamma_deg - one),
+                (None, Some(one)) => 1.5 * (one - gamma_deg),
+                (None, None) => f64::INFINITY,
+            };
+            *lit |= gap_deg <= allowed_deg;
         }
     }
 
