@@ -76,6 +76,11 @@ impl Nodes {
 }
 
 impl Rule {
+    /// Nodes with those that fill up the vector units.
+    pub fn lanes(&self) -> usize {
+        LANES * self.w.len()
+    }
+
     /// Relative error on a smooth integrand, when the reach is `ratio` of the distance to its nearest singularity: n
     /// points a side are exact to degree 2n − 1.
     pub fn smooth(&self, ratio: f64) -> f64 {

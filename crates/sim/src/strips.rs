@@ -14,13 +14,14 @@ use crate::patch::{Light, Patch};
 use crate::rules::Estimate;
 
 /// Mean of `light` over all lines of sight p + e, p over `pixel` and e over `emitter`, with an error below `relative`
-/// of it or below `floor` (lx), or a bound that says by how much it is not.
+/// of it or below `floor` (lx), or a bound that says by how much it is not. `leaves`: whether places are also taken along
+/// leaves of even turn.
 pub(crate) fn mean(
     light: Light<'_>,
     pixel: &Patch,
     emitter: &Patch,
-    relative: f64,
-    floor: f64,
+    [relative, floor]: [f64; 2],
+    leaves: bool,
     scratch: &mut Scratch,
 ) -> Estimate {
     let along = common_direction(pixel, emitter);
@@ -67,7 +68,7 @@ pub(crate) fn mean(
         let [(y, dy), (z, dz)] = [0, 1].map(|k: usize| fan.place(k, u[k]));
         dy * dz * chords([y, z])
     });
-    if found.error <= floor.max(relative * found.value.abs()) {
+    if !leaves || found.error <= floor.max(relative * found.value.abs()) {
         return found;
     }
     // Many kinks across both: along leaves of even turn.

@@ -3,6 +3,7 @@
 
 mod prepared;
 mod route;
+mod routes;
 mod tiles;
 mod trust;
 
@@ -13,7 +14,8 @@ use crate::crossings::Scratch;
 use crate::sensor::Sensor;
 use crate::source::Source;
 
-pub use self::prepared::{DIM, Route};
+pub use self::prepared::DIM;
+pub use self::routes::Routes;
 pub use crate::bound::Bound;
 pub use crate::rules::Estimate;
 pub use isolux_model::Accuracy;
@@ -45,12 +47,16 @@ pub fn solve(source: &Source, sensor: &Sensor, accuracy: Accuracy) -> Map {
 /// # Panics
 /// If `map` has another length.
 pub fn solve_into(source: &Source, sensor: &Sensor, accuracy: Accuracy, map: &mut [f64]) -> Bound {
+    solve_by(source, sensor, accuracy, Routes::ALL, map)
+}
+
+/// [`solve_into`] by some of the routes alone: what each of them is for can be measured.
+///
+/// # Panics
+/// If `map` has another length than the sensor has pixels.
+pub fn solve_by(source: &Source, sensor: &Sensor, accuracy: Accuracy, routes: Routes, map: &mut [f64]) -> Bound {
     assert_eq!(map.len(), sensor.pixels(), "one number a pixel");
-    tiles::fill(
-        &Prepared::new(source, sensor, accuracy, Route::Chosen, 1.0),
-        sensor,
-        map,
-    )
+    tiles::fill(&Prepared::new(source, sensor, accuracy, routes, 1.0), sensor, map)
 }
 
 /// The mean over one pixel in lx with its bound, to errors `share` times those of a map of this accuracy.
@@ -59,16 +65,16 @@ pub fn pixel(
     sensor: &Sensor,
     [ix, iy]: [usize; 2],
     accuracy: Accuracy,
-    route: Route,
+    routes: Routes,
     share: f64,
 ) -> Estimate {
-    let prepared = Prepared::new(source, sensor, accuracy, route, share);
+    let prepared = Prepared::new(source, sensor, accuracy, routes, share);
     prepared.pixel(ix as f64 + 0.5, iy as f64 + 0.5, &mut Scratch::default())
 }
 
 /// Every pixel by itself with cuts at every kink, no quick rules, no interpolation between pixels.
 pub fn solve_each(source: &Source, sensor: &Sensor) -> Map {
-    let prepared = Prepared::new(source, sensor, Accuracy::Reference, Route::Chords, 1.0);
+    let prepared = Prepared::new(source, sensor, Accuracy::Reference, Routes::CHORDS, 1.0);
     let mut illuminance_lx = vec![0.0; sensor.pixels()];
     let bound = illuminance_lx
         .par_chunks_mut(sensor.nx)

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use isolux_model::Accuracy;
 
+use super::routes::Routes;
 use super::trust::Trusts;
 use crate::angles::Lanes;
 use crate::bound::Allowed;
@@ -20,16 +21,9 @@ use crate::table::Table;
 /// Share of the map's largest pixel below which the error that an accuracy allows no longer falls with the pixel.
 pub const DIM: f64 = 1e-3;
 
-/// How a single pixel is computed, where that is to be checked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Route {
-    /// As in a map whose pixels are computed by themselves.
-    Chosen,
-    /// Flat emitters along their outline wherever that applies, no product rules.
-    Outlines,
-    /// Chords of pixel and emitter, or lines across the pixel for points.
-    Chords,
-}
+/// Nodes of a tile's common rule per node of its middle pixel's own, above which pixels take their own rules: far from
+/// a kink that others of the tile are near, a few nodes are enough.
+const COMMON_NODES: f64 = 2.0;
 
 /// Radii of the emitter over which a kink counts as sharp.
 const KINK_BLUR: f64 = 4.0;
@@ -47,6 +41,7 @@ pub(super) struct Prepared<'a> {
     items: Vec<Item<'a>>,
     pub trusts: &'static Trusts,
     pub allowed: Allowed,
+    pub routes: Routes,
 }
 
 /// One part and one patch of its area, in the part's own frame, in which its table stands upright.
@@ -66,6 +61,7 @@ pub(super) struct Item<'a> {
     pub cancel: f64,
     /// Share of a map's own errors that is asked for.
     pub asked: f64,
+    pub routes: Routes,
     /// Light below which errors no longer fall with it, lx.
     pub dim_lx: f64,
     pub trusts: &'static Trusts,
@@ -74,7 +70,7 @@ pub(super) struct Item<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    pub fn new(source: &'a Source, sensor: &Sensor, accuracy: Accuracy, route: Route, asked: f64) -> Self {
+    pub fn new(source: &'a Source, sensor: &Sensor, accuracy: Accuracy, routes: Routes, asked: f64) -> Self {
         let trusts = Trusts::of(accuracy);
         let mut items = Vec::new();
         // Parallel LEDs share their rules.
@@ -82,8 +78,7 @@ impl<'a> Prepared<'a> {
         for part in source.parts() {
             let own = |v: DVec3| part.aim.map_or(v, |aim| aim.transpose() * v);
             let make = |window: &Patch, emitter: Option<&Patch>| {
-                let quick = route == Route::Chosen;
-                Arc::new(if quick {
+                Arc::new(if routes.product_rules {
                     product::rules(window, emitter)
                 } else {
                     Vec::new()
@@ -109,6 +104,7 @@ impl<'a> Prepared<'a> {
                 polar: None,
                 cancel: 1.0,
                 asked,
+                routes,
                 dim_lx: 0.0,
                 trusts,
                 below: None,
@@ -126,7 +122,7 @@ impl<'a> Prepared<'a> {
                 });
                 continue;
             }
-            let flat = part.aim.is_none() && source.extinction_per_mm() == 0.0 && route != Route::Chords;
+            let flat = part.aim.is_none() && source.extinction_per_mm() == 0.0 && routes.outlines;
             let polar = |table: &'a Table| flat.then(|| Polar::new(table)).flatten().map(Arc::new);
             let (above, behind) = (polar(&part.table), flat && sensor.lowest() < part.shape.centre().z);
             let under = if behind { polar(part.table.upside_down()) } else { None };
@@ -161,7 +157,12 @@ impl<'a> Prepared<'a> {
             relative: trusts.allowed,
             dim_lx,
         };
-        Self { items, trusts, allowed }
+        Self {
+            items,
+            trusts,
+            allowed,
+            routes,
+        }
     }
 
     /// Whether no kink that is sharp on the scale of the square of `half` pixels round (x, y) crosses it.
@@ -192,16 +193,24 @@ impl<'a> Prepared<'a> {
     }
 
     /// For each part the product rule that serves every pixel within `half` pixels of (x, y), and the bound of its
-    /// error in lx for all of them together; `None` where some part has none.
+    /// error in lx for all of them together; `None` where some part has none, or where pixels are quicker by rules of
+    /// their own.
     pub fn common(&self, x: f64, y: f64, half: f64) -> Option<(Vec<&Rule>, f64)> {
+        if !self.routes.common_rules {
+            return None;
+        }
         let mut error = 0.0;
         let mut rules = Vec::with_capacity(self.items.len());
+        let (mut nodes, mut own) = (0, 0);
         for item in &self.items {
-            let (rule, bound) = item.common((x - 0.5) * item.step_x + (y - 0.5) * item.step_y, half)?;
+            let shift = (x - 0.5) * item.step_x + (y - 0.5) * item.step_y;
+            let (rule, bound) = item.common(shift, half)?;
             error += item.share.abs() * bound;
+            nodes += rule.nodes.len();
+            own += item.own_nodes(shift)?;
             rules.push(rule);
         }
-        Some((rules, error))
+        (nodes as f64 <= COMMON_NODES * own as f64).then_some((rules, error))
     }
 
     /// Mean illuminance in lx over the windows centred at (`x`, `y`) by the rules of [`Prepared::common`].
@@ -284,4 +293,51 @@ fn brightest(items: &[Item<'_>], sensor: &Sensor) -> f64 {
         }
     }
     most
+}
+
+#[cfg(test)]
+mod tests {
+    use isolux_photometry::IntensityDistribution;
+
+    use super::*;
+    use crate::sensor::Pose;
+
+    #[test]
+    fn pixels_have_a_rule_in_common_only_where_their_own_are_not_far_smaller() {
+        // Bent at one cone, and next to nowhere else.
+        let gamma_deg: Vec<f64> = (0..=18).map(|k| 5.0 * f64::from(k)).collect();
+        let cd = |gamma: &f64| 1000.0 - 0.01 * gamma + if *gamma > 10.0 { 15.0 * (gamma - 10.0) } else { 0.0 };
+        let intensity_cd = gamma_deg.iter().map(cd).collect();
+        let table = Table::new(&IntensityDistribution::new(vec![0.0], gamma_deg, intensity_cd).unwrap());
+        let source = Source::single(Arc::new(table), Shape::Point(DVec3::ZERO));
+        let sensor = Sensor::new(&Pose {
+            size_mm: [100.0; 2],
+            pixels: [400; 2],
+            distance_mm: 300.0,
+            tilt_x_deg: 0.0,
+            tilt_y_deg: 0.0,
+            rot_z_deg: 0.0,
+            offset_mm: [50.0, 0.0],
+        })
+        .unwrap();
+        let prepared = Prepared::new(&source, &sensor, Accuracy::Standard, Routes::ALL, 1.0);
+        let item = &prepared.items[0];
+        let (mut taken, mut left) = (0, 0);
+        for place in 0..66 {
+            let (x, y, half) = (6.0 * f64::from(place), 200.0, 6.0);
+            let shift = (x - 0.5) * item.step_x + (y - 0.5) * item.step_y;
+            let (Some((rule, _)), Some(own)) = (item.common(shift, half), item.own_nodes(shift)) else {
+                continue;
+            };
+            let larger = rule.nodes.len() > 2 * own;
+            assert_eq!(
+                prepared.common(x, y, half).is_none(),
+                larger,
+                "{x}: {} {own}",
+                rule.nodes.len()
+            );
+            *(if larger { &mut left } else { &mut taken }) += 1;
+        }
+        assert!(taken > 0 && left > 0, "{taken} with a common rule, {left} without");
+    }
 }

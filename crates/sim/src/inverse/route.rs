@@ -24,6 +24,10 @@ const STRAIGHT: f64 = 0.2;
 /// Radii of the pixel that it has to be above the emitter's plane for that.
 const CLEAR: f64 = 8.0;
 
+/// Largest share of the emitter that such a pixel has: a larger one meets the ends of kinks, which the emitter blurs
+/// over its own size, between its five points.
+const WITHIN: f64 = 0.1;
+
 /// When an integral over the pixel is left to chords.
 const OUTLINE: WorkLimit = WorkLimit {
     cells: 600,
@@ -75,7 +79,8 @@ impl Item<'_> {
             return trusts.outlines.stated(found, scale, unseen);
         }
         let aim = trusts.chords.aim * scale;
-        let found = strips::mean(light, &pixel, emitter, aim, aim * dark, scratch);
+        let leaves = self.routes.leaves;
+        let found = strips::mean(light, &pixel, emitter, [aim, aim * dark], leaves, scratch);
         trusts.chords.stated(found, scale, unseen)
     }
 
@@ -97,6 +102,13 @@ impl Item<'_> {
         let value = self.light.at(sight);
         let stated = self.trusts.product.stated(Estimate { value, error }, self.cancel, 0.0);
         Some((rule, stated.error))
+    }
+
+    /// Nodes of the product rule of the window shifted by `shift` alone, as many as the vector units take.
+    pub fn own_nodes(&self, shift: DVec3) -> Option<usize> {
+        let reach = self.window.radius() + self.emitter.as_ref().map_or(0.0, Patch::radius);
+        let (rule, _) = self.rule(self.sight(shift), reach, 0.0)?;
+        Some(rule.lanes())
     }
 
     /// The first product rule whose bound meets the tolerance for lines of sight that end within `around` of `sight`,
@@ -153,7 +165,7 @@ impl Item<'_> {
             .map(|end| self.light.toward.dot(end + emitter.centre()))
             .into_iter()
             .fold(f64::INFINITY, f64::min);
-        if self.rules.is_empty() || share > FEW_POINTS || lowest < emitter.radius() {
+        if !self.routes.few_points || share > FEW_POINTS || lowest < emitter.radius() {
             return None;
         }
         let mut nodes = Vec::new();
@@ -215,8 +227,10 @@ impl Item<'_> {
         };
         let more = self.asked < 1.0;
         // A pixel over which the light hardly bends: four points, exact to degree 3, beside one.
-        let clear = above > CLEAR * pixel.radius() && lowest(&|end| toward.dot(end)) > emitter.radius();
-        if !more && clear {
+        let clear = pixel.radius() < WITHIN * emitter.radius()
+            && above > CLEAR * pixel.radius()
+            && lowest(&|end| toward.dot(end)) > emitter.radius();
+        if self.routes.four_points && !more && clear {
             let [low, high] = [0.5 - 0.5 / 3.0_f64.sqrt(), 0.5 + 0.5 / 3.0_f64.sqrt()];
             let corners = [[low, low], [low, high], [high, low], [high, high]];
             let value = 0.25 * corners.into_iter().map(&mut at).sum::<f64>();

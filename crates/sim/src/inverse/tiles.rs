@@ -82,7 +82,7 @@ impl Filler<'_> {
             top + tile.y as f64 + 0.5 * tile.height as f64,
         ];
         let small = tile.width <= SMALL || tile.height <= SMALL;
-        let smooth = !small && self.prepared.is_smooth(middle[0], middle[1], half);
+        let smooth = !small && self.prepared.routes.polynomials && self.prepared.is_smooth(middle[0], middle[1], half);
         let common = if small || smooth {
             self.prepared.common(middle[0], middle[1], half)
         } else {
