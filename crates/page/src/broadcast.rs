@@ -1,4 +1,4 @@
-//! What every tab is told: the events of one scan from its beginning, and how the desk stands.
+//! What every tab is told: the events of one scan from its beginning, and how the controller stands.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,7 +11,7 @@ use tokio::sync::watch;
 /// Events sent in one message at most.
 const EVENTS_A_MESSAGE: usize = 2000;
 
-/// How the desk stands: the same for every tab.
+/// How the controller stands: the same for every tab.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Status {
     /// Folder in which runs are made and looked for.
@@ -58,7 +58,7 @@ pub struct Question {
 }
 
 /// The events of the scan that is shown, and the status.
-pub struct Hub {
+pub struct Broadcast {
     inner: Mutex<Inner>,
     changed: watch::Sender<u64>,
     readers: AtomicUsize,
@@ -75,7 +75,7 @@ struct Inner {
     half_plane: (Option<f64>, u64),
 }
 
-impl Hub {
+impl Broadcast {
     /// Nothing to show yet.
     pub fn new(status: Status) -> Self {
         Self {
@@ -209,7 +209,7 @@ pub struct Message {
 }
 
 /// Counts one browser.
-pub struct Reader(std::sync::Arc<Hub>);
+pub struct Reader(std::sync::Arc<Broadcast>);
 
 impl Drop for Reader {
     fn drop(&mut self) {
@@ -220,7 +220,7 @@ impl Drop for Reader {
 /// A progress that tells the tabs, and another one that prints.
 pub struct TabProgress<'a> {
     /// The tabs.
-    pub hub: &'a Hub,
+    pub broadcast: &'a Broadcast,
     /// The terminal.
     pub beside: &'a dyn Progress,
 }
@@ -229,13 +229,13 @@ impl Progress for TabProgress<'_> {
     fn event(&self, event: Event<'_>) {
         match &event {
             Event::Outline(outline) => {
-                self.hub.begin(Some(outline));
-                self.hub.status(|status| {
+                self.broadcast.begin(Some(outline));
+                self.broadcast.status(|status| {
                     status.run = Some(outline.run.clone());
                     status.notice = None;
                 });
             }
-            Event::Live(live) => self.hub.publish(live),
+            Event::Live(live) => self.broadcast.publish(live),
             _ => {}
         }
         self.beside.event(event);
@@ -252,37 +252,37 @@ mod tests {
 
     #[test]
     fn a_tab_that_was_away_gets_what_it_missed_and_nothing_twice() {
-        let hub = Hub::new(Status::default());
-        (0..5).for_each(|number| hub.publish(&journal(&format!("line {number}"))));
-        let all = hub.message(0, 0);
+        let broadcast = Broadcast::new(Status::default());
+        (0..5).for_each(|number| broadcast.publish(&journal(&format!("line {number}"))));
+        let all = broadcast.message(0, 0);
         let parsed: serde_json::Value = serde_json::from_str(&all.text).unwrap();
         assert_eq!(
             (parsed["first"].as_u64(), parsed["events"].as_array().unwrap().len()),
             (Some(0), 5)
         );
-        hub.publish(&journal("line 5"));
-        let further = hub.message(all.session, all.next);
+        broadcast.publish(&journal("line 5"));
+        let further = broadcast.message(all.session, all.next);
         let parsed: serde_json::Value = serde_json::from_str(&further.text).unwrap();
         assert_eq!(parsed["first"], 5);
         assert_eq!(parsed["events"][0]["sentence"], "line 5");
         // Another scan begins: its first event is number 0.
-        hub.begin(None);
-        hub.publish(&journal("of the next scan"));
-        let next = hub.message(further.session, further.next);
+        broadcast.begin(None);
+        broadcast.publish(&journal("of the next scan"));
+        let next = broadcast.message(further.session, further.next);
         assert_eq!((next.session, next.next), (further.session + 1, 1));
         // A number that the server never gave.
-        assert_eq!(hub.message(next.session, 1000).next, 1);
+        assert_eq!(broadcast.message(next.session, 1000).next, 1);
     }
 
     #[test]
     fn a_long_scan_comes_in_parts() {
-        let hub = Hub::new(Status::default());
+        let broadcast = Broadcast::new(Status::default());
         for _ in 0..=EVENTS_A_MESSAGE {
-            hub.publish(&journal("x"));
+            broadcast.publish(&journal("x"));
         }
-        let first = hub.message(1, 0);
+        let first = broadcast.message(1, 0);
         assert!(first.more && first.next == EVENTS_A_MESSAGE);
-        let last = hub.message(1, first.next);
+        let last = broadcast.message(1, first.next);
         assert!(!last.more && last.next == EVENTS_A_MESSAGE + 1);
     }
 }

@@ -1,4 +1,4 @@
-//! What a tab can ask for, and what is ordered by it.
+//! What a tab can command, and what is ordered by it.
 
 use camino::Utf8PathBuf;
 use isolux_app::study::next::Shown;
@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// A command of the page.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(tag = "command", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Asked {
+pub enum Command {
     /// Begins a day with a job of the folder, or with the built-in virtual darkroom.
     Start {
         /// Its file.

@@ -1,4 +1,4 @@
-//! The desk: what can be asked of the bench, and what is shown.
+//! The controller of a bench: what can be asked of it, and what is shown.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -12,8 +12,8 @@ use isolux_app::front_end::operator::ByFunction;
 use isolux_app::run::replay;
 use isolux_app::study::{diagnosed, next};
 
-use crate::asked::{Asked, Order};
-use crate::hub::{Hub, Question, Status};
+use crate::broadcast::{Broadcast, Question, Status};
+use crate::command::{Command, Order};
 use crate::runs::Runs;
 use crate::sensor::Sensor;
 
@@ -24,8 +24,8 @@ const BY: &str = "the page";
 type Open = Mutex<Option<(u64, Sender<String>)>>;
 
 /// What can be asked of the bench, and what is shown.
-pub struct Desk {
-    hub: Arc<Hub>,
+pub struct Controller {
+    broadcast: Arc<Broadcast>,
     runs: Runs,
     pace: Pace,
     /// Of the scan that is on in this process.
@@ -41,22 +41,22 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Desk {
-    /// A desk for the runs in `folder`. Without `orders` it begins nothing.
+impl Controller {
+    /// A controller for the runs in `folder`. Without `orders` it begins nothing.
     pub fn new(folder: &Utf8Path, pace: Pace, orders: Option<Sender<Order>>) -> Self {
         let times = match pace {
             Pace::Times(times) => Some(times),
             _ => None,
         };
-        let hub = Arc::new(Hub::new(Status {
+        let broadcast = Arc::new(Broadcast::new(Status {
             folder: folder.to_string(),
             times,
             ..Status::default()
         }));
         Self {
-            sensor: Sensor::new(hub.clone()),
-            runs: Runs::new(hub.clone(), folder, orders.is_some()),
-            hub,
+            sensor: Sensor::new(broadcast.clone()),
+            runs: Runs::new(broadcast.clone(), folder, orders.is_some()),
+            broadcast,
             pace,
             control: Mutex::new(None),
             orders: orders.map(Mutex::new),
@@ -66,8 +66,8 @@ impl Desk {
     }
 
     /// What the tabs are told.
-    pub const fn hub(&self) -> &Arc<Hub> {
-        &self.hub
+    pub const fn broadcast(&self) -> &Arc<Broadcast> {
+        &self.broadcast
     }
 
     /// The last map of the sensor, JSON.
@@ -82,13 +82,13 @@ impl Desk {
 
     /// The report of the run that is shown.
     pub fn report(&self) -> Option<Vec<u8>> {
-        let run = self.hub.status_now().run?;
+        let run = self.broadcast.status_now().run?;
         std::fs::read(Utf8Path::new(&run).join("results/report.html")).ok()
     }
 
     /// A file of the results of the run that is shown.
     pub fn result(&self, name: &str) -> Option<Vec<u8>> {
-        let status = self.hub.status_now();
+        let status = self.broadcast.status_now();
         let known = status.results.iter().any(|one| one == name);
         known.then(|| std::fs::read(Utf8Path::new(&status.run?).join("results").join(name)).ok())?
     }
@@ -98,8 +98,8 @@ impl Desk {
         *locked(&self.control) = Some(control.clone());
         self.runs.leave();
         // What was shown before is not of this scan.
-        self.hub.begin(None);
-        self.hub.status(|status| {
+        self.broadcast.begin(None);
+        self.broadcast.status(|status| {
             status.running = true;
             status.run = None;
             status.sensor = 0;
@@ -113,15 +113,15 @@ impl Desk {
     pub fn ended(&self, failure: Option<&Failure>) {
         *locked(&self.control) = None;
         *locked(&self.question) = None;
-        self.hub.status(|status| {
+        self.broadcast.status(|status| {
             status.running = false;
             status.question = None;
             status.pause_asked = None;
-            status.notice = failure.map(told);
+            status.notice = failure.map(as_text);
         });
     }
 
-    /// A control at the pace of this desk.
+    /// A control at the pace of this controller.
     pub fn fresh_control(&self) -> Control {
         Control {
             pace: self.pace,
@@ -131,15 +131,15 @@ impl Desk {
 
     /// The person who answers on the page.
     pub fn operator(&self) -> ByFunction {
-        let (hub, open, numbers) = (self.hub.clone(), self.question.clone(), self.questions.clone());
+        let (broadcast, open, numbers) = (self.broadcast.clone(), self.question.clone(), self.questions.clone());
         ByFunction::new(move |words| {
             let (answer, wait) = channel();
             let number = numbers.fetch_add(1, Ordering::Relaxed) + 1;
             *locked(&open) = Some((number, answer));
             let words = words.to_owned();
-            hub.status(|status| status.question = Some(Question { number, words }));
+            broadcast.status(|status| status.question = Some(Question { number, words }));
             let who = wait.recv().map_err(|_| "the scan ended before the answer".to_owned());
-            hub.status(|status| status.question = None);
+            broadcast.status(|status| status.question = None);
             match who?.trim() {
                 "" => Err("the answer was empty".to_owned()),
                 who => Ok(who.to_owned()),
@@ -151,26 +151,26 @@ impl Desk {
     ///
     /// # Errors
     /// Why it cannot be done now.
-    pub fn command(&self, asked: &Asked) -> Result<String, Failure> {
-        match asked {
-            Asked::Start { job } => self.start(job),
-            Asked::Show { run } => self.show(run),
-            Asked::Stop {} => self.stop(),
-            Asked::Answer { number, who } => self.answer(*number, who),
-            Asked::AddToModel {} => Ok(self.changed(diagnosed::add_to_model(&self.run()?)?)),
-            Asked::TakeOutOfModel {} => Ok(self.changed(diagnosed::take_out_of_model(&self.run()?)?)),
-            Asked::Measure { number, seen } => self.measure(*number, seen),
-            Asked::Pause {} => {
+    pub fn command(&self, command: &Command) -> Result<String, Failure> {
+        match command {
+            Command::Start { job } => self.start(job),
+            Command::Show { run } => self.show(run),
+            Command::Stop {} => self.stop(),
+            Command::Answer { number, who } => self.answer(*number, who),
+            Command::AddToModel {} => Ok(self.changed(diagnosed::add_to_model(&self.run()?)?)),
+            Command::TakeOutOfModel {} => Ok(self.changed(diagnosed::take_out_of_model(&self.run()?)?)),
+            Command::Measure { number, seen } => self.measure(*number, seen),
+            Command::Pause {} => {
                 self.running()?.pause.ask(BY);
                 self.tick();
                 Ok("pauses after the point that is being read; the lamp stays on".to_owned())
             }
-            Asked::Resume {} => {
+            Command::Resume {} => {
                 self.running()?.pause.end(BY);
                 self.tick();
                 Ok("goes on: first the reference point".to_owned())
             }
-            Asked::Abort {} => {
+            Command::Abort {} => {
                 self.running()?.cancel.cancel("abort from the page");
                 Ok("ends: the axes are stopped, what was read stays".to_owned())
             }
@@ -179,7 +179,7 @@ impl Desk {
 
     fn running(&self) -> Result<Control, Failure> {
         locked(&self.control).clone().ok_or_else(|| {
-            let status = self.hub.status_now();
+            let status = self.broadcast.status_now();
             match status.elsewhere {
                 Some(who) => {
                     Failure::instrument(format!("this scan is made by {who}: from here it can only be stopped"))
@@ -194,7 +194,7 @@ impl Desk {
     /// # Errors
     /// Exit 3 where none is.
     pub fn run(&self) -> Result<Utf8PathBuf, Failure> {
-        let run = self.hub.status_now().run.map(Utf8PathBuf::from);
+        let run = self.broadcast.status_now().run.map(Utf8PathBuf::from);
         run.ok_or_else(|| Failure::instrument("no run is shown"))
     }
 
@@ -208,7 +208,7 @@ impl Desk {
 
     /// The model of the run that is shown became another one: every tab is told.
     fn changed(&self, sentence: String) -> String {
-        self.hub.status(|status| status.changes += 1);
+        self.broadcast.status(|status| status.changes += 1);
         sentence
     }
 
@@ -269,7 +269,7 @@ impl Desk {
             control.cancel.cancel("stop from the page");
             return Ok("the axes are being stopped".to_owned());
         }
-        let run = self.hub.status_now().run;
+        let run = self.broadcast.status_now().run;
         let run = run.ok_or_else(|| Failure::instrument("no scan is on"))?;
         replay::ask_writer_to_end(Utf8Path::new(&run))
     }
@@ -277,7 +277,7 @@ impl Desk {
     fn answer(&self, number: u64, who: &str) -> Result<String, Failure> {
         let mut open = locked(&self.question);
         match open.take() {
-            Some((asked, answer)) if asked == number => {
+            Some((open_number, answer)) if open_number == number => {
                 let _ = answer.send(who.to_owned());
                 Ok("thank you".to_owned())
             }
@@ -291,8 +291,8 @@ impl Desk {
     /// What changes often: cheap.
     pub fn tick(&self) {
         let control = locked(&self.control).clone();
-        let asked = control.and_then(|control| control.pause.asked());
-        self.hub.status(|status| status.pause_asked = asked);
+        let by = control.and_then(|control| control.pause.asked());
+        self.broadcast.status(|status| status.pause_asked = by);
     }
 
     fn show(&self, run: &str) -> Result<String, Failure> {
@@ -300,7 +300,7 @@ impl Desk {
             return Err(Failure::instrument("a scan is on; it is shown"));
         }
         self.runs.show(run)?;
-        self.hub.status(|status| status.notice = None);
+        self.broadcast.status(|status| status.notice = None);
         self.look();
         Ok(format!("{run} is shown"))
     }
@@ -308,7 +308,7 @@ impl Desk {
     /// Shows the run directory `run` again, after a measurement for it, or why not.
     pub fn back_to(&self, run: &Utf8Path) {
         if let Err(failure) = self.runs.show_quietly(run) {
-            self.hub.status(|status| status.notice = Some(told(&failure)));
+            self.broadcast.status(|status| status.notice = Some(as_text(&failure)));
         }
         self.look();
     }
@@ -320,12 +320,12 @@ impl Desk {
 
     /// Says on the page what a step after the scan does.
     pub fn say(&self, live: &Live) {
-        self.hub.publish(live);
+        self.broadcast.publish(live);
     }
 }
 
 /// A failure as one text.
-fn told(failure: &Failure) -> String {
+fn as_text(failure: &Failure) -> String {
     match &failure.help {
         Some(help) => format!("{}. {help}", failure.message),
         None => failure.message.clone(),
@@ -337,25 +337,25 @@ mod tests {
     use super::*;
     use crate::runs::BUILT_IN;
 
-    fn desk() -> (tempfile::TempDir, Desk, std::sync::mpsc::Receiver<Order>) {
+    fn controller() -> (tempfile::TempDir, Controller, std::sync::mpsc::Receiver<Order>) {
         let folder = tempfile::tempdir().unwrap();
         let path = Utf8Path::from_path(folder.path()).unwrap().to_owned();
         let (sender, orders) = channel();
-        let desk = Desk::new(&path, Pace::Times(100.0), Some(sender));
-        desk.look();
-        (folder, desk, orders)
+        let controller = Controller::new(&path, Pace::Times(100.0), Some(sender));
+        controller.look();
+        (folder, controller, orders)
     }
 
-    fn asked(text: &str) -> Asked {
+    fn parsed(text: &str) -> Command {
         serde_json::from_str(text).unwrap()
     }
 
     #[test]
     fn commands_have_one_form() {
-        assert_eq!(asked(r#"{"command":"pause"}"#), Asked::Pause {});
+        assert_eq!(parsed(r#"{"command":"pause"}"#), Command::Pause {});
         assert_eq!(
-            asked(r#"{"command":"show","run":"day"}"#),
-            Asked::Show { run: "day".to_owned() }
+            parsed(r#"{"command":"show","run":"day"}"#),
+            Command::Show { run: "day".to_owned() }
         );
         for wrong in [
             r#"{"command":"pause","force":true}"#,
@@ -364,65 +364,74 @@ mod tests {
             "[]",
             r#"{"command":"move"}"#,
         ] {
-            assert!(serde_json::from_str::<Asked>(wrong).is_err(), "{wrong}");
+            assert!(serde_json::from_str::<Command>(wrong).is_err(), "{wrong}");
         }
     }
 
     #[test]
     fn one_scan_at_a_time_and_only_of_a_job_that_is_offered() {
-        let (_folder, desk, orders) = desk();
+        let (_folder, controller, orders) = controller();
         for command in [
             r#"{"command":"pause"}"#,
             r#"{"command":"abort"}"#,
             r#"{"command":"stop"}"#,
         ] {
-            assert!(desk.command(&asked(command)).is_err(), "no scan is on: {command}");
+            assert!(
+                controller.command(&parsed(command)).is_err(),
+                "no scan is on: {command}"
+            );
         }
         for job in ["../job.toml", "job.toml", ""] {
-            let start = Asked::Start { job: job.to_owned() };
-            assert!(desk.command(&start).is_err() && orders.try_recv().is_err(), "{job}");
+            let start = Command::Start { job: job.to_owned() };
+            assert!(
+                controller.command(&start).is_err() && orders.try_recv().is_err(),
+                "{job}"
+            );
         }
-        let start = Asked::Start {
+        let start = Command::Start {
             job: BUILT_IN.to_owned(),
         };
-        desk.command(&start).unwrap();
-        assert!(desk.command(&start).is_err(), "a second click");
+        controller.command(&start).unwrap();
+        assert!(controller.command(&start).is_err(), "a second click");
         let Order::Day { job, out } = orders.try_recv().unwrap() else {
             panic!("a day was asked for")
         };
         assert_eq!((job, out.file_name()), (None, Some("day")));
         assert!(orders.try_recv().is_err());
-        let control = desk.accepted();
-        desk.command(&asked(r#"{"command":"pause"}"#)).unwrap();
-        assert_eq!(desk.hub().status_now().pause_asked.as_deref(), Some("the page"));
-        assert_eq!(control.pause.asked().as_deref(), Some("the page"));
-        desk.command(&asked(r#"{"command":"resume"}"#)).unwrap();
+        let control = controller.accepted();
+        controller.command(&parsed(r#"{"command":"pause"}"#)).unwrap();
         assert_eq!(
-            (control.pause.asked(), desk.hub().status_now().pause_asked),
+            controller.broadcast().status_now().pause_asked.as_deref(),
+            Some("the page")
+        );
+        assert_eq!(control.pause.asked().as_deref(), Some("the page"));
+        controller.command(&parsed(r#"{"command":"resume"}"#)).unwrap();
+        assert_eq!(
+            (control.pause.asked(), controller.broadcast().status_now().pause_asked),
             (None, None)
         );
-        desk.command(&asked(r#"{"command":"abort"}"#)).unwrap();
+        controller.command(&parsed(r#"{"command":"abort"}"#)).unwrap();
         assert!(control.cancel.reason().unwrap().contains("the page"));
-        desk.ended(None);
-        assert!(!desk.hub().status_now().running);
+        controller.ended(None);
+        assert!(!controller.broadcast().status_now().running);
     }
 
     #[test]
     fn no_run_outside_of_the_folder_is_shown() {
-        let (_folder, desk, _orders) = desk();
+        let (_folder, controller, _orders) = controller();
         for run in ["..", "../other", "/etc", "a/b", ""] {
-            let shown = desk.command(&Asked::Show { run: run.to_owned() });
+            let shown = controller.command(&Command::Show { run: run.to_owned() });
             assert!(shown.unwrap_err().message.contains("is no run of"), "{run}");
         }
     }
 
     #[test]
     fn a_question_is_answered_once() {
-        let (_folder, desk, _orders) = desk();
+        let (_folder, controller, _orders) = controller();
         let (answer, wait) = channel();
-        *locked(&desk.question) = Some((3, answer));
+        *locked(&controller.question) = Some((3, answer));
         let say = |number| {
-            desk.command(&Asked::Answer {
+            controller.command(&Command::Answer {
                 number,
                 who: "Ada".to_owned(),
             })

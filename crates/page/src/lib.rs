@@ -1,13 +1,13 @@
 //! The local page: what the bench does, live, and the operator's commands, on the loopback interface.
 //!
-//! One process serves one desk. Everything that moves an axis goes through [`isolux_app`]; this crate holds no physics
+//! One process serves one controller. Everything that moves an axis goes through [`isolux_app`]; this crate holds no physics
 //! and opens no instrument. The order of the checks before a route is in `guard.rs`.
 
-mod asked;
 mod assets;
-mod desk;
+mod broadcast;
+mod command;
+mod controller;
 mod guard;
-mod hub;
 mod runs;
 mod sensor;
 mod server;
@@ -21,11 +21,11 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use asked::Order;
+use broadcast::TabProgress;
 use camino::Utf8Path;
-use desk::Desk;
+use command::Order;
+use controller::Controller;
 use guard::Guard;
-use hub::TabProgress;
 use isolux_app::day::{self, Options};
 use isolux_app::front_end::control::{Control, Pace};
 use isolux_app::front_end::live::{Live, State};
@@ -59,7 +59,7 @@ const NOBODY_LOOKS: Duration = Duration::from_secs(10);
 
 /// A page that is served, until the program ends.
 pub struct Page {
-    desk: Arc<Desk>,
+    controller: Arc<Controller>,
     url: String,
 }
 
@@ -69,11 +69,15 @@ impl Page {
     /// # Errors
     /// Bad input (exit 2) for an address beyond loopback without the flag; exit 3 when the system refuses the port.
     pub fn beside_a_scan(place: &Place<'_>, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, Failure> {
-        let desk = Arc::new(Desk::new(place.folder, place.pace, None));
-        Self::serve(place, desk, say)
+        let controller = Arc::new(Controller::new(place.folder, place.pace, None));
+        Self::serve(place, controller, say)
     }
 
-    fn serve(place: &Place<'_>, desk: Arc<Desk>, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, Failure> {
+    fn serve(
+        place: &Place<'_>,
+        controller: Arc<Controller>,
+        say: impl Fn(&str) + Send + Sync + 'static,
+    ) -> Result<Self, Failure> {
         let ip = place.listen.ip();
         if !ip.is_loopback() && !place.others_may_drive {
             let message =
@@ -89,7 +93,7 @@ impl Page {
         let url = guard.launch_url();
         let shared = Arc::new(Shared {
             guard,
-            desk: desk.clone(),
+            controller: controller.clone(),
             what_if: WhatIf::default(),
             say: Box::new(move |url| say(&format!("for another browser: {url}"))),
         });
@@ -98,8 +102,8 @@ impl Page {
             .enable_all()
             .build()
             .map_err(Failure::instrument)?;
-        let looking = desk.clone();
-        desk.look();
+        let looking = controller.clone();
+        controller.look();
         std::thread::spawn(move || {
             runtime.block_on(async {
                 let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
@@ -109,7 +113,7 @@ impl Page {
                 let _ = axum::serve(listener, server::router(shared)).await;
             });
         });
-        Ok(Self { desk, url })
+        Ok(Self { controller, url })
     }
 
     /// The address that opens the page once.
@@ -132,14 +136,14 @@ impl Page {
         beside: &dyn Progress,
         work: impl FnOnce(&dyn Progress) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        self.desk.began(control);
+        self.controller.began(control);
         let outcome = work(&Steps {
             tabs: TabProgress {
-                hub: self.desk.hub(),
+                broadcast: self.controller.broadcast(),
                 beside,
             },
         });
-        self.desk.ended(outcome.as_ref().err());
+        self.controller.ended(outcome.as_ref().err());
         outcome
     }
 
@@ -151,7 +155,7 @@ impl Page {
         let signals = OnSignals::listen()?;
         let mut seen = Instant::now();
         while signals.reason().is_none() && seen.elapsed() < NOBODY_LOOKS {
-            if self.desk.hub().readers() > 0 {
+            if self.controller.broadcast().readers() > 0 {
                 seen = Instant::now();
             }
             sleep(BETWEEN_TICKS);
@@ -160,16 +164,16 @@ impl Page {
     }
 }
 
-async fn look(desk: Arc<Desk>) {
+async fn look(controller: Arc<Controller>) {
     let mut looked = Instant::now();
     loop {
         tokio::time::sleep(BETWEEN_TICKS).await;
-        desk.tick();
+        controller.tick();
         if looked.elapsed() > BETWEEN_LOOKS {
-            let desk = desk.clone();
+            let controller = controller.clone();
             let _ = tokio::task::spawn_blocking(move || {
-                desk.look();
-                desk.follow_sensor();
+                controller.look();
+                controller.follow_sensor();
             })
             .await;
             looked = Instant::now();
@@ -190,8 +194,8 @@ pub fn serve(
 ) -> Result<(), Failure> {
     let signals = OnSignals::listen()?;
     let (sender, orders) = channel();
-    let desk = Arc::new(Desk::new(place.folder, place.pace, Some(sender)));
-    let page = Page::serve(place, desk, say)?;
+    let controller = Arc::new(Controller::new(place.folder, place.pace, Some(sender)));
+    let page = Page::serve(place, controller, say)?;
     opened(&page)?;
     while signals.reason().is_none() {
         if let Some(order) = next(&orders)? {
@@ -211,15 +215,15 @@ fn next(orders: &Receiver<Order>) -> Result<Option<Order>, Failure> {
 }
 
 fn carry_out(page: &Page, order: &Order, beside: &dyn Progress) {
-    let (operator, control) = (page.desk.operator(), page.desk.accepted());
+    let (operator, control) = (page.controller.operator(), page.controller.accepted());
     let outcome = page.show(&control, beside, |progress| match order {
         Order::Day { job, out } => {
-            let asked = Options {
+            let options = Options {
                 job: job.clone(),
                 out: Some(out.clone()),
                 ..Options::default()
             };
-            let day = day::run(&asked, Some(&operator), &control, progress)?;
+            let day = day::run(&options, Some(&operator), &control, progress)?;
             let results = format!("results in {}", day.folder.join("results"));
             Ok((day.sentences, results))
         }
@@ -231,19 +235,19 @@ fn carry_out(page: &Page, order: &Order, beside: &dyn Progress) {
     match outcome {
         Ok((sentences, last)) => {
             if let Order::Measurement { run, .. } = order {
-                page.desk.back_to(run);
+                page.controller.back_to(run);
             }
             for sentence in &sentences {
-                page.desk.say(&Live::now(None, sentence));
+                page.controller.say(&Live::now(None, sentence));
             }
-            page.desk.say(&Live::now(Some(State::Completed), &last));
+            page.controller.say(&Live::now(Some(State::Completed), &last));
         }
         Err(failure) => {
             let state = match failure.kind {
                 FailureKind::Interrupted => State::Interrupted,
                 _ => State::Failed,
             };
-            page.desk.say(&Live::now(Some(state), &failure.message));
+            page.controller.say(&Live::now(Some(state), &failure.message));
             beside.event(Event::Note(&failure.message));
         }
     }
@@ -259,7 +263,7 @@ impl Progress for Steps<'_> {
         if let Event::Began { step, .. } = &event
             && !["home", "warm up", "scan"].contains(step)
         {
-            self.tabs.hub.publish(&Live::now(Some(State::Evaluating), step));
+            self.tabs.broadcast.publish(&Live::now(Some(State::Evaluating), step));
         }
         self.tabs.event(event);
     }

@@ -8,7 +8,7 @@ use isolux_app::Failure;
 use isolux_app::run::replay::{self, Replay};
 use isolux_app::run::{folder, rest};
 
-use crate::hub::Hub;
+use crate::broadcast::Broadcast;
 
 /// The name under which the built-in virtual darkroom is offered.
 pub const BUILT_IN: &str = "virtual darkroom";
@@ -23,7 +23,7 @@ struct Shown {
 
 /// The runs of a folder.
 pub struct Runs {
-    hub: Arc<Hub>,
+    broadcast: Arc<Broadcast>,
     folder: Utf8PathBuf,
     /// Whether days can be begun here.
     offers: bool,
@@ -32,9 +32,9 @@ pub struct Runs {
 
 impl Runs {
     /// Those of `folder`; nothing is looked at yet.
-    pub fn new(hub: Arc<Hub>, folder: &Utf8Path, offers: bool) -> Self {
+    pub fn new(broadcast: Arc<Broadcast>, folder: &Utf8Path, offers: bool) -> Self {
         Self {
-            hub,
+            broadcast,
             folder: folder.to_owned(),
             offers,
             shown: Mutex::new(None),
@@ -63,7 +63,7 @@ impl Runs {
     /// # Errors
     /// Bad input (exit 2) for what is not offered.
     pub fn job(&self, name: &str) -> Result<Option<Utf8PathBuf>, Failure> {
-        if !self.hub.status_now().jobs.iter().any(|job| job == name) {
+        if !self.broadcast.status_now().jobs.iter().any(|job| job == name) {
             return Err(Failure::bad_input(format!("`{name}` is no job in {}", self.folder)));
         }
         Ok((name != BUILT_IN).then(|| self.folder.join(name)))
@@ -100,11 +100,11 @@ impl Runs {
     pub fn show_quietly(&self, path: &Utf8Path) -> Result<(), Failure> {
         let read = state(path);
         let mut replay = Replay::of(path);
-        let (outline, told) = replay.further()?;
-        self.hub.begin(outline.as_ref());
-        self.hub.status(|status| status.run = Some(path.to_string()));
-        for live in &told {
-            self.hub.publish(live);
+        let (outline, events) = replay.further()?;
+        self.broadcast.begin(outline.as_ref());
+        self.broadcast.status(|status| status.run = Some(path.to_string()));
+        for live in &events {
+            self.broadcast.publish(live);
         }
         *self.shown() = Some(Shown {
             path: path.to_owned(),
@@ -122,7 +122,7 @@ impl Runs {
             jobs.push(BUILT_IN.to_owned());
         }
         let runs = folder::runs(&self.folder);
-        self.hub
+        self.broadcast
             .status(|status| (status.jobs, status.runs) = (jobs, runs.clone()));
         if !running {
             self.follow(&runs);
@@ -139,20 +139,20 @@ impl Runs {
             let now = state(&shown.path);
             // A record that is being written may be between two files.
             if now != shown.read
-                && let Ok((_, told)) = shown.replay.further()
+                && let Ok((_, events)) = shown.replay.further()
             {
                 shown.read = now;
-                for live in &told {
-                    self.hub.publish(live);
+                for live in &events {
+                    self.broadcast.publish(live);
                 }
             }
         }
-        self.hub.status(|status| status.elsewhere = elsewhere);
+        self.broadcast.status(|status| status.elsewhere = elsewhere);
     }
 
     /// The results of the run that is shown, and how it left the bench.
     fn results(&self, running: bool) {
-        let status = self.hub.status_now();
+        let status = self.broadcast.status_now();
         let Some(run) = status.run.map(Utf8PathBuf::from) else {
             return;
         };
@@ -161,7 +161,7 @@ impl Runs {
         let (report, model) = (has("report.html"), has("luminaire.model.toml"));
         let idle = !running && status.elsewhere.is_none();
         let left_behind = idle.then(|| rest::left_behind(&run)).flatten();
-        self.hub.status(|status| {
+        self.broadcast.status(|status| {
             (status.report, status.model, status.results) = (report, model, results);
             status.left_behind = left_behind;
         });
@@ -169,7 +169,7 @@ impl Runs {
 
     /// A scan that another process has begun is shown as soon as it is seen; at first the newest run.
     fn follow(&self, runs: &[String]) {
-        let status = self.hub.status_now();
+        let status = self.broadcast.status_now();
         if status.elsewhere.is_some() || !self.offers {
             return;
         }

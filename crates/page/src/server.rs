@@ -15,8 +15,8 @@ use base64::engine::general_purpose::STANDARD;
 use isolux_app::formats::dropped::dropped;
 use serde::Deserialize;
 
-use crate::asked::Asked;
 use crate::assets::asset;
+use crate::command::Command;
 use crate::guard::Refusal;
 use crate::shared::Shared;
 use crate::stream::From;
@@ -132,12 +132,12 @@ fn launch_page(status: StatusCode) -> Response {
 
 /// Events that a tab lacks, at once.
 async fn events(State(shared): State<Arc<Shared>>, Query(from): Query<From>) -> Response {
-    json(shared.desk.hub().message(from.session, from.from).text)
+    json(shared.controller.broadcast().message(from.session, from.from).text)
 }
 
 /// The last map of the sensor.
 async fn sensor(State(shared): State<Arc<Shared>>) -> Response {
-    match shared.desk.sensor() {
+    match shared.controller.sensor() {
         Some(map) => json(map),
         None => (StatusCode::NOT_FOUND, "there is no map of the sensor yet\n").into_response(),
     }
@@ -145,7 +145,7 @@ async fn sensor(State(shared): State<Arc<Shared>>) -> Response {
 
 /// The report of the run that is shown.
 async fn report(State(shared): State<Arc<Shared>>) -> Response {
-    match shared.desk.report() {
+    match shared.controller.report() {
         Some(bytes) => {
             let policy = HeaderName::from_static("content-security-policy");
             let headers = [(CONTENT_TYPE, "text/html; charset=utf-8"), (policy, REPORT_POLICY)];
@@ -161,7 +161,7 @@ fn json(text: String) -> Response {
 
 /// A file of the results of the run that is shown, to be kept.
 async fn result(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
-    match shared.desk.result(&name) {
+    match shared.controller.result(&name) {
         Some(bytes) => {
             let kept = format!("attachment; filename=\"{name}\"");
             let headers = [
@@ -184,14 +184,14 @@ struct Drop {
 
 /// What is said of a dropped file, and its pictures.
 async fn inspect(body: Bytes) -> Response {
-    let told = tokio::task::spawn_blocking(move || {
+    let facts = tokio::task::spawn_blocking(move || {
         let file: Drop = serde_json::from_slice(&body).map_err(|error| error.to_string())?;
         let bytes = STANDARD.decode(&file.base64).map_err(|error| error.to_string())?;
-        let told = dropped(&file.name, &bytes).map_err(|failure| failure.message)?;
-        serde_json::to_string(&told).map_err(|error| error.to_string())
+        let facts = dropped(&file.name, &bytes).map_err(|failure| failure.message)?;
+        serde_json::to_string(&facts).map_err(|error| error.to_string())
     })
     .await;
-    match told {
+    match facts {
         Ok(Ok(text)) => json(text),
         Ok(Err(why)) => (StatusCode::BAD_REQUEST, format!("{why}\n")).into_response(),
         Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "a defect of the program\n").into_response(),
@@ -200,13 +200,13 @@ async fn inspect(body: Bytes) -> Response {
 
 /// A command; the answer says what is done about it. What becomes of it is told by the stream.
 async fn command(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
-    let asked: Asked = match serde_json::from_slice(&body) {
-        Ok(asked) => asked,
+    let command: Command = match serde_json::from_slice(&body) {
+        Ok(command) => command,
         Err(error) => return (StatusCode::BAD_REQUEST, format!("no such command: {error}\n")).into_response(),
     };
     // What a command does may wait for the disk or for another process.
-    let desk = shared.desk.clone();
-    let done = tokio::task::spawn_blocking(move || desk.command(&asked)).await;
+    let controller = shared.controller.clone();
+    let done = tokio::task::spawn_blocking(move || controller.command(&command)).await;
     match done {
         Ok(Ok(sentence)) => json(serde_json::json!({ "done": sentence }).to_string()),
         Ok(Err(failure)) => {

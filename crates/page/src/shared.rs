@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use isolux_app::study::what_if::WhatIf;
 
-use crate::desk::Desk;
+use crate::controller::Controller;
 use crate::guard::Guard;
 
 /// What every route needs.
@@ -12,7 +12,7 @@ pub struct Shared {
     /// Who may ask.
     pub guard: Guard,
     /// Who does what is asked.
-    pub desk: Arc<Desk>,
+    pub controller: Arc<Controller>,
     /// Sensors in other poses.
     pub what_if: WhatIf,
     /// Says the next address on the terminal after one was used.

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::time::sleep_until;
 
-use crate::hub::Hub;
+use crate::broadcast::Broadcast;
 use crate::shared::Shared;
 
 /// Not more often than a screen can follow.
@@ -60,19 +60,19 @@ pub async fn stream(
     let (session, next) = last_event(&headers).unwrap_or((from.session, from.from));
     // A slow browser is waited for: it gets fewer and larger messages.
     let (sender, receiver) = channel(1);
-    let hub = shared.desk.hub().clone();
-    tokio::spawn(async move { send(&hub, session, next, &sender).await });
+    let broadcast = shared.controller.broadcast().clone();
+    tokio::spawn(async move { send(&broadcast, session, next, &sender).await });
     Sse::new(Messages(receiver)).keep_alive(KeepAlive::new().interval(SIGN_OF_LIFE).text("alive"))
 }
 
 /// Until the browser goes away.
-async fn send(hub: &Arc<Hub>, mut session: u64, mut next: usize, sender: &Sender<Event>) {
-    let _reader = hub.reader();
-    let mut changes = hub.changes();
+async fn send(broadcast: &Arc<Broadcast>, mut session: u64, mut next: usize, sender: &Sender<Event>) {
+    let _reader = broadcast.reader();
+    let mut changes = broadcast.changes();
 
     loop {
         changes.mark_unchanged();
-        let message = hub.message(session, next);
+        let message = broadcast.message(session, next);
         (session, next) = (message.session, message.next);
         let event = Event::default().id(format!("{session}-{next}")).data(message.text);
         if sender.send(event).await.is_err() {

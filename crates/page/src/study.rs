@@ -13,7 +13,7 @@ use isolux_app::study::what_if::{self, Asked, WhatIf};
 use isolux_app::study::{card, diagnosed, next, results};
 use serde::{Deserialize, Serialize};
 
-use crate::desk::Desk;
+use crate::controller::Controller;
 use crate::shared::Shared;
 
 /// What can be worked out.
@@ -37,14 +37,14 @@ enum Study {
 }
 
 impl Study {
-    fn of(&self, desk: &Desk, what_if: &WhatIf) -> Result<String, Failure> {
+    fn of(&self, controller: &Controller, what_if: &WhatIf) -> Result<String, Failure> {
         match self {
-            Self::Card { run } => json(&card::card(&desk.named(run)?)?),
-            Self::Results { without } => json(&results::results(&desk.run()?, without.as_deref())?),
-            Self::Lit { asked } => json(&what_if.lit(&desk.run()?, asked)?),
-            Self::Convergence { asked } => json(&what_if::convergence(&desk.run()?, asked)?),
-            Self::Diagnosis {} => json(&diagnosed::diagnosed(&desk.run()?)?),
-            Self::Next { number } => json(&next::shown(&desk.run()?, *number)?),
+            Self::Card { run } => json(&card::card(&controller.named(run)?)?),
+            Self::Results { without } => json(&results::results(&controller.run()?, without.as_deref())?),
+            Self::Lit { asked } => json(&what_if.lit(&controller.run()?, asked)?),
+            Self::Convergence { asked } => json(&what_if::convergence(&controller.run()?, asked)?),
+            Self::Diagnosis {} => json(&diagnosed::diagnosed(&controller.run()?)?),
+            Self::Next { number } => json(&next::shown(&controller.run()?, *number)?),
             Self::Polar { so_far } => json(&serde_json::json!({ "svg": polar_so_far(so_far) })),
         }
     }
@@ -56,11 +56,11 @@ fn json(of: &impl Serialize) -> Result<String, Failure> {
 
 /// `POST /api/study`.
 pub async fn study(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
-    let asked: Study = match serde_json::from_slice(&body) {
-        Ok(asked) => asked,
+    let study: Study = match serde_json::from_slice(&body) {
+        Ok(study) => study,
         Err(error) => return (StatusCode::BAD_REQUEST, format!("no such study: {error}\n")).into_response(),
     };
-    let done = tokio::task::spawn_blocking(move || asked.of(&shared.desk, &shared.what_if)).await;
+    let done = tokio::task::spawn_blocking(move || study.of(&shared.controller, &shared.what_if)).await;
     let (status, text) = match done {
         Ok(Ok(text)) => (StatusCode::OK, text),
         Ok(Err(failure)) => {
