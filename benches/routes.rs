@@ -24,6 +24,7 @@ use isolux_sim::setup::Setup;
 use isolux_sim::source::{Shape, Source};
 use isolux_sim::table::Table;
 
+#[expect(dead_code, reason = "tests take more of it")]
 #[path = "../crates/sim/tests/generated/mod.rs"]
 mod generated;
 
