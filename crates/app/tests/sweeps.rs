@@ -233,10 +233,6 @@ fn with_one_answer_in_a_hundred(kind: &str) {
     let reduction = reduced(&path);
     let (worst, outside, _) = judged(&reduction, &Room::new(document));
     let sweeps = Run::read(&path).unwrap().sweeps.len();
-    println!(
-        "{kind}: worst {worst}, outside {outside}, {sweeps} sweeps; {:?}",
-        reduction.notes
-    );
     assert!(
         worst < 0.004 && outside < 0.05,
         "{kind}: worst {worst} of the peak, {outside} outside of 2 u; {sweeps} sweeps"

@@ -10,13 +10,13 @@ use std::process::Command;
 
 use folder::Folder;
 
-/// A plan of a few minutes, which leaves time for clicks at 600 times real time.
+/// A plan of some hours, which leaves a minute for clicks and pictures at 300 times real time, and more on a slow machine.
 const PLAN: &str = r#"format = "isolux-plan/1"
 [[block]]
 name = "lit"
 kind = "lit"
 c_range = [0, 360, 15]
-gamma_range = [0, 90, 2.5]
+gamma_range = [0, 90, 0.5]
 reference_every = 37
 [[block]]
 name = "spectrum"

@@ -172,7 +172,7 @@ fn block_readings(block: &Block, swept: &[Swept<'_>], complete: bool) -> Result<
     let mut parts = Parts::default();
     let largest = fitted.iter().map(Fitted::largest).fold(0.0, f64::max);
     for &c_deg in &block.c_deg {
-        let of_plane: Vec<&Fitted<'_>> = fitted.iter().filter(|sweep| sweep.c_deg() == c_deg).collect();
+        let of_plane: Vec<&Fitted<'_>> = fitted.iter().filter(|sweep| sweep.c_target_deg() == c_deg).collect();
         for &gamma_deg in block.gamma_deg.iter().filter(|_| !of_plane.is_empty()) {
             let giving = merged::giving(&of_plane, gamma_deg);
             // A scan that is not finished goes on where a sweep is missing.

@@ -180,6 +180,9 @@ mod tests {
 
     const NOISE_REL: f64 = 8e-4;
 
+    /// Illuminance over γ.
+    type Form = fn(f64) -> f64;
+
     /// A conversion each 0.19 s at 10 °/s of the light `of` γ, with noise.
     fn sweep(light: impl Fn(f64) -> f64) -> SweepRecord {
         let of = SweepOf {
@@ -237,7 +240,7 @@ mod tests {
 
     #[test]
     fn light_of_any_form_is_left_as_it_is() {
-        let forms: [(&str, fn(f64) -> f64); 6] = [
+        let forms: [(&str, Form); 6] = [
             ("batwing", batwing),
             ("spot", |gamma| 100.0 * 0.5f64.powf((gamma / 7.5).powi(2))),
             ("narrow spot", |gamma| 100.0 * 0.5f64.powf((gamma / 3.5).powi(2))),

@@ -18,7 +18,7 @@ pub struct Fitted<'a> {
 
 impl Fitted<'_> {
     /// Half-plane of the plan, degrees.
-    pub fn c_deg(&self) -> f64 {
+    pub fn c_target_deg(&self) -> f64 {
         self.one.record.of.c_target_deg
     }
 
