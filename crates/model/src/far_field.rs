@@ -66,6 +66,7 @@ impl Model {
             refined: self.refined(),
             laws: self.direction_laws(),
             sectors: self.sectors(),
+            mean_cosine: self.luminaire().mean_cosine(),
         }
     }
 
@@ -104,6 +105,7 @@ pub(crate) struct Directions<'m> {
     refined: &'m Refined,
     laws: Vec<(DirectionLaw, &'m Values)>,
     sectors: Option<Sectors>,
+    mean_cosine: f64,
 }
 
 impl Directions<'_> {
@@ -124,6 +126,7 @@ impl Directions<'_> {
                 c_deg,
                 gamma_deg,
                 direction: direction(c_deg, gamma_deg),
+                mean_cosine: self.mean_cosine,
             };
             for (law, values) in &self.laws {
                 factor *= law(values, &ray);

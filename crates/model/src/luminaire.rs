@@ -74,6 +74,28 @@ impl Interpolation {
 }
 
 /// The uncertainty of a direction of which none is stated.
+/// cos 85°: light beyond is hardly that of a lobe.
+const LEAST_COSINE: f64 = 0.087_155_742_747_658_18;
+
+/// cos γ, at least cos 85°.
+pub(crate) fn lobe_cosine(direction_z: f64) -> f64 {
+    direction_z.max(LEAST_COSINE)
+}
+
+fn mean_cosine(grid: &IntensityDistribution) -> f64 {
+    let logarithms: Vec<f64> = grid
+        .gamma_deg()
+        .iter()
+        .map(|gamma| lobe_cosine(gamma.to_radians().cos()).ln())
+        .collect();
+    let (mut flux, mut sum) = (0.0, 0.0);
+    for (at, (weight, intensity)) in grid.flux_weights_sr().iter().zip(grid.intensity_cd()).enumerate() {
+        flux += weight * intensity;
+        sum += weight * intensity * logarithms[at % logarithms.len()];
+    }
+    if flux > 0.0 { (sum / flux).exp() } else { 1.0 }
+}
+
 fn not_known(_intensity_cd: f64) -> f64 {
     0.0
 }
@@ -89,6 +111,7 @@ pub struct Luminaire {
     stated_emitter: Emitter,
     spectral: Spectral,
     lookup: Lookup,
+    mean_cosine: f64,
     correction: Option<Correction>,
     pub(crate) floor: FloorMemory,
     pub(crate) seen: SeenMemory,
@@ -120,6 +143,7 @@ impl Luminaire {
     ) -> Self {
         let lookup = Lookup::new(&distribution, &grid);
         Self {
+            mean_cosine: mean_cosine(&grid),
             distribution: Arc::new(distribution),
             grid: Arc::new(grid),
             stated_emitter: emitter.clone(),
@@ -152,6 +176,12 @@ impl Luminaire {
     /// interpolation is smooth. Of a luminaire whose emitter was exchanged it lacks the factor.
     pub fn grid(&self) -> &IntensityDistribution {
         &self.grid
+    }
+
+    /// Geometric mean of cos γ over the luminous flux, of directions beyond 85° as if they were there: where a wider or a
+    /// narrower beam of the same flux has the same intensity.
+    pub(crate) fn mean_cosine(&self) -> f64 {
+        self.mean_cosine
     }
 
     /// The luminous shape as the model's file gives it.

@@ -109,6 +109,7 @@ impl<'m> PreparedModel<'m> {
                 c_deg,
                 gamma_deg,
                 direction: direction.normalize_or(DVec3::Z),
+                mean_cosine: self.model.luminaire().mean_cosine(),
             };
             for (law, values) in &self.directions {
                 factor *= law(values, &ray);

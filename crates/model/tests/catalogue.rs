@@ -30,6 +30,7 @@ temp_coefficient | bench | coefficient_per_k, reference_c
 lamp_warmup | luminaire | amplitude_rel, time_constant_s
 lamp_drift | luminaire | rate_per_h, reference_s
 light_level | luminaire | factor_rel
+beam_width | luminaire | exponent
 flicker_alias | luminaire | amplitude_rel, period_s, phase_rad
 dead_sector | luminaire | depth_rel, azimuth_deg, width_deg, aim_deg
 self_absorption | luminaire | depth_rel, azimuth_deg, gamma_deg, width_deg

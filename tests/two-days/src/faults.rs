@@ -402,7 +402,7 @@ pub static FAULTS: &[Fault] = &[
         true,
         &[],
     ),
-    nameless(Readings, "wider_lobe", Change::WiderLobe, 0.1),
+    flaw(Readings, "wider_lobe", "beam_width", Change::WiderLobe, 0.1, true, &[]),
     flaw(
         Maps,
         "ambient_light",

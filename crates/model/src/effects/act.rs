@@ -44,6 +44,8 @@ pub struct Ray {
     pub gamma_deg: f64,
     /// The unit vector.
     pub direction: DVec3,
+    /// Geometric mean of cos γ over the luminaire's flux.
+    pub mean_cosine: f64,
 }
 
 /// What the detector's own response can depend on.

@@ -18,6 +18,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     look_alikes: &[
         ("near_field", "second_distance"),
         ("distance_offset", "second_distance"),
+        ("beam_width", "second_distance"),
     ],
     acts: &[Act::Mount(shift)],
     ..EffectSpec::NEUTRAL

@@ -15,6 +15,7 @@ mod ambient_stray;
 mod axial_centre;
 mod axis_nonperp;
 mod backlash;
+mod beam_width;
 mod c_zero;
 mod cosine_f2;
 mod cover_glass;
@@ -86,6 +87,7 @@ static CATALOGUE: &[&EffectSpec] = &[
     &lamp_warmup::SPEC,
     &lamp_drift::SPEC,
     &light_level::SPEC,
+    &beam_width::SPEC,
     &flicker_alias::SPEC,
     &dead_sector::SPEC,
     &self_absorption::SPEC,
