@@ -13,8 +13,8 @@ use isolux_app::instruments::session::{self, Session};
 use isolux_app::scan::{self, Place, ScanJob, Target};
 use isolux_app::{Failure, FailureKind};
 use isolux_darkroom::{Darkroom, Room};
-use isolux_record::{Plan, Run};
-use isolux_reduce::{Options, Reduction};
+use isolux_record::{Plan, Role, Run};
+use isolux_reduce::{Options, ReduceError, Reduction};
 use isolux_virtual::station::{calibration, in_memory, station};
 use isolux_virtual::twins::Choice;
 
@@ -152,6 +152,14 @@ fn in_motion_a_scan_finds_the_light_of_the_lamp_in_less_time() {
     assert!(
         (reduction.flux.value / (1.0 + document.luxmeter.gain_error_rel) / document.lamp.flux_lm - 1.0).abs() < 0.0025
     );
+    let run = Run::read(&moving).unwrap();
+    let rests = run.readings.rows.iter().filter(|row| row.role == Role::Check).count();
+    assert_eq!(rests, 10);
+    assert!(
+        checked(&reduction).starts_with("10 directions"),
+        "{}",
+        checked(&reduction)
+    );
     // Latency and lag make one delay; play is separated from it.
     let note = reduction.notes.iter().find(|note| note.contains("of delay")).unwrap();
     let words: Vec<&str> = note.split_whitespace().collect();
@@ -179,6 +187,43 @@ fn in_motion_a_scan_finds_the_light_of_the_lamp_in_less_time() {
         from_stable(&fast)
     );
     assert!(worst_at_rest < 0.006, "{worst_at_rest}");
+}
+
+/// What the directions say that were read at rest after the sweeps.
+fn checked(reduction: &Reduction) -> &str {
+    let note = reduction.notes.iter().find(|note| note.contains("were read at rest"));
+    note.expect("a note of them")
+}
+
+#[test]
+fn where_ten_directions_at_rest_say_something_else_the_scan_is_refused() {
+    // A lag of 0.3 s blurs by 3° at 10 °/s: both directions alike, so that no sweep shows it.
+    let document = room("[luxmeter]\nlag_s = 0.3\n[flaws]\n");
+    let (_keep, path) = folder();
+    scanned(&document, &plan(IN_MOTION), Target::New(&path), None).unwrap();
+    let run = Run::read(&path).unwrap();
+    let error = isolux_reduce::reduce(&run, &Options::default(), None).unwrap_err();
+    let ReduceError::Unsteady { findings } = &error else {
+        panic!("{error}");
+    };
+    assert!(
+        findings[0].what.contains("were read at rest after the sweeps disagree"),
+        "{error}"
+    );
+    for row in &findings[0].rows {
+        let read = &run.readings.rows[row.row as usize];
+        assert_eq!(
+            (read.role, read.c_target_deg, read.gamma_target_deg),
+            (Role::Check, row.c_deg, row.gamma_deg)
+        );
+    }
+    let accepting = Options {
+        accept_drift: Some("the lag is known".to_owned()),
+        ..Options::default()
+    };
+    let reduction = isolux_reduce::reduce(&run, &accepting, None).unwrap();
+    assert_eq!(&reduction.accepted.as_ref().unwrap().findings, findings);
+    assert!(reduction.flux.u.is_none(), "{:?}", reduction.flux);
 }
 
 #[test]

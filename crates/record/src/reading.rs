@@ -119,6 +119,8 @@ pub enum Role {
     Point,
     /// A visit to the reference point (C 0°, γ 0°): drift.
     Reference,
+    /// A direction of a block of sweeps that is read at rest afterwards: whether the sweeps say the same.
+    Check,
 }
 
 impl Role {
@@ -127,6 +129,7 @@ impl Role {
         match self {
             Self::Point => "point",
             Self::Reference => "reference",
+            Self::Check => "check",
         }
     }
 }
@@ -137,10 +140,11 @@ impl FromStr for Role {
         Ok(match word {
             "point" => Self::Point,
             "reference" => Self::Reference,
+            "check" => Self::Check,
             _ => {
                 return Err(UnknownWord {
                     found: word.to_owned(),
-                    expected: "point, reference",
+                    expected: "point, reference, check",
                 });
             }
         })

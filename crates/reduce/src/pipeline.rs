@@ -1,7 +1,7 @@
 //! The steps of a reduction, one after the other.
 
 use isolux_record::Run;
-use isolux_record::{Quality, Reading, Station};
+use isolux_record::{Quality, Reading, ReadingKind, Station};
 
 use crate::apparent;
 use crate::bench::Bench;
@@ -25,16 +25,18 @@ use crate::reference::Reference;
 use crate::samples::{self, Corrected, Sample};
 use crate::smooth;
 use crate::spectral::SpectralResult;
+use crate::sweeps::{Check, Checked};
 use crate::unmeasured::{Done, Unmeasured};
 use crate::{Options, Reduction};
 
-/// Reduces a run, with the effects of `bench` taken out of its lit readings; `spectral` gives its spectrum on the axis.
+/// Reduces a run with readings for its sweeps, judged by the `checks` at rest, with the effects of `bench` taken out of its lit readings; `spectral` gives its spectrum on the axis.
 ///
 /// # Errors
 /// [`ReduceError`]; nothing half-made is returned. The effect without inverse of `bench` comes back as text in
 /// [`ReduceError::Format`].
 pub fn reduce(
     run: &Run,
+    checks: &[Check],
     options: &Options,
     bench: Option<&Bench>,
     spectral: impl FnOnce() -> Result<Option<SpectralResult>, ReduceError>,
@@ -58,7 +60,8 @@ pub fn reduce(
         drift,
         mut samples,
         accepted,
-    } = Levelled::new(run, options, &rows, distance_mm, &conversion)?;
+        checked,
+    } = Levelled::new(run, checks, options, &rows, distance_mm, &conversion)?;
     if let Some(partial) = &partial {
         partial.fill(&mut samples);
     }
@@ -94,6 +97,7 @@ pub fn reduce(
         .map(|spectral| headline.sensor_illuminance.over(&spectral.ler, "W/m²", "efficacy"));
     let used = rows.iter().filter(|row| row.quality == Quality::Ok).count();
     let mut notes: Vec<String> = partial.iter().map(Partial::note).collect();
+    notes.extend(checked);
     notes.extend(levels.notes.clone());
     notes.extend(accepted.iter().map(finding::note));
     notes.extend(left_out);
@@ -137,6 +141,8 @@ struct Levelled {
     samples: Vec<Sample>,
     /// What does not agree, and was accepted.
     accepted: Option<Accepted>,
+    /// What readings at rest after sweeps say.
+    checked: Option<String>,
 }
 
 impl Levelled {
@@ -144,6 +150,7 @@ impl Levelled {
     /// [`ReduceError::Unsteady`] for a drift or a disagreement that is not accepted.
     fn new(
         run: &Run,
+        checks: &[Check],
         options: &Options,
         rows: &[&Reading],
         distance_mm: f64,
@@ -170,6 +177,18 @@ impl Levelled {
             }
         })?;
         findings.extend(gate::of_closing(&samples, limits, rows));
+        // The burning in which they were read need not have a reading of the distribution.
+        let checked = Checked::of(checks, all, |distance_mm| {
+            let of_distance = |row: &&Reading| row.kind == ReadingKind::Lit && row.distance_mm == distance_mm;
+            let there: Vec<&Reading> = all.iter().filter(of_distance).collect();
+            let reference = Reference::of(all, &there, distance_mm, stability, &light);
+            if options.without.contains(&Correction::Drift) {
+                Ok(reference.uncorrected())
+            } else {
+                reference.drift(distance_mm)
+            }
+        })?;
+        findings.extend(checked.finding);
         refuse(&findings, options)?;
         let accepted = (!findings.is_empty()).then(|| Accepted {
             reason: options.accept_drift.clone().unwrap_or_default(),
@@ -180,6 +199,7 @@ impl Levelled {
             drift,
             samples,
             accepted,
+            checked: checked.note,
         })
     }
 }

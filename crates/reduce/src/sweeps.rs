@@ -4,6 +4,7 @@
 //! displacement of the light against them by the pair of sweeps in both directions, and the light without the blur of
 //! its windows. The formulas stand in the book, "Scans in motion".
 
+mod at_rest;
 mod basis;
 mod curve;
 mod delay;
@@ -19,6 +20,7 @@ use isolux_record::run::StopHow;
 use isolux_record::{Reading, Role, Run};
 
 use crate::error::ReduceError;
+pub use at_rest::{Check, Checked};
 use delay::{Delay, Shift};
 use guard::LeftOut;
 use merged::Fitted;
@@ -37,6 +39,8 @@ pub struct AtRest<'a> {
     recorded: Vec<Option<u64>>,
     /// What a person should know of the sweeps.
     pub notes: Vec<String>,
+    /// Directions that were read at rest after them.
+    pub checks: Vec<Check>,
 }
 
 impl AtRest<'_> {
@@ -57,12 +61,13 @@ impl AtRest<'_> {
 /// [`ReduceError::Sweeps`] where the displacement of the light cannot be found, [`ReduceError::NoSweep`] where no sweep
 /// of a scan that was finished has light.
 pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
-    let mut notes = Vec::new();
+    let (mut notes, mut checks) = (Vec::new(), Vec::new());
     if run.sweeps.is_empty() {
         return Ok(AtRest {
             run: Cow::Borrowed(run),
             recorded: Vec::new(),
             notes,
+            checks,
         });
     }
     let stopped = run.header.stopped.as_ref();
@@ -87,14 +92,18 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
         if tracked.is_empty() {
             continue;
         }
-        let (readings, note) = block_readings(block, &tracked, complete)?;
-        notes.push(note);
+        let of_block = block_readings(run, block, &tracked, complete)?;
+        notes.push(of_block.note);
+        checks.extend(of_block.checks);
         let visited = run
             .readings
             .rows
             .iter()
             .any(|row| row.block == block.name && row.role == Role::Reference);
-        let wanted = readings.into_iter().filter(|row| row.role == Role::Point || !visited);
+        let wanted = of_block
+            .readings
+            .into_iter()
+            .filter(|row| row.role == Role::Point || !visited);
         rows.extend(wanted.map(|reading| (None, reading)));
     }
     // A burning of the lamp is a stretch of rows: they stand in the order of time.
@@ -103,6 +112,9 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
             .unwrap_or_default()
             .total_cmp(&b.1.time_s.unwrap_or_default())
     });
+    if checks.is_empty() && complete {
+        notes.push("no direction was read at rest after the sweeps: nothing shows that they say the same".to_owned());
+    }
     let mut with = run.clone();
     let numbered = rows
         .iter()
@@ -113,6 +125,7 @@ pub fn as_readings(run: &Run) -> Result<AtRest<'_>, ReduceError> {
         run: Cow::Owned(with),
         recorded: rows.into_iter().map(|(recorded, _)| recorded).collect(),
         notes,
+        checks,
     })
 }
 
@@ -138,8 +151,17 @@ fn shifts(block: &Block, swept: &[Swept<'_>]) -> Vec<Shift> {
     shifts
 }
 
-/// Readings at the directions of a block, and the sentence on its sweeps.
-fn block_readings(block: &Block, swept: &[Swept<'_>], complete: bool) -> Result<(Vec<Reading>, String), ReduceError> {
+/// What the sweeps of a block give.
+struct OfBlock {
+    /// Readings at its directions.
+    readings: Vec<Reading>,
+    /// The sentence on its sweeps.
+    note: String,
+    /// Its directions that were read at rest.
+    checks: Vec<Check>,
+}
+
+fn block_readings(run: &Run, block: &Block, swept: &[Swept<'_>], complete: bool) -> Result<OfBlock, ReduceError> {
     let shifts = shifts(block, swept);
     let Some(fast) = shifts.first() else {
         return Err(ReduceError::Sweeps {
@@ -198,7 +220,11 @@ fn block_readings(block: &Block, swept: &[Swept<'_>], complete: bool) -> Result<
             readings.push(sweep.reading(Role::Reference, (0.0, 0.0), curve.u_noise(0.0)));
         }
     }
-    Ok((readings, note(block, swept, fast, delay, &parts)))
+    Ok(OfBlock {
+        readings,
+        note: note(block, swept, fast, delay, &parts),
+        checks: at_rest::checks(run, block, &fitted, delay),
+    })
 }
 
 /// Sums of squares of the parts of u, in shares of the largest light.

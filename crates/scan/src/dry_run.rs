@@ -6,7 +6,7 @@ use isolux_record::station::{Access, Axis};
 use isolux_record::{DistanceClass, ReadingKind, Role, Station};
 use serde::Serialize;
 
-use crate::itinerary::{Visit, visits};
+use crate::itinerary::{Visit, is_last_sweep, visits};
 use crate::sweeps;
 use crate::warmup::Criterion;
 
@@ -95,8 +95,13 @@ pub fn dry_run(station: &Station, plan: &Plan) -> Result<DryRun, Fault> {
     }
     // Where the axes stand before the first visit is not known; homing ends at the drive's own zero.
     let mut at: Option<(f64, f64)> = None;
-    for visit in &visits {
+    for (place, visit) in visits.iter().enumerate() {
         add_visit(&mut run, station, plan, visit, at);
+        if is_last_sweep(&visits, place) {
+            let block = &plan.blocks()[visit.block];
+            run.readings += at_rest(block) as u64;
+            run.reading_s += at_rest_s(station, block);
+        }
         at = Some(visit.stands_deg());
         if visit.role == Role::Point {
             run.blocks[visit.block].points += 1;
@@ -117,6 +122,8 @@ fn add_visit(run: &mut DryRun, station: &Station, plan: &Plan, visit: &Visit, fr
     match visit.role {
         Role::Reference => run.references += 1,
         Role::Point => run.points += 1,
+        // They are drawn by the sweeps.
+        Role::Check => {}
     }
     run.reading_s += reading_s(station, block, visit);
     if block.instrument == Instrument::Spectroradiometer {
@@ -144,6 +151,27 @@ fn reading_s(station: &Station, block: &Block, visit: &Visit) -> f64 {
     (SETTLE_READINGS - 1.0 + readings(block, visit)) * READING_S
 }
 
+/// Directions of a block of sweeps that are read at rest afterwards.
+fn at_rest(block: &Block) -> f64 {
+    sweeps::AT_REST.min(block.c_deg.len() * block.gamma_deg.len()) as f64
+}
+
+/// How long they take with the ways between them: a third of that of γ each, as two places drawn at random are apart.
+fn at_rest_s(station: &Station, block: &Block) -> f64 {
+    let span = |angles: &[f64]| {
+        let (low, high) = angles
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), angle| {
+                (low.min(*angle), high.max(*angle))
+            });
+        (high - low).max(0.0)
+    };
+    let count = at_rest(block);
+    let way_gamma_s = duration(station.axis_gamma(), span(&block.gamma_deg) / 3.0);
+    let way_c_s = duration(station.axis_c(), span(&block.c_deg) / count.max(1.0));
+    count * (way_gamma_s.max(way_c_s) + POSITION_CHECK_S + SETTLE_READINGS * READING_S)
+}
+
 /// How long a visit takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VisitTime {
@@ -157,16 +185,25 @@ pub struct VisitTime {
 pub fn visit_times(station: &Station, plan: &Plan) -> Vec<VisitTime> {
     let least_s = Criterion::of(station, plan.limits()).least_s();
     let (mut at, mut warm) = (None, false);
-    let time = |visit: &Visit| {
+    let visits = visits(plan);
+    let time = |(place, visit): (usize, &Visit)| {
         let block = &plan.blocks()[visit.block];
         let needs = block.kind.needs_lamp();
         let warm_up_s = if needs && !warm { least_s } else { 0.0 };
         warm = needs || warm && block.kind != ReadingKind::LampOff;
         let work_s = at.map_or(0.0, |from| motion_s(station, visit, from)) + reading_s(station, block, visit);
+        let afterwards_s = if is_last_sweep(&visits, place) {
+            at_rest_s(station, block)
+        } else {
+            0.0
+        };
         at = Some(visit.stands_deg());
-        VisitTime { work_s, warm_up_s }
+        VisitTime {
+            work_s: work_s + afterwards_s,
+            warm_up_s,
+        }
     };
-    visits(plan).iter().map(time).collect()
+    visits.iter().enumerate().map(time).collect()
 }
 
 fn motion_s(station: &Station, visit: &Visit, (c, gamma): (f64, f64)) -> f64 {

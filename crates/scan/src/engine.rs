@@ -22,6 +22,7 @@ pub use around::{Engine, ScanSummary};
 
 mod around;
 mod asleep;
+mod at_rest;
 mod coverage;
 mod limit;
 mod outputs;

@@ -76,6 +76,13 @@ pub fn visits(plan: &Plan) -> Vec<Visit> {
     visits
 }
 
+/// Whether the visit at `place` is the last sweep of its block.
+pub fn is_last_sweep(visits: &[Visit], place: usize) -> bool {
+    let Some(visit) = visits.get(place) else { return false };
+    let is_sweep = |later: &Visit| later.block == visit.block && later.pass.is_some();
+    is_sweep(visit) && !visits[place + 1..].iter().any(is_sweep)
+}
+
 /// Target C and γ of every point, with the sweep where it is one.
 fn poses(block: &Block) -> Vec<(f64, f64, Option<Pass>)> {
     if block.sweep_deg_s.is_some() {

@@ -35,3 +35,4 @@ pub use engine::{Engine, ScanSummary};
 pub use error::{ScanError, ScanErrorKind};
 pub use observe::{Observer, Silent};
 pub use pause::Pause;
+pub use sweeps::most_deg_s;

@@ -14,6 +14,14 @@ const PER_STEP: f64 = 1.0;
 /// Share of its range that the largest light expected may fill: an estimate is uncertain.
 const FILLED: f64 = 0.7;
 
+/// Directions of a block of sweeps that are read at rest afterwards.
+pub(crate) const AT_REST: usize = 10;
+
+/// The speed of a sweep over γ of this finest step at which a meter of this integration time still follows, °/s.
+pub fn most_deg_s(step_deg: f64, integration_s: f64) -> f64 {
+    step_deg / (PER_STEP * (integration_s + EXCHANGE_S))
+}
+
 /// The finest step of the block's γ, degrees.
 pub(crate) fn step_deg(block: &Block) -> f64 {
     block
@@ -58,7 +66,7 @@ pub(crate) fn check_meter(station: &Station, devices: &Devices, plan: &Plan) -> 
             );
         }
         let every_s = properties.integration.as_secs_f64() + EXCHANGE_S;
-        let most = step_deg(block) / (PER_STEP * every_s);
+        let most = most_deg_s(step_deg(block), properties.integration.as_secs_f64());
         if speed > most {
             return fault(
                 "speed_deg_s|mode",
@@ -133,7 +141,7 @@ pub(crate) fn note(station: &Station, block: &Block, at_rest_s: f64) -> Option<S
     let directions = block.c_deg.len() * block.gamma_deg.len();
     (!passes.is_empty()).then(|| {
         format!(
-            "block `{}`: {} sweeps, {moving_s:.0} s of motion; the same {directions} directions at rest take {:.0} s or more",
+            "block `{}`: {} sweeps, {moving_s:.0} s of motion, and {AT_REST} directions at rest; the same {directions} directions at rest take {:.0} s or more",
             block.name,
             passes.len(),
             directions as f64 * at_rest_s

@@ -165,7 +165,8 @@ impl<L: Language> Meter<L> {
                 Some(asked) if !interval.is_zero() => asked + interval + MARGIN,
                 _ => began,
             };
-            let at = fresh.max(not_before + reach);
+            // Nothing is asked before now: where the deadline has passed meanwhile, nothing is asked any more.
+            let at = fresh.max(not_before + reach).max(Instant::now());
             let late = at + GUARD + MARGIN > deadline;
             if late && awake::missed(deadline) && !patience.is_zero() {
                 // Nobody waited for the meter meanwhile; what it said before may be of another light.

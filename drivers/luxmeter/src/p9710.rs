@@ -28,8 +28,10 @@ const LINE: LineSettings = LineSettings {
 /// Integration time where the address states none, ms: an even number of half periods of 50 and of 60 Hz.
 const INTEGRATION_MS: f64 = 500.0;
 
-/// The automatic range may measure once more in each of the eight ranges before it answers, of 500 ms each.
-const ANSWER: Duration = Duration::from_secs(5);
+/// The automatic range may measure once more in each of so many ranges before it answers.
+const MEASURED_IN: u32 = 8;
+/// Everything else about an answer takes less than this.
+const BESIDE: Duration = Duration::from_secs(1);
 
 /// Offset error of each range as a share of its full scale, 0 (2 mA) first: manual, section 12.2.
 const OFFSET: [f64; 8] = [5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 5e-4, 1e-3, 1e-2];
@@ -113,11 +115,12 @@ impl Language for Optometer {
     }
 
     fn timing(&self) -> Timing {
+        let integration = Duration::from_millis(self.integration_ms.into());
         Timing {
-            update_interval: Duration::from_millis(self.integration_ms.into()),
-            integration: Duration::from_millis(self.integration_ms.into()),
+            update_interval: integration,
+            integration,
             converts: Converts::OnRequest,
-            answer: ANSWER,
+            answer: MEASURED_IN * integration + BESIDE,
         }
     }
 

@@ -309,6 +309,25 @@ async fn lost_late_doubled_torn_old_and_echoed_answers_are_never_the_reading() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn without_answers_a_reading_ends_at_its_deadline() {
+    for half_seconds in 2..40 {
+        let patience = Duration::from_millis(500 * half_seconds);
+        for answered in 0..4 {
+            let (meter, script) = p9710().await;
+            script.lock().unwrap().faults.extend(vec![Fault::Late(0); answered]);
+            script.lock().unwrap().faults.extend([Fault::Silent; 12]);
+            let began = Instant::now();
+            let outcome = meter.read(began, began + patience).await;
+            assert!(
+                began.elapsed() <= patience + Duration::from_secs(1),
+                "{patience:?}: {outcome:?}"
+            );
+            assert!(outcome.is_err() || answered > 1, "{patience:?}: {outcome:?}");
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn over_range_is_a_quality_and_a_fault_is_told() {
     let later = || Instant::now() + Duration::from_mins(1);
     let (meter, script) = mavo().await;

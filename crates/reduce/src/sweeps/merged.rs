@@ -44,12 +44,15 @@ impl Fitted<'_> {
         ]
     }
 
+    /// Seconds of the run at which it read the light at γ.
+    pub fn time_s(&self, gamma_deg: f64) -> f64 {
+        let displaced_deg = self.one.sign() * self.shift.shift_deg;
+        self.one.track.time_s(gamma_deg - displaced_deg)
+    }
+
     /// The reading at a direction of the plan.
     pub fn reading(&self, role: Role, (c_deg, gamma_deg): (f64, f64), u_lx: f64) -> Reading {
-        let time_s = self
-            .one
-            .track
-            .time_s(gamma_deg - self.one.sign() * self.shift.shift_deg);
+        let time_s = self.time_s(gamma_deg);
         let light = (self.along.curve.at(gamma_deg), u_lx);
         self.one.reading(role, (c_deg, gamma_deg), time_s, light)
     }

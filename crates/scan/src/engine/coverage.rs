@@ -31,6 +31,8 @@ pub(super) struct Coverage {
 struct Plane {
     /// γ of the plan at which a sweep has light, by their number in the block.
     lit: Vec<bool>,
+    /// The nearest conversion to each of them: how far off, degrees, and what it said, lx.
+    nearest: Vec<Option<(f64, f64)>>,
     /// Sweeps of it so far.
     count: u32,
     /// Direction of the last one.
@@ -57,7 +59,14 @@ impl Coverage {
         plane.lit.resize(block.gamma_deg.len(), false);
         plane.count += 1;
         plane.sign = (sweep.of.gamma_deg[1] - sweep.of.gamma_deg[0]).signum();
-        let lit_deg = lit_deg(sweep);
+        let conversions = conversions(sweep);
+        plane.nearest.resize(block.gamma_deg.len(), None);
+        for (nearest, gamma_deg) in plane.nearest.iter_mut().zip(&block.gamma_deg) {
+            let off = |at: &(f64, f64)| ((at.0 - gamma_deg).abs(), at.1);
+            let here = conversions.iter().map(off).min_by(|a, b| a.0.total_cmp(&b.0));
+            *nearest = nearest.iter().copied().chain(here).min_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        let lit_deg: Vec<f64> = conversions.iter().map(|at| at.0).collect();
         let mut between: Vec<f64> = lit_deg.windows(2).map(|pair| pair[1] - pair[0]).collect();
         between.sort_by(f64::total_cmp);
         let usual_deg = between.get(between.len() / 2).copied().unwrap_or(f64::INFINITY);
@@ -73,6 +82,17 @@ impl Coverage {
             };
             *lit |= gap_deg <= allowed_deg;
         }
+    }
+
+    /// C, γ in degrees and roughly the light in lx, of every direction of `block` that has any, in the order of the plan.
+    pub fn light(&self, block: &Block) -> Vec<(f64, f64, f64)> {
+        let of_plane = |c_deg: &f64| {
+            let plane = self.planes.get(&(block.name.clone(), c_deg.to_bits()))?;
+            let near = block.gamma_deg.iter().zip(&plane.nearest);
+            let cells = near.filter_map(|(gamma_deg, nearest)| Some((*c_deg, *gamma_deg, nearest.as_ref()?.1)));
+            Some(cells.collect::<Vec<_>>())
+        };
+        block.c_deg.iter().filter_map(of_plane).flatten().collect()
     }
 
     /// Whether a half-plane of `block` that was swept has no light somewhere.
@@ -112,8 +132,8 @@ impl Coverage {
     }
 }
 
-/// γ at the middle of each conversion with a number, rising; those of an axis that stood still are none.
-fn lit_deg(sweep: &SweepRecord) -> Vec<f64> {
+/// γ at the middle of each conversion with a number, rising, and that number; those of an axis that stood still are none.
+fn conversions(sweep: &SweepRecord) -> Vec<(f64, f64)> {
     let positions = &sweep.positions;
     let at = |time_s: f64| {
         let next = positions.partition_point(|position| position.answered_s < time_s);
@@ -121,14 +141,15 @@ fn lit_deg(sweep: &SweepRecord) -> Vec<f64> {
         let share = (time_s - before.answered_s) / (after.answered_s - before.answered_s);
         Some(before.gamma_deg + share * (after.gamma_deg - before.gamma_deg))
     };
-    let whole = sweep.light.iter().filter(|sample| sample.illuminance_lx.is_some());
-    let mut lit_deg: Vec<f64> = whole
-        .filter_map(|sample| at(sample.asked_s + 0.5 * sweep.of.integration_s))
-        .collect();
-    lit_deg.sort_by(f64::total_cmp);
+    let whole = sweep.light.iter().filter_map(|sample| {
+        let gamma_deg = at(sample.asked_s + 0.5 * sweep.of.integration_s)?;
+        Some((gamma_deg, sample.illuminance_lx?))
+    });
+    let mut conversions: Vec<(f64, f64)> = whole.collect();
+    conversions.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Before and after its motion the axis rests.
-    lit_deg.dedup_by(|a, b| *a - *b < 1e-3);
-    lit_deg
+    conversions.dedup_by(|a, b| a.0 - b.0 < 1e-3);
+    conversions
 }
 
 impl Session<'_> {

@@ -87,6 +87,12 @@ fn points(run: &Run) -> Vec<u64> {
     run.sweeps.iter().map(|sweep| sweep.of.point).collect()
 }
 
+/// Directions that were read at rest after the sweeps.
+fn checks(run: &Run) -> Vec<(f64, f64)> {
+    let rows = run.readings.rows.iter().filter(|row| row.role == Role::Check);
+    rows.map(|row| (row.c_target_deg, row.gamma_target_deg)).collect()
+}
+
 #[tokio::test(start_paused = true)]
 async fn a_block_of_sweeps_is_recorded_sweep_by_sweep() {
     let (mut devices, room) = bench();
@@ -105,6 +111,7 @@ async fn a_block_of_sweeps_is_recorded_sweep_by_sweep() {
         3,
         "before the first sweep, the fourth, and at the end"
     );
+    assert_eq!(checks(&run).len(), 10);
     let signs: Vec<f64> = run.sweeps.iter().map(|sweep| sweep.of.gamma_deg[1].signum()).collect();
     assert_eq!(signs, [1.0, -1.0, 1.0, -1.0, 1.0]);
     assert_eq!(run.sweeps[2].of.speed_deg_s, 5.0);
@@ -114,7 +121,7 @@ async fn a_block_of_sweeps_is_recorded_sweep_by_sweep() {
 async fn ended_at_any_moment_the_axes_rest_and_the_next_sweep_follows() {
     let plan = plan(SWEEPS);
     let mut moment = 1830.0;
-    while moment < 1945.0 {
+    while moment < 1990.0 {
         let (mut devices, room) = bench();
         let (_keep, path, mut run) = run_dir(&devices, &plan);
         let cancel = Cancel::new();
@@ -138,9 +145,15 @@ async fn ended_at_any_moment_the_axes_rest_and_the_next_sweep_follows() {
             drop(run);
             let whole = Run::read(&path).unwrap();
             assert_eq!(whole.sweeps[..cut.sweeps.len()], cut.sweeps[..]);
+            assert_eq!(checks(&whole)[..checks(&cut).len()], checks(&cut)[..]);
         }
         let whole = Run::read(&path).unwrap();
         assert_eq!(points(&whole), [0, 1, 2, 3, 4], "{moment}");
+        // Drawn by the sweeps alone: taken up again they are the same ten.
+        let mut at_rest = checks(&whole);
+        at_rest.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        at_rest.dedup();
+        assert_eq!((checks(&whole).len(), at_rest.len()), (10, 10), "{moment}");
         assert_true(&whole, &room, &format!("resumed after {moment} s"));
         moment += 4.7;
     }

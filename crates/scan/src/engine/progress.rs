@@ -15,6 +15,8 @@ pub(super) struct Progress {
     references: HashMap<u64, u32>,
     spectra: HashMap<u64, u32>,
     sweeps: HashSet<u64>,
+    /// Block, C and γ, as bits, of directions that were read at rest after the sweeps.
+    checks: HashSet<(String, u64, u64)>,
     last_point: Option<u64>,
 }
 
@@ -25,6 +27,11 @@ impl Progress {
         for reading in resumed.iter().flat_map(|run| &run.readings.rows) {
             match reading.role {
                 Role::Reference => *progress.references.entry(reading.point).or_default() += 1,
+                Role::Check => {
+                    let (c, gamma) = (reading.c_target_deg, reading.gamma_target_deg);
+                    let key = (reading.block.clone(), c.to_bits(), gamma.to_bits());
+                    progress.checks.insert(key);
+                }
                 Role::Point => {
                     let entry = progress.points.entry(reading.point).or_default();
                     entry.0 += 1;
@@ -46,6 +53,7 @@ impl Progress {
     /// Whether a visit needs not be made any more.
     pub fn has(&self, visit: &Visit, block: &Block) -> bool {
         match (visit.role, block.instrument) {
+            (Role::Check, _) => self.has_check(block, (visit.c_deg, visit.gamma_deg)),
             (Role::Reference, _) => {
                 self.references.contains_key(&visit.point) || self.last_point.is_some_and(|last| last >= visit.point)
             }
@@ -58,6 +66,12 @@ impl Progress {
                 (None, _) => false,
             },
         }
+    }
+
+    /// Whether a direction (C, γ) of `block`, in degrees, was read at rest after its sweeps.
+    pub fn has_check(&self, block: &Block, (c_deg, gamma_deg): (f64, f64)) -> bool {
+        let key = (block.name.clone(), c_deg.to_bits(), gamma_deg.to_bits());
+        self.checks.contains(&key)
     }
 
     /// Readings of a visit that are there already: how many, and the numbers among them.

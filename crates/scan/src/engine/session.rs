@@ -15,7 +15,7 @@ use super::reference::References;
 use crate::clock::{RunClock, microseconds};
 use crate::devices::{Devices, TwoState};
 use crate::error::ScanError;
-use crate::itinerary::{Visit, visits};
+use crate::itinerary::{Visit, is_last_sweep, visits};
 use crate::motion::{Axes, drive_rail, stop_all};
 use crate::settle::Photometer;
 
@@ -122,13 +122,14 @@ impl<'a> Session<'a> {
         let mut current = None;
         for (place, visit) in visits.iter().enumerate() {
             let block = &plan.blocks()[visit.block];
-            let is_sweep = |later: &Visit| later.block == visit.block && later.pass.is_some();
-            let last_sweep = is_sweep(visit) && !visits[place + 1..].iter().any(is_sweep);
+            let last_sweep = is_last_sweep(&visits, place);
             let made = progress.has(visit, block);
             if made {
                 self.done += u64::from(visit.role == Role::Point);
             }
-            if made && !(last_sweep && self.coverage.lacks(block)) {
+            let complete =
+                |session: &Self| !session.coverage.lacks(block) && !session.lacks_checks(visit, &visits, &progress);
+            if made && (!last_sweep || complete(self)) {
                 continue;
             }
             self.look_at_wall_clock()?;
@@ -156,6 +157,7 @@ impl<'a> Session<'a> {
             }
             if last_sweep {
                 self.fill_gaps(block, &visits).await?;
+                self.read_at_rest(visit, &visits, &progress).await?;
             }
         }
         Ok(())

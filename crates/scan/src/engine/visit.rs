@@ -49,7 +49,7 @@ impl Session<'_> {
             // After the lamp had to be switched on again it is warmed up first, and its drift begins at a visit of its
             // own.
             self.outputs(block).await?;
-            let now = if visit.role == Role::Point && self.lacks_reference(block) {
+            let now = if visit.role != Role::Reference && self.lacks_reference(block) {
                 visit.reference_before()
             } else {
                 *visit
