@@ -315,16 +315,30 @@ impl Forward for AssumedModel {
         let spec = self.recipes[effect].spec;
         // Only what acts on nothing but the signals of maps.
         spec.readout(&[amplitude], 0.0)?;
+        let full_scale = self.full_scale()?;
         let mut changed = prediction.clone();
-        for (part, rows) in self.parts.iter().zip(row_ranges(&self.parts)) {
-            let Part::Maps(maps) = part else { continue };
-            let relative = (maps.unit() == MapUnit::Relative).then_some(1.0);
-            let full_scale = maps.full_scale().or(relative)?;
-            for row in rows {
-                changed[row] = full_scale * spec.readout(&[amplitude], changed[row] / full_scale)?;
-            }
+        for (row, &full_scale) in full_scale
+            .iter()
+            .enumerate()
+            .filter(|(_, full_scale)| !full_scale.is_nan())
+        {
+            changed[row] = full_scale * spec.readout(&[amplitude], changed[row] / full_scale)?;
         }
         Some(changed)
+    }
+
+    fn full_scale(&self) -> Option<DVector<f64>> {
+        let ranges = row_ranges(&self.parts);
+        let mut full_scale = vec![f64::NAN; ranges.last().map_or(0, |last| last.end)];
+        for (part, rows) in self.parts.iter().zip(ranges) {
+            let Part::Maps(maps) = part else { continue };
+            let relative = (maps.unit() == MapUnit::Relative).then_some(1.0);
+            full_scale[rows].fill(maps.full_scale().or(relative)?);
+        }
+        full_scale
+            .iter()
+            .any(|value| !value.is_nan())
+            .then(|| DVector::from_vec(full_scale))
     }
 
     fn predict(&self, nuisance: &[f64], hypotheses: &[Hypothesis]) -> Option<DVector<f64>> {

@@ -59,19 +59,20 @@ impl Column<'_> {
 }
 
 impl<'a> Dictionary<'a> {
-    /// Named tangents around the baseline `prediction`, then the rivals, whose columns move here. `refitted` are the
-    /// derivatives to the nuisance: two patterns are alike where they are alike in what it leaves.
+    /// Named tangents around the baseline `prediction`, those of what reads a sensor out around the light that is there,
+    /// then the rivals, whose columns move here. `refitted` are the derivatives to the nuisance: two patterns are alike where
+    /// they are alike in what it leaves.
     pub fn new<F: Forward + ?Sized>(
         forward: &'a F,
         rows: &'a [Row],
         nuisance: &[f64],
-        prediction: &DVector<f64>,
+        (prediction, light): (&DVector<f64>, &DVector<f64>),
         rivals: &mut [Rival],
         row_scale: &DVector<f64>,
         refitted: &DMatrix<f64>,
     ) -> Self {
         let effects = forward.effects();
-        let tangents = tangents(forward, nuisance, prediction);
+        let tangents = tangents(forward, nuisance, (prediction, light));
         let share = (1.0 - OUTSIDE_CATALOGUE) / effects.len().max(1) as f64;
         let mut all: Vec<Column<'a>> = Vec::new();
         let mut candidates = Vec::new();
@@ -83,7 +84,7 @@ impl<'a> Dictionary<'a> {
             candidates.push(Candidate {
                 who,
                 columns: start..all.len(),
-                ln_prior: (share / searchable.shapes.len() as f64).ln(),
+                ln_prior: (share / searchable.ways()).ln(),
                 one_sided: searchable.one_sided,
                 plausible: (searchable.turns || searchable.plausible.len() == 1).then(|| searchable.plausible[0]),
             });
@@ -180,7 +181,7 @@ impl<'a> Dictionary<'a> {
 fn tangents<'a, F: Forward + ?Sized>(
     forward: &'a F,
     nuisance: &[f64],
-    prediction: &DVector<f64>,
+    (prediction, light): (&DVector<f64>, &DVector<f64>),
 ) -> Vec<(Who, Vec<Column<'a>>)> {
     let effects = forward.effects();
     let mut tangents: Vec<(Who, Vec<Column<'a>>)> = effects
@@ -191,7 +192,7 @@ fn tangents<'a, F: Forward + ?Sized>(
         .collect::<Vec<_>>()
         .into_par_iter()
         .filter_map(|(effect, shape)| {
-            let columns = tangent(forward, nuisance, prediction, effect, shape)?;
+            let columns = tangent(forward, nuisance, (prediction, light), effect, shape)?;
             let columns = columns.into_iter().map(Column::Tangent).collect();
             Some((Who::Named { effect, shape }, columns))
         })
@@ -261,7 +262,7 @@ fn distinct(
 fn tangent<F: Forward + ?Sized>(
     forward: &F,
     nuisance: &[f64],
-    prediction: &DVector<f64>,
+    (prediction, light): (&DVector<f64>, &DVector<f64>),
     effect: usize,
     shape: usize,
 ) -> Option<Vec<DVector<f64>>> {
@@ -269,6 +270,9 @@ fn tangent<F: Forward + ?Sized>(
     (0..searchable.step.len())
         .map(|k| {
             let step = searchable.step_of(shape, k);
+            if let Some(changed) = forward.read_out(effect, step, light) {
+                return finite((changed - light) / step);
+            }
             change(
                 forward,
                 nuisance,
@@ -294,12 +298,12 @@ fn change<F: Forward + ?Sized>(
 ) -> Option<DVector<f64>> {
     let mut linear = vec![0.0; forward.effects()[effect].step.len()];
     linear[k] = step;
-    let whole = || {
-        let shape = shape.to_vec();
-        forward.predict(nuisance, &[Hypothesis { effect, linear, shape }])
-    };
-    let changed = forward.read_out(effect, step, prediction).or_else(whole)?;
-    let column = (changed - prediction) / step;
+    let shape = shape.to_vec();
+    let changed = forward.predict(nuisance, &[Hypothesis { effect, linear, shape }])?;
+    finite((changed - prediction) / step)
+}
+
+fn finite(column: DVector<f64>) -> Option<DVector<f64>> {
     column.iter().all(|value| value.is_finite()).then_some(column)
 }
 

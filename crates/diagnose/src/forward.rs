@@ -71,6 +71,10 @@ pub struct Searchable {
     pub turns: bool,
     /// The response does not grow with the amplitude (a level, a step): each shape stands for one value of it.
     pub one_by_one: bool,
+    /// The first linear amplitude is the period of what the effect does along the signal, in full scales.
+    pub period_of_signal: bool,
+    /// How many values those of `shapes` were chosen from by the data ([`crate::steps`]); 0: all are listed.
+    pub chosen_from: usize,
     /// The one linear amplitude is never below zero (an albedo, a squared radius); false where it has either sign.
     pub one_sided: bool,
     /// A negative amplitude cannot even be written down (a squared radius).
@@ -105,11 +109,19 @@ impl Searchable {
         self.step[component] * self.step_share.get(shape).copied().unwrap_or(1.0)
     }
 
+    /// How many shapes the one that fits best was taken from.
+    pub fn ways(&self) -> f64 {
+        self.chosen_from.max(self.shapes.len()) as f64
+    }
+
     /// The difference at which the derivative to a linear amplitude is taken in a fit: of one that cannot be negative
-    /// no more than a tenth of it, for its change may go with the root.
+    /// no more than a tenth of it, for its change may go with the root; of a period all of it, for what another one does is
+    /// no small change.
     pub fn step_at(&self, component: usize, value: f64) -> f64 {
         let step = 0.1 * self.step[component];
-        if self.one_by_one {
+        if self.period_of_signal && value > 0.0 {
+            -value
+        } else if self.one_by_one {
             1e-3 * value.abs().max(step)
         } else if self.never_negative {
             step.min(0.1 * value).max(1e-4 * self.step[component])
@@ -172,6 +184,10 @@ pub trait Forward: Sync {
     }
     /// The effects that could be missing, those already in the model left out.
     fn effects(&self) -> &[Searchable];
+    /// The full scale of every row, in its unit, NaN where it is no signal of a sensor; none where no row is.
+    fn full_scale(&self) -> Option<DVector<f64>> {
+        None
+    }
     /// What an effect that is the last step of every reading makes of an expected value of every row; none where it is
     /// not.
     fn read_out(&self, _effect: usize, _amplitude: f64, _prediction: &DVector<f64>) -> Option<DVector<f64>> {

@@ -68,6 +68,27 @@ impl Moved {
     }
 }
 
+/// What errors that rows share are expected to change of every row, from what a fit leaves, measured − expected in the
+/// unit of the rows. `whitener` leaves room for them: with C = D + B·Bᵀ it is B·Bᵀ·C⁻¹·r.
+pub fn expected_change(errors: &Errors, whitener: &Whitener<'_>, left: &DVector<f64>) -> DVector<f64> {
+    /// Columns at a time.
+    const BLOCK: usize = 16;
+    let (rows, whitened_left) = (left.len(), whitener.vector(left));
+    let mut change = DVector::zeros(rows);
+    for block in errors.chunks(BLOCK) {
+        let mut columns = DMatrix::zeros(rows, block.len());
+        for (mut column, error) in columns.column_iter_mut().zip(block) {
+            for &(row, value) in error {
+                column[row] = value;
+            }
+        }
+        let mut whitened = columns.clone();
+        whitener.apply(&mut whitened);
+        change += columns * whitened.tr_mul(&whitened_left);
+    }
+    change
+}
+
 /// A model that is read out where the readings put what it knows of itself.
 ///
 /// Its predictions are still those of the model as it stands, so that `change` stays an error that rows share; but the
@@ -76,7 +97,7 @@ impl Moved {
 pub struct ReadOut<'a, F: ?Sized> {
     /// The model.
     pub forward: &'a F,
-    /// [`Moved::change`]; empty where nothing is changed.
+    /// [`Moved::change`] or [`expected_change`]; empty where nothing is changed.
     pub change: &'a DVector<f64>,
 }
 
@@ -191,6 +212,8 @@ mod tests {
             limits: vec![(0.0, f64::INFINITY)],
             turns: false,
             one_by_one: true,
+            period_of_signal: false,
+            chosen_from: 0,
             one_sided: true,
             never_negative: false,
             shapes: vec![Vec::new()],

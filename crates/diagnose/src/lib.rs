@@ -25,6 +25,7 @@ pub mod rounding;
 pub mod scan;
 pub mod search;
 pub mod shrinkage;
+pub mod steps;
 pub mod table;
 pub mod whitener;
 pub mod whitening;

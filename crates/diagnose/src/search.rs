@@ -15,6 +15,7 @@ mod select;
 
 use crate::forward::Forward;
 use crate::rounding::hides_noise;
+use crate::steps::Stepped;
 use crate::table::{Row, Source};
 use crate::whitening::Sequence;
 
@@ -23,7 +24,9 @@ pub use outcome::{Label, Outcome, Place, Ranked, Rivalry, Settings, Unexplained}
 /// Searches. None where the model cannot even predict these rows.
 pub fn search<F: Forward + ?Sized>(forward: &F, rows: &[Row], settings: &Settings) -> Option<Outcome> {
     let sequence = in_time(rows);
-    let problem = problem::Problem::new(forward, rows, &sequence, settings)?;
+    let plain = problem::Plain::of(forward, rows, &sequence)?;
+    let stepped = Stepped::of(forward, &plain.light, &(&plain.measured - &plain.light), &plain.u);
+    let problem = problem::Problem::new(&stepped, rows, &sequence, settings, plain);
     let baseline = estimate::baseline(&problem)?;
     let scanned = scanned::scan(&baseline);
     let selected = select::select(baseline, &scanned)?;

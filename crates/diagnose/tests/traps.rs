@@ -38,6 +38,8 @@ fn searchable(name: &'static str, step: f64, plausible: f64, one_sided: bool, sh
         limits: vec![(if one_sided { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY)],
         turns: false,
         one_by_one: false,
+        period_of_signal: false,
+        chosen_from: 0,
         one_sided,
         never_negative: false,
         bounds: vec![(30.0, 3000.0); k],

@@ -130,7 +130,7 @@ fn rest(case: &Case) -> Option<Rest> {
         &forward,
         &rows,
         &plain.nuisance,
-        &level,
+        (&level, &level),
         &mut [],
         &whitener.row_scale,
         &tangents,

@@ -57,7 +57,15 @@ pub fn nearest(known: &Known, rows: &[Row], change: &DVector<f64>, truth: Option
     let whitener = known.whitener();
     let measured = &known.level + change;
     let none = DMatrix::zeros(rows.len(), 0);
-    let dictionary = Dictionary::new(&forward, rows, &[], &known.level, &mut [], &whitener.row_scale, &none);
+    let dictionary = Dictionary::new(
+        &forward,
+        rows,
+        &[],
+        (&known.level, &known.level),
+        &mut [],
+        &whitener.row_scale,
+        &none,
+    );
     let left = whitener.vector(change);
     // Of each candidate what its tangent explains, in σ², and where a full fit begins.
     let mut proposed: Vec<(f64, Hypothesis)> = Vec::new();

@@ -28,6 +28,7 @@ fn the_workflow_runs_and_a_day_without_a_fault_agrees() {
         order(Kind::Readings, None, 2),
         order(Kind::Readings, Some(("gamma_zero", 30.0)), 3),
         order(Kind::Maps, Some(("exposure_offset", 10.0)), 4),
+        order(Kind::Maps, Some(("quantization", 30.0)), 5),
     ];
     let folder = tempfile::tempdir().unwrap();
     let root = Utf8PathBuf::try_from(folder.path().to_owned()).unwrap();
@@ -44,12 +45,16 @@ fn the_workflow_runs_and_a_day_without_a_fault_agrees() {
                 assert!((case.sigma / wanted - 1.0).abs() < 0.1, "{}", case.line());
                 // What every value shows: the model's own uncertainty takes away, and so does what is refitted.
                 assert!(case.said.gap[0] > 1.0, "{}", case.line());
+                // Steps of 1.4 times the noise, at a level that is known to ten steps.
+                if order.fault.is_some_and(|(fault, _)| fault.label == "quantization") {
+                    assert!(case.line().contains("named quantization"), "{}", case.line());
+                }
                 strong += 1;
             }
             other => panic!("{order:?}: {other:?}"),
         }
     }
-    assert_eq!(strong, 2, "{text}");
+    assert_eq!(strong, 3, "{text}");
     assert!(
         text.contains("| gamma_zero |") && text.contains("| exposure_offset |"),
         "{text}"

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::calibration::{CORRELATED_U, MOST_CORRELATED};
 use crate::fit::{Fit, fit};
 use crate::forward::{Forward, Hypothesis};
-use crate::known::{Moved, ReadOut};
+use crate::known::{Moved, ReadOut, expected_change};
 use crate::reference::Reference;
 use crate::rounding::Rounding;
 use crate::shrinkage::Held;
@@ -15,6 +15,9 @@ use crate::whitener::Whitener;
 use crate::whitening::{Correlation, Noise, heavy_tail_weights};
 
 use super::problem::Problem;
+
+/// A fit of a model that is read out, from given effects on.
+type Law<'l, F> = dyn Fn(&ReadOut<'_, F>, &[Hypothesis]) -> Option<Fit> + 'l;
 
 /// A whitened dictionary of up to so many values (a quarter of a gigabyte) is kept; a larger one is computed block by
 /// block wherever it is needed.
@@ -154,7 +157,7 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
     }
 
     pub(super) fn fit(&self, members: &[Hypothesis]) -> Option<Fit> {
-        self.fit_with(members, |forward, members| {
+        self.fit_with(members, &|forward, members| {
             fit(
                 forward,
                 &self.problem.measured,
@@ -168,11 +171,7 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
 
     /// A fit by `law`, repeated where an effect reads out the light until what the model knows of itself stays where it
     /// is: a sensor that is full hides how bright the light was that filled it.
-    fn fit_with(
-        &self,
-        members: &[Hypothesis],
-        law: impl Fn(&ReadOut<'_, F>, &[Hypothesis]) -> Option<Fit>,
-    ) -> Option<Fit> {
+    fn fit_with(&self, members: &[Hypothesis], law: &Law<'_, F>) -> Option<Fit> {
         /// Repetitions at most, and the change in σ of any row below which there is none.
         const MOST: usize = 12;
         const SETTLED: f64 = 0.1;
@@ -181,6 +180,12 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         let mut change = DVector::zeros(0);
         if reads_out && !self.problem.known.is_empty() {
             change = DVector::zeros(self.problem.measured.len());
+        }
+        let is_period = |one: &&Hypothesis| effects[one.effect].period_of_signal;
+        if members.iter().any(|one| is_period(&one)) && !self.problem.errors.is_empty() {
+            // A period is none but where the light is.
+            let others: Vec<Hypothesis> = members.iter().filter(|one| !is_period(one)).cloned().collect();
+            change = self.whole_change(&self.fit_with(&others, law)?);
         }
         let mut members = members.to_vec();
         let mut repeated = 0;
@@ -209,12 +214,21 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         Moved::of(&self.problem.known, &self.whitener(), &left)
     }
 
+    /// What all errors that rows share are expected to change, beside a fit.
+    fn whole_change(&self, fitted: &Fit) -> DVector<f64> {
+        let left = &self.problem.measured - &fitted.prediction;
+        expected_change(&self.problem.errors, &self.whitener(), &left)
+    }
+
     /// Where the readings that were read out as they are put what the model knows of itself: those at the level of a full
     /// sensor know nothing of the light. Where that leaves too few, all count.
     fn change_beside(&self, forward: &ReadOut<'_, F>, fitted: &Fit) -> DVector<f64> {
         /// Share of the rows that must be left.
         const LEAST: f64 = 0.1;
         let effects = self.problem.forward.effects();
+        if fitted.hypotheses.iter().any(|one| effects[one.effect].period_of_signal) {
+            return self.whole_change(fitted);
+        }
         let mut changed = vec![false; self.problem.measured.len()];
         let (last, before): (Vec<_>, Vec<_>) = fitted
             .hypotheses
@@ -252,7 +266,7 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
 
     /// A fit whose refitted terms are held.
     pub(super) fn fit_held(&self, members: &[Hypothesis], weights: &[f64]) -> Option<Fit> {
-        self.fit_with(members, |forward, members| {
+        self.fit_with(members, &|forward, members| {
             fit(
                 &Held { forward, weights },
                 &self.problem.measured,

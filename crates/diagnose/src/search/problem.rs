@@ -7,7 +7,7 @@ use crate::calibration::{LEAST_SCALE, SMOOTH_COLUMNS};
 use crate::dictionary::Dictionary;
 use crate::fit::{Fit, fit, nuisance_tangents};
 use crate::forward::Forward;
-use crate::known::Known;
+use crate::known::{Known, expected_change};
 use crate::reference::{Errors, joined};
 use crate::rivals::{Rival, rivals};
 use crate::rounding::Rounding;
@@ -39,9 +39,23 @@ pub(super) struct Problem<'a, F: Forward + ?Sized> {
     pub(super) tangents: DMatrix<f64>,
 }
 
-impl<'a, F: Forward + ?Sized> Problem<'a, F> {
+/// The model as it came, fitted without effects.
+pub(super) struct Plain {
+    pub(super) measured: DVector<f64>,
+    pub(super) u: DVector<f64>,
+    errors: Errors,
+    known: Vec<Known>,
+    fit: Fit,
+    tangents: DMatrix<f64>,
+    /// What it expects of every row, and, where a sensor reads it out, the light that is there: moved by all that it knows
+    /// of itself to where the readings put it.
+    level: DVector<f64>,
+    pub(super) light: DVector<f64>,
+}
+
+impl Plain {
     /// None where the model cannot even predict these rows.
-    pub(super) fn new(forward: &'a F, rows: &'a [Row], sequence: &'a Sequence, settings: &'a Settings) -> Option<Self> {
+    pub(super) fn of<F: Forward + ?Sized>(forward: &F, rows: &[Row], sequence: &Sequence) -> Option<Self> {
         let n = rows.len();
         let measured = DVector::from_iterator(n, rows.iter().map(|row| row.measured));
         let u = DVector::from_iterator(n, rows.iter().map(|row| row.u));
@@ -59,23 +73,59 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
         let tangents = nuisance_tangents(forward, &first.nuisance)?;
         let plain = fit(forward, &measured, &stated, &first.nuisance, &tangents, &[])?;
         let level = forward.predict(&plain.nuisance, &[])?;
+        // Short vectors first: each is whitened with those before it.
+        let known = forward.known();
+        let mut errors = joined(forward.common_errors(), &u.map(|u| 1.0 / u));
+        errors.extend(known.iter().map(|one| one.column.iter().copied().enumerate().collect()));
+        let mut light = level.clone();
+        if forward.full_scale().is_some() && !errors.is_empty() {
+            let shared = Whitener::new(sequence, &alone, u.map(|u| 1.0 / u), 0.0, &errors);
+            light += expected_change(&errors, &shared, &(&measured - &level));
+        }
+        Some(Self {
+            measured,
+            u,
+            errors,
+            known,
+            fit: plain,
+            tangents,
+            level,
+            light,
+        })
+    }
+}
+
+impl<'a, F: Forward + ?Sized> Problem<'a, F> {
+    pub(super) fn new(
+        forward: &'a F,
+        rows: &'a [Row],
+        sequence: &'a Sequence,
+        settings: &'a Settings,
+        plain: Plain,
+    ) -> Self {
+        let Plain {
+            measured,
+            u,
+            errors,
+            known,
+            fit: plain,
+            tangents,
+            level,
+            light,
+        } = plain;
         let least_scale = Rounding::least_scale(rows).max(LEAST_SCALE);
         let mut rivals = rivals(rows, level.as_slice(), sequence.order());
         let dictionary = Dictionary::new(
             forward,
             rows,
             &plain.nuisance,
-            &level,
+            (&level, &light),
             &mut rivals,
-            &stated.row_scale,
+            &u.map(|u| 1.0 / u),
             &tangents,
         );
-        // Short vectors first: each is whitened with those before it.
-        let known = forward.known();
-        let mut errors = joined(forward.common_errors(), &u.map(|u| 1.0 / u));
-        errors.extend(known.iter().map(|one| one.column.iter().copied().enumerate().collect()));
         let smooth = dictionary.smooth(forward.effects(), &rivals);
-        Some(Self {
+        Self {
             forward,
             rows,
             sequence,
@@ -90,7 +140,7 @@ impl<'a, F: Forward + ?Sized> Problem<'a, F> {
             smooth,
             plain,
             tangents,
-        })
+        }
     }
 
     /// Directions of the parameters and of everything smooth, whitened. Blocks of a few columns until the limit, so

@@ -237,7 +237,7 @@ impl<F: Forward + ?Sized> Estimate<'_, '_, F> {
         evidence += searchable.ln_small(member.linear[0]) - 0.5 * searchable.implausibility(&member.linear);
         let fixed = !searchable.fixed.is_empty() && searchable.fixed.iter().all(|fixed| *fixed);
         if fixed || searchable.one_by_one {
-            return evidence - (searchable.shapes.len() as f64).ln();
+            return evidence - searchable.ways().ln();
         }
         let free: Vec<usize> = (0..member.shape.len()).filter(|&j| !searchable.fixed[j]).collect();
         if free.is_empty() {

@@ -21,6 +21,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     ],
     amplitude_power: 2,
     tried: None,
+    period_of_signal: false,
     shows_in: "distance_mm",
     look_alikes: &[
         ("axial_centre", "second_distance"),

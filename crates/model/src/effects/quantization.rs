@@ -12,6 +12,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     formula: "rounded to a multiple of the step; step 0 means none",
     source: "EMVA 1288, quantization noise",
     parameters: &[amplitude("step_rel", "1", (0.0, 0.02), 0.005)],
+    period_of_signal: true,
     shows_in: "level",
     acts: &[Act::Readout(digits)],
     ..EffectSpec::NEUTRAL

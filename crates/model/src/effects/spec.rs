@@ -175,6 +175,9 @@ pub struct EffectSpec {
     /// Where the response does not grow with the amplitude (a level, a step): the values that are tried one by one, for
     /// a largest signal in full scales.
     pub tried: Option<fn(f64) -> Vec<f64>>,
+    /// Its amplitude is the period of what it does along the signal, in full scales: only the data tell which are worth
+    /// trying.
+    pub period_of_signal: bool,
     /// The coordinate along which it shows, in the words of `where`.
     pub shows_in: &'static str,
     /// What looks like it, each with the measurement block that separates the two, in the words of
@@ -197,6 +200,7 @@ impl EffectSpec {
         parameters: &[],
         amplitude_power: 1,
         tried: None,
+        period_of_signal: false,
         shows_in: "",
         look_alikes: &[],
         acts: &[],

@@ -14,6 +14,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     parameters: &[amplitude("fwhm_nm", "nm", (1.0, 10.0), 3.0)],
     amplitude_power: 2,
     tried: None,
+    period_of_signal: false,
     shows_in: "wavelength_nm",
     look_alikes: &[("spectro_shift", "line_lamp")],
     acts: &[Act::Spectrum(shown)],
