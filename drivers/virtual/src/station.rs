@@ -48,6 +48,21 @@ pub fn open(part: &str, outlets: &[Outlet]) -> Option<String> {
     })
 }
 
+/// The text of a station with `outlets`, for a plan that reads while γ moves.
+pub fn for_sweeps(text: &str, outlets: &[Outlet]) -> String {
+    let mut text = text.to_owned();
+    for outlet in outlets {
+        let Some((twin, more)) = twin(outlet).and_then(|twin| Some((twin, twin.sweeps?))) else {
+            continue;
+        };
+        for (_, rest) in twin.opens.iter().filter(|_| !more.is_empty()) {
+            let open = format!("{}:{}{rest}", outlet.driver, outlet.address);
+            text = text.replace(&format!("{open}\""), &format!("{open}{more}\""));
+        }
+    }
+    text
+}
+
 /// As [`station_in`], without naming the room's file.
 pub fn station(document: &Darkroom, outlets: &[Outlet]) -> String {
     let open = |part: &str| open(part, outlets);

@@ -15,6 +15,8 @@ pub struct TwinKind {
     pub line: LineSettings,
     /// The parts of a station that it can be, and what follows its address in their `open`: `("axis.c", "?axis=1")`.
     pub opens: &'static [(&'static str, &'static str)],
+    /// What follows that in a station whose plan reads while γ moves; none where this axis or meter cannot.
+    pub sweeps: Option<&'static str>,
     /// Text of the calibration file that its driver needs, `wavelength_nm,factor` in W/(m² nm) for one linear count per
     /// second; none where the instrument keeps its own calibration, and for every instrument but a spectroradiometer.
     pub calibration: Option<fn(&Room) -> String>,

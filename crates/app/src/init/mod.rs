@@ -1,6 +1,7 @@
 //! `init`: a station, plan, scene and job file to start from.
 
 mod bench;
+mod in_motion;
 mod lamp;
 pub mod subject;
 mod virtual_station;
@@ -9,7 +10,7 @@ use camino::{Utf8Path, Utf8PathBuf};
 use isolux_darkroom::BUILT_IN;
 use isolux_record::{Plan, Subject};
 use isolux_virtual::Instrument;
-use isolux_virtual::station::CALIBRATION_FILE;
+use isolux_virtual::station::{CALIBRATION_FILE, for_sweeps, in_memory};
 use isolux_virtual::twins::Choice;
 
 use crate::Failure;
@@ -80,13 +81,15 @@ pub fn run(
     stated: &Subject,
     overwrite: Overwrite,
 ) -> Result<Vec<Utf8PathBuf>, Failure> {
-    let (station, calibration) = virtual_station(&instruments.choice()?)?;
+    let choice = instruments.choice()?;
+    let (station, calibration) = virtual_station(&choice)?;
+    let station = instruments.station(&station, &choice);
     let built_in = subject::built_in();
     let subject = if stated.is_empty() { &built_in } else { stated };
     let station = format!("{STATION_HEAD}{station}{STATION_TAIL}");
     let mut files = vec![("station.toml", station)];
     files.extend(calibration.map(|text| (CALIBRATION_FILE, text)));
-    files.push(("plan.toml", plan.text()));
+    files.push(("plan.toml", instruments.plan(plan.text())));
     files.push(("scene.toml", SCENE.to_owned()));
     files.push(("job.toml", JOB.to_owned() + &subject::text(subject)));
     write_all(folder, files, overwrite)
@@ -106,13 +109,19 @@ pub fn for_lamp(
     overwrite: Overwrite,
     progress: &dyn Progress,
 ) -> Result<Vec<Utf8PathBuf>, Failure> {
-    let lamp = lamp::lamp(lamp, &instruments.choice()?)?;
+    let choice = instruments.choice()?;
+    let lamp = lamp::lamp(lamp, &choice)?;
     let subject = if stated.is_empty() { &lamp.subject } else { stated };
     let job = JOB.to_owned() + &subject::text(subject);
     let mut files = lamp.files;
     for (name, text) in &mut files {
-        if *name == "station.toml" {
-            *text = format!("{STATION_HEAD}{text}{STATION_TAIL}");
+        match *name {
+            "station.toml" => {
+                let station = instruments.station(text, &choice);
+                *text = format!("{STATION_HEAD}{station}{STATION_TAIL}");
+            }
+            "plan.toml" => *text = instruments.plan(std::mem::take(text)),
+            _ => {}
         }
     }
     files.push(("job.toml", job));
@@ -162,6 +171,8 @@ pub struct Instruments {
     pub powermeter: Option<String>,
     /// Of the lamp's supply; without one there is none.
     pub supply: Option<String>,
+    /// The distribution is read while γ moves: by twins that can, and a plan of sweeps.
+    pub in_motion: bool,
 }
 
 impl Instruments {
@@ -183,7 +194,24 @@ impl Instruments {
                 choice.choose(instrument, driver).map_err(Failure::bad_input)?;
             }
         }
+        if self.in_motion {
+            in_motion::choose(&mut choice, &named)?;
+        }
         Ok(choice)
+    }
+
+    /// The station for what is read.
+    fn station(&self, text: &str, choice: &Choice) -> String {
+        if self.in_motion {
+            for_sweeps(text, &in_memory(choice))
+        } else {
+            text.to_owned()
+        }
+    }
+
+    /// The plan for how it is read.
+    fn plan(&self, text: String) -> String {
+        if self.in_motion { in_motion::plan(&text) } else { text }
     }
 }
 

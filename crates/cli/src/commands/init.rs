@@ -19,6 +19,7 @@ use crate::screen;
     after_help = "Examples:\n  isolux init bench && isolux scan bench/station.toml bench/plan.toml --out bench/run\n  \
 isolux init bench --luminaire maker=ACME --luminaire name=\"Spot 12\" --report laboratory=\"Lab, Town\"\n  \
 isolux init spot --lamp SPOT.ldt   room, station and plan for that luminaire: its scan rehearsed\n  \
+isolux init spot --lamp SPOT.ldt --sweep   the same, read while γ moves\n  \
 isolux init --room room.toml      the whole built-in virtual darkroom, every key of it, to change\n  \
 isolux init --bench bench.toml    a bench of your own: asks which instruments and ports there are\n  \
 isolux init --bench bench.toml --open axis.c=zaber:/dev/ttyUSB0?axis=1 --open lamp=hand\n\
@@ -47,6 +48,10 @@ pub struct Init {
     /// its symmetry and beam.
     #[arg(long, value_name = "FILE", requires = "folder", conflicts_with_all = ["room", "plan"])]
     lamp: Option<Utf8PathBuf>,
+    /// Read the distribution while γ moves: ten minutes from a stable lamp in place of hours. Instruments that are not
+    /// named are those that can.
+    #[arg(long, requires = "folder")]
+    sweep: bool,
     /// What the job says of the luminaire: maker, name, catalogue_number, sample, light_source, driver,
     /// burning_position, hours_run.
     #[arg(long, value_name = "KEY=TEXT", requires = "folder")]
@@ -91,7 +96,10 @@ pub fn run(arguments: &Init) -> Result<(), Failure> {
     } else {
         init::subject::stated(&arguments.luminaire, &arguments.report)?
     };
-    let instruments = arguments.played.instruments();
+    let instruments = init::Instruments {
+        in_motion: arguments.sweep,
+        ..arguments.played.instruments()
+    };
     let mut written = match (&arguments.folder, &arguments.lamp) {
         (Some(folder), Some(lamp)) => {
             let bars = screen::Bars::default();

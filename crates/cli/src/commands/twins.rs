@@ -108,6 +108,7 @@ impl Played {
             spectroradiometer: self.spectroradiometer.clone(),
             powermeter: self.powermeter.clone(),
             supply: self.supply.clone(),
+            in_motion: false,
         }
     }
 }

@@ -20,6 +20,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 2,
     },
     opens: &[("luxmeter", "")],
+    sweeps: None,
     calibration: None,
     start: |_| Box::new(Mavolux::new()),
 };

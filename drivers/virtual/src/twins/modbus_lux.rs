@@ -22,6 +22,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("luxmeter", "?profile=u32-thousandths&unit=1")],
+    sweeps: None,
     calibration: None,
     start: |_| Box::new(ModbusLux),
 };

@@ -26,6 +26,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("axis.c", "?unit=1"), ("axis.gamma", "?unit=2")],
+    sweeps: None,
     calibration: None,
     start: |world| Box::new(AzLine::new(world)),
 };

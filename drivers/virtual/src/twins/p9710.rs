@@ -23,6 +23,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("luxmeter", "?a_per_lx=3e-10")],
+    sweeps: Some("&integration_ms=100"),
     calibration: None,
     start: |_| Box::new(Optometer::new()),
 };

@@ -24,6 +24,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         ("axis.c", "?address=1&home=-,0,-10,40,1"),
         ("axis.gamma", "?address=2&home=-,0,-10,40,1"),
     ],
+    sweeps: None,
     calibration: None,
     start: |world| Box::new(Chain::new(world)),
 };

@@ -22,6 +22,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("powermeter", "?profile=gpm-8213")],
+    sweeps: None,
     calibration: None,
     start: |world| Box::new(Meter::new(world)),
 };

@@ -22,6 +22,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("spectroradiometer", "")],
+    sweeps: None,
     calibration: Some(calibration),
     start: |_| Box::new(Usb2000::new()),
 };

@@ -22,6 +22,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("spectroradiometer", "")],
+    sweeps: None,
     calibration: None,
     start: |_| Box::new(Sts::new()),
 };

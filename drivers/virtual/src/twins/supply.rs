@@ -21,6 +21,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("supply", "?profile=dp800&channel=1&voltage_v=24&current_a=0.35")],
+    sweeps: None,
     calibration: None,
     start: |world| Box::new(Supply::new(world)),
 };

@@ -24,6 +24,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         ("axis.c", "?profile=template&address=1"),
         ("axis.gamma", "?profile=template&address=2"),
     ],
+    sweeps: None,
     calibration: None,
     start: |world| Box::new(TemplateDrives::new(world)),
 };

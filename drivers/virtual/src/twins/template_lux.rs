@@ -20,6 +20,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("luxmeter", "?profile=template")],
+    sweeps: None,
     calibration: None,
     start: |_| Box::new(TemplateMeter),
 };

@@ -24,6 +24,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         stop_bits: 1,
     },
     opens: &[("powermeter", "?unit=1")],
+    sweeps: None,
     calibration: None,
     start: |world| {
         Box::new(Wt300 {

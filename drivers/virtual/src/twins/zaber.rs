@@ -35,6 +35,7 @@ pub(crate) const TWIN: TwinKind = TwinKind {
         ("rail", "?axis=3"),
         ("ambient", "?ai=1&c_at_0v=-50&c_at_10v=100"),
     ],
+    sweeps: Some(""),
     calibration: None,
     start: |world| Box::new(Controller::new(world)),
 };

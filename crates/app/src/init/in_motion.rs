@@ -1,0 +1,134 @@
+//! `init --sweep`: twins that can be read while γ moves, and the plan of the day as sweeps.
+
+use isolux_record::plan::SPEED_DEG_S;
+use isolux_scan::most_deg_s;
+use isolux_virtual::Instrument;
+use isolux_virtual::twins::{Choice, TWINS};
+
+use crate::Failure;
+
+/// Integration time of the meters whose twins are read in motion, s.
+const INTEGRATION_S: f64 = 0.1;
+/// Sweeps between two visits to the reference point.
+const REFERENCE_EVERY: u32 = 4;
+
+/// Axes and a lux meter that sweep, where none are `named`.
+///
+/// # Errors
+/// Bad input (exit 2) for a named one that cannot; names those that can.
+pub fn choose(choice: &mut Choice, named: &[(Instrument, &Option<String>)]) -> Result<(), Failure> {
+    for instrument in [Instrument::Axes, Instrument::Luxmeter] {
+        let able = || {
+            TWINS
+                .iter()
+                .filter(|twin| twin.instrument == instrument && twin.sweeps.is_some())
+        };
+        if choice.twin(instrument).is_some_and(|twin| twin.sweeps.is_some()) {
+            continue;
+        }
+        if let Some((_, Some(driver))) = named.iter().find(|(of, _)| *of == instrument) {
+            let known: Vec<&str> = able().map(|twin| twin.driver).collect();
+            return Err(Failure::bad_input(format!(
+                "driver {driver} cannot be read or moved in sweeps; for the {} it would be {}",
+                instrument.name(),
+                known.join(", ")
+            )));
+        }
+        if let Some(twin) = able().next() {
+            choice.choose(instrument, twin.driver).map_err(Failure::bad_input)?;
+        }
+    }
+    Ok(())
+}
+
+/// A plan as sweeps: its first block with the same steps, two half-planes a sweep.
+pub fn plan(text: &str) -> String {
+    let mut made = String::new();
+    let mut block = 0;
+    for line in text.lines() {
+        block += usize::from(line == "[[block]]");
+        let key = line.trim_start_matches("# ").split([' ', '=']).next().unwrap_or("");
+        let set = |value: String, comment: &str| format!("{value:<31} # {comment}\n");
+        made += &match key {
+            "c_range" if block == 1 => {
+                let step = step(line);
+                set(
+                    format!("c_range = [0, {}, {step}]", 180.0 - step),
+                    "each sweep reads this half-plane and the one opposite",
+                )
+            }
+            "gamma_range" if block == 1 => {
+                let step = step(line);
+                let most = (10.0 * most_deg_s(step, INTEGRATION_S)).floor() / 10.0;
+                set(
+                    format!("gamma_range = [-180, 180, {step}]"),
+                    "step: no coarser than the light bends",
+                ) + &set(
+                    "mode = \"sweep\"".to_owned(),
+                    "read while γ moves; without this line at rest: the reference",
+                ) + &set(
+                    format!("speed_deg_s = {}", SPEED_DEG_S.min(most)),
+                    "slower reads more often",
+                )
+            }
+            "reference_every" if block == 1 => set(
+                format!("reference_every = {REFERENCE_EVERY}"),
+                "back to C 0°, γ 0° at rest after so many sweeps: drift",
+            ),
+            // They do not go with sweeps.
+            "order" | "repeats" if block == 1 => continue,
+            "The" if line.starts_with("# The distribution:") => {
+                "# The distribution, in motion. Ten directions that its sweeps draw are read at rest afterwards.\n"
+                    .to_owned()
+            }
+            _ => format!("{line}\n"),
+        };
+    }
+    made
+}
+
+/// The step of `key = [from, to, step]`, degrees.
+fn step(line: &str) -> f64 {
+    let inside = line.split(['[', ']']).nth(1).unwrap_or("");
+    let last = inside.split(',').next_back().unwrap_or("");
+    last.trim().parse().unwrap_or(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use camino::Utf8Path;
+    use isolux_record::Plan;
+
+    use super::*;
+    use crate::init::DayPlan;
+
+    #[test]
+    fn the_plan_of_the_day_as_sweeps_reads_the_same_directions() {
+        let text = plan(&DayPlan::Near.text());
+        let swept = Plan::parse(Utf8Path::new("plan.toml"), &text).unwrap();
+        let day = DayPlan::Near.plan().unwrap();
+        assert_eq!(swept.blocks()[1..], day.blocks()[1..]);
+        let [swept, day] = [&swept.blocks()[0], &day.blocks()[0]];
+        assert_eq!((swept.sweep_deg_s, swept.distance_mm), (Some(10.0), day.distance_mm));
+        let mut whole: Vec<(f64, f64)> = Vec::new();
+        for c_deg in &swept.c_deg {
+            for gamma_deg in &swept.gamma_deg {
+                let c_deg = if *gamma_deg < 0.0 { c_deg + 180.0 } else { *c_deg };
+                whole.push((c_deg, gamma_deg.abs()));
+            }
+        }
+        let wanted = day.c_deg.iter().filter(|c_deg| **c_deg < 360.0);
+        let mut wanted = wanted.flat_map(|c_deg| day.gamma_deg.iter().map(move |gamma_deg| (*c_deg, *gamma_deg)));
+        // At the poles all half-planes are one.
+        assert!(wanted.all(|at| at.1 == 0.0 || whole.contains(&at)));
+    }
+
+    #[test]
+    fn fine_steps_are_swept_slowly() {
+        let fine = plan(&DayPlan::Near.text().replace("[0, 180, 2]", "[0, 180, 0.5]"));
+        assert!(
+            fine.contains("speed_deg_s = 3.8") && fine.contains("[-180, 180, 0.5]"),
+            "{fine}"
+        );
+    }
+}
