@@ -18,4 +18,5 @@ mod hands;
 mod kills;
 mod second_process;
 mod sleeps;
+mod sweeps;
 mod undisturbed;

@@ -91,6 +91,11 @@ impl Bench {
 
     /// The quick room with these further tables in its `darkroom.toml`.
     pub fn with(tables: &str) -> Self {
+        Self::playing(tables, &[])
+    }
+
+    /// The same with these further arguments of `virtual darkroom`.
+    pub fn playing(tables: &str, arguments: &[&str]) -> Self {
         let folder = Folder::in_memory();
         folder.write("room.toml", &format!("{ROOM}{tables}"));
         folder.write("plan.toml", PLAN);
@@ -104,7 +109,12 @@ impl Bench {
             "station.toml",
             "--json",
         ];
-        let mut twins = folder.command(&serve).stdout(Stdio::piped()).spawn().unwrap();
+        let mut twins = folder
+            .command(&serve)
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
         // The lines are printed when everything can be reached.
         let mut lines = BufReader::new(twins.stdout.take().unwrap()).lines();
         for _ in 0..3 {
