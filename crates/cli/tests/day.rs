@@ -362,3 +362,20 @@ fn a_day_is_taken_up_and_reported_as_it_was_asked_and_reduced() {
     let refused = folder.isolux(&report, 2);
     assert!(refused.contains("budget.json"), "{refused}");
 }
+
+#[test]
+fn a_day_in_motion_agrees_with_its_model_and_with_the_lamp() {
+    let folder = Folder::in_memory();
+    folder.isolux(&["init", ".", "--sweep"], 0);
+    let scene = folder.read("scene.toml");
+    folder.write("scene.toml", &scene.replace("[2048, 2048]", "[64, 64]"));
+    let last = folder.isolux(&["run", "job.toml", "--out", "day"], 0);
+    // The lamp of the built-in room has 337 lm.
+    let flux = last.lines().find(|line| line.starts_with("luminous flux")).unwrap();
+    let lumen: f64 = flux.split_whitespace().nth(2).unwrap().parse().unwrap();
+    assert!((lumen - 337.0).abs() < 4.0, "{flux}");
+    assert!(last.contains("its readings agree with the model"), "{last}");
+    // The floor's light is known by the readings behind the baffle, and is in the model.
+    let model = folder.read("day/results/luminaire.model.toml");
+    assert!(model.contains("name = \"floor_reflection\""), "{model}");
+}

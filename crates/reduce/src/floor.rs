@@ -6,6 +6,7 @@ use isolux_record::{ReadingKind, Run};
 
 use crate::Reduction;
 use crate::bench::table;
+use crate::levels::Level;
 
 /// The reduced distribution as a point source.
 pub fn far_field(reduction: &Reduction) -> Model {
@@ -21,11 +22,11 @@ pub struct Floor {
 
 impl Floor {
     /// The albedo fitted to baffled − lamp_off over γ, at the height that the station gives; nothing where there is no
-    /// such reading, where the fit is no floor (albedo below zero) or where a reading is further from it than three
+    /// such reading, where the fit is no floor (albedo below zero) or where a reading is further from it than four
     /// times its uncertainty: that stray light comes another way.
     pub fn of(run: &Run, reduction: &Reduction) -> Option<Self> {
         const TRIAL_ALBEDO: f64 = 0.1;
-        const WITHIN_U: f64 = 3.0;
+        const WITHIN_U: f64 = 4.0;
         let height_mm = run.header.station.bench().floor_mm?;
         let levels = &reduction.levels;
         let off = levels.lamp_off.or(levels.capped)?;
@@ -51,10 +52,14 @@ impl Floor {
         let per_trial = far_field(reduction)
             .with_effects(vec![of_albedo(TRIAL_ALBEDO).ok()?])
             .predict_readings(&at);
+        // A few repeats at one γ scatter by chance much less than they are uncertain: what all γ scatter by counts.
+        let squared = |(_, level): &(f64, Level)| level.u_noise_lx * level.u_noise_lx;
+        let noise_lx = (levels.baffled.iter().map(squared).sum::<f64>() / levels.baffled.len() as f64).sqrt();
+        let of_level = |level: &Level| noise_lx.hypot(level.u_digit_lx).hypot(off.u_lx());
         let stray: Vec<(f64, f64)> = levels
             .baffled
             .iter()
-            .map(|(_, level)| (level.mean_lx - off.mean_lx, level.u_lx().hypot(off.u_lx())))
+            .map(|(_, level)| (level.mean_lx - off.mean_lx, of_level(level)))
             .collect();
         let squares: f64 = per_trial.iter().map(|lux| lux * lux).sum();
         let product: f64 = per_trial.iter().zip(&stray).map(|(lux, (stray, _))| lux * stray).sum();
