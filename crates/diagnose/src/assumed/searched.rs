@@ -1,6 +1,6 @@
 //! Which effects can be searched for on these data, with which shapes, sizes and limits.
 
-use isolux_model::{Effect, EffectSpec, Emitter, ParameterSpec, Role, Sampling, Stage, catalogue};
+use isolux_model::{Effect, EffectSpec, Emitter, ParameterSpec, Role, Sampling, ShapeTrust, Stage, catalogue};
 
 use super::rows::row_ranges;
 use super::{AssumedModel, Part, Recipe};
@@ -59,6 +59,9 @@ impl AssumedModel {
     /// How an effect is searched for; none where it does not act on these data.
     fn searched(&self, spec: &'static EffectSpec, stages: &[Stage], peak_lx: f64) -> Option<(Searchable, Recipe)> {
         if !spec.stages.iter().any(|stage| stages.contains(stage)) {
+            return None;
+        }
+        if spec.shape_over_gamma && self.model.trust().shape == ShapeTrust::Smooth {
             return None;
         }
         let (known, changed) = self.known_already(spec)?;

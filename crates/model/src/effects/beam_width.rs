@@ -17,6 +17,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     formula: "(max(cos γ, cos 85°)/c)^(−n), c the geometric mean of that cosine over the flux",
     source: "generalized cosine lobe Iₘ = I₀·cosᵐγ; c keeps the flux to the first order of n",
     parameters: &[amplitude("exponent", "1", (-1.0, 1.0), 0.05)],
+    shape_over_gamma: true,
     shows_in: "gamma_deg",
     look_alikes: &[("axial_centre", "second_distance"), ("near_field", "second_distance")],
     acts: &[Act::Direction(widened)],

@@ -22,6 +22,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     amplitude_power: 2,
     tried: None,
     period_of_signal: false,
+    shape_over_gamma: false,
     shows_in: "distance_mm",
     look_alikes: &[
         ("axial_centre", "second_distance"),

@@ -178,6 +178,8 @@ pub struct EffectSpec {
     /// Its amplitude is the period of what it does along the signal, in full scales: only the data tell which are worth
     /// trying.
     pub period_of_signal: bool,
+    /// It changes the shape of the light over γ and nothing else: where that is refitted, there is nothing left of it.
+    pub shape_over_gamma: bool,
     /// The coordinate along which it shows, in the words of `where`.
     pub shows_in: &'static str,
     /// What looks like it, each with the measurement block that separates the two, in the words of
@@ -201,6 +203,7 @@ impl EffectSpec {
         amplitude_power: 1,
         tried: None,
         period_of_signal: false,
+        shape_over_gamma: false,
         shows_in: "",
         look_alikes: &[],
         acts: &[],

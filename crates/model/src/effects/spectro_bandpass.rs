@@ -15,6 +15,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     amplitude_power: 2,
     tried: None,
     period_of_signal: false,
+    shape_over_gamma: false,
     shows_in: "wavelength_nm",
     look_alikes: &[("spectro_shift", "line_lamp")],
     acts: &[Act::Spectrum(shown)],
