@@ -10,7 +10,8 @@ use std::process::Command;
 
 use folder::Folder;
 
-/// A plan of some hours, which leaves a minute for clicks and pictures at 300 times real time, and more on a slow machine.
+/// A plan of some hours, which leaves a minute for clicks and pictures at 300 times real time, and more on a slow
+/// machine.
 const PLAN: &str = r#"format = "isolux-plan/1"
 [[block]]
 name = "lit"

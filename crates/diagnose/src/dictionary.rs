@@ -59,9 +59,9 @@ impl Column<'_> {
 }
 
 impl<'a> Dictionary<'a> {
-    /// Named tangents around the baseline `prediction`, those of what reads a sensor out around the light that is there,
-    /// then the rivals, whose columns move here. `refitted` are the derivatives to the nuisance: two patterns are alike where
-    /// they are alike in what it leaves.
+    /// Named tangents around the baseline `prediction`, those of what reads a sensor out around the light that is
+    /// there, then the rivals, whose columns move here. `refitted` are the derivatives to the nuisance: two patterns
+    /// are alike where they are alike in what it leaves.
     pub fn new<F: Forward + ?Sized>(
         forward: &'a F,
         rows: &'a [Row],

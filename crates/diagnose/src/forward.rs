@@ -115,8 +115,8 @@ impl Searchable {
     }
 
     /// The difference at which the derivative to a linear amplitude is taken in a fit: of one that cannot be negative
-    /// no more than a tenth of it, for its change may go with the root; of a period all of it, for what another one does is
-    /// no small change.
+    /// no more than a tenth of it, for its change may go with the root; of a period all of it, for what another one
+    /// does is no small change.
     pub fn step_at(&self, component: usize, value: f64) -> f64 {
         let step = 0.1 * self.step[component];
         if self.period_of_signal && value > 0.0 {

@@ -1,7 +1,8 @@
-//! Steps of a converter: which sizes are worth trying, by the data.
+//! Quantization: which steps of an analogue-to-digital converter are worth trying, by the data.
 //!
-//! What rounding does to a signal repeats along it with the step as period. The wrong period looks like nothing, so that a
-//! grid of sizes would need thousands; a periodogram of what is left over the expected signal tells the few that could be.
+//! What rounding does to a signal repeats along it with the step as period. The wrong period looks like nothing, so
+//! that a grid of sizes would need thousands; a periodogram of what is left over the expected signal tells the few that
+//! could be.
 
 use std::collections::BTreeMap;
 

@@ -73,7 +73,6 @@ impl Interpolation {
     }
 }
 
-/// The uncertainty of a direction of which none is stated.
 /// cos 85°: light beyond is hardly that of a lobe.
 const LEAST_COSINE: f64 = 0.087_155_742_747_658_18;
 
@@ -96,6 +95,7 @@ fn mean_cosine(grid: &IntensityDistribution) -> f64 {
     if flux > 0.0 { (sum / flux).exp() } else { 1.0 }
 }
 
+/// The uncertainty of a direction of which none is stated.
 fn not_known(_intensity_cd: f64) -> f64 {
     0.0
 }
@@ -178,8 +178,8 @@ impl Luminaire {
         &self.grid
     }
 
-    /// Geometric mean of cos γ over the luminous flux, of directions beyond 85° as if they were there: where a wider or a
-    /// narrower beam of the same flux has the same intensity.
+    /// Geometric mean of cos γ over the luminous flux, of directions beyond 85° as if they were there: where a wider or
+    /// a narrower beam of the same flux has the same intensity.
     pub(crate) fn mean_cosine(&self) -> f64 {
         self.mean_cosine
     }

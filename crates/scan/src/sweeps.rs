@@ -141,7 +141,8 @@ pub(crate) fn note(station: &Station, block: &Block, at_rest_s: f64) -> Option<S
     let directions = block.c_deg.len() * block.gamma_deg.len();
     (!passes.is_empty()).then(|| {
         format!(
-            "block `{}`: {} sweeps, {moving_s:.0} s of motion, and {AT_REST} directions at rest; the same {directions} directions at rest take {:.0} s or more",
+            "block `{}`: {} sweeps, {moving_s:.0} s of motion, and {AT_REST} directions at rest; \
+             the same {directions} directions at rest take {:.0} s or more",
             block.name,
             passes.len(),
             directions as f64 * at_rest_s

@@ -48,7 +48,7 @@ pub struct Init {
     /// its symmetry and beam.
     #[arg(long, value_name = "FILE", requires = "folder", conflicts_with_all = ["room", "plan"])]
     lamp: Option<Utf8PathBuf>,
-    /// Read the distribution while γ moves: ten minutes from a stable lamp in place of hours. Instruments that are not
+    /// Read the distribution while γ moves: minutes from a stable lamp in place of hours. Instruments that are not
     /// named are those that can.
     #[arg(long, requires = "folder")]
     sweep: bool,

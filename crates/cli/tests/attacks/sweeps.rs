@@ -1,5 +1,5 @@
-//! The program is killed in the middle of a sweep. The axis comes to rest inside its limits by itself, the scan is resumed,
-//! and at most the sweep that was cut is made again.
+//! The program is killed in the middle of a sweep. The axis comes to rest inside its limits by itself, the scan is
+//! resumed, and at most the sweep that was cut is made again.
 
 use std::time::Duration;
 

@@ -47,8 +47,8 @@ pub(super) struct Plain {
     known: Vec<Known>,
     fit: Fit,
     tangents: DMatrix<f64>,
-    /// What it expects of every row, and, where a sensor reads it out, the light that is there: moved by all that it knows
-    /// of itself to where the readings put it.
+    /// What it expects of every row, and, where a sensor reads it out, the light that is there: moved by all that it
+    /// knows of itself to where the readings put it.
     level: DVector<f64>,
     pub(super) light: DVector<f64>,
 }

@@ -20,9 +20,6 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
         shape("aim_deg", "°", 0.0, (0.0, 10.0), &[0.0, 2.5, 5.0, 7.5, 10.0]).optional(1.0),
     ],
     amplitude_power: 2,
-    tried: None,
-    period_of_signal: false,
-    shape_over_gamma: false,
     shows_in: "distance_mm",
     look_alikes: &[
         ("axial_centre", "second_distance"),
@@ -30,6 +27,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
         ("exposure_offset", "exposures"),
     ],
     acts: &[Act::Emitter(ring)],
+    ..EffectSpec::NEUTRAL
 };
 
 /// LEDs on the ring: the trapezoid rule converges geometrically in radius over distance.

@@ -175,8 +175,8 @@ pub struct EffectSpec {
     /// Where the response does not grow with the amplitude (a level, a step): the values that are tried one by one, for
     /// a largest signal in full scales.
     pub tried: Option<fn(f64) -> Vec<f64>>,
-    /// Its amplitude is the period of what it does along the signal, in full scales: only the data tell which are worth
-    /// trying.
+    /// Its amplitude is a period along the signal, in full scales (a quantization step): candidates are found in the
+    /// data.
     pub period_of_signal: bool,
     /// It changes the shape of the light over γ and nothing else: where that is refitted, there is nothing left of it.
     pub shape_over_gamma: bool,

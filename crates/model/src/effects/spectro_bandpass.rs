@@ -13,12 +13,10 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     source: "CIE 214",
     parameters: &[amplitude("fwhm_nm", "nm", (1.0, 10.0), 3.0)],
     amplitude_power: 2,
-    tried: None,
-    period_of_signal: false,
-    shape_over_gamma: false,
     shows_in: "wavelength_nm",
     look_alikes: &[("spectro_shift", "line_lamp")],
     acts: &[Act::Spectrum(shown)],
+    ..EffectSpec::NEUTRAL
 };
 
 /// Samples on each side of the triangle.

@@ -1,8 +1,8 @@
 //! Directions that were read at rest after the sweeps: whether they say the same.
 //!
 //! Each is compared with the curves of its half-plane at the place where its light came from: play between encoder and
-//! luminaire is out of the curves, and in a reading at rest. What both share (calibration, distance, the zero of an angle)
-//! is no part of the uncertainty of their difference.
+//! luminaire is out of the curves, and in a reading at rest. What both share (calibration, distance, the zero of an
+//! angle) is no part of the uncertainty of their difference.
 
 use isolux_record::plan::Block;
 use isolux_record::{Quality, Reading, Role, Run};
@@ -91,8 +91,8 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// By readings at rest with the lamp's drift taken out of them and of the sweeps; `drift_at` gives it for a distance
-    /// of the detector, and `rows` are those of the run with readings for its sweeps.
+    /// By readings at rest with the lamp's drift taken out of them and of the sweeps; `drift_at` gives it for a
+    /// distance of the detector, and `rows` are those of the run with readings for its sweeps.
     ///
     /// # Errors
     /// Those of `drift_at`.
@@ -126,13 +126,13 @@ impl Checked {
         let words = worst.words();
         Ok(Self {
             note: Some(format!(
-                "{count} directions, drawn by the sweeps, were read at rest after them: in shares of U (k = {k:.2}, for so many) the \
-                 largest difference is {words}"
+                "{count} directions, drawn by the sweeps, were read at rest after them: in shares of U (k = {k:.2}, \
+                 for so many) the largest difference is {words}"
             )),
             finding: (!beyond.is_empty()).then(|| Finding {
                 what: format!(
-                    "{} of the {count} directions that were read at rest after the sweeps disagree with these by more than U \
-                     (k = {k:.2}, for so many), the most by {words}",
+                    "{} of the {count} directions that were read at rest after the sweeps disagree with these \
+                     by more than U (k = {k:.2}, for so many), the most by {words}",
                     beyond.len()
                 ),
                 rows: beyond,
@@ -191,7 +191,8 @@ fn evidence(row: &Reading) -> Evidence {
     }
 }
 
-/// The k at which all of `count` directions are within k·u as often as one is within 2 u. Abramowitz and Stegun, 26.2.23.
+/// The k at which all of `count` directions are within k·u as often as one is within 2 u. Abramowitz and Stegun,
+/// 26.2.23.
 fn coverage_factor(count: usize) -> f64 {
     let beside = 0.5 * (1.0 - COVERED.powf(1.0 / count.max(1) as f64));
     let t = (-2.0 * beside.ln()).sqrt();

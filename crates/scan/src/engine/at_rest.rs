@@ -1,7 +1,7 @@
 //! Directions of a block of sweeps that are read at rest afterwards: whether the sweeps say the same.
 //!
-//! Which ones is drawn from the checksums of the sweeps. Nobody can know it before they are made, and a scan that is taken
-//! up again draws the same.
+//! Which ones is drawn from the checksums of the sweeps. Nobody can know it before they are made, and a scan that is
+//! taken up again draws the same.
 
 use isolux_record::Role;
 use isolux_record::disk::sha256;
@@ -18,8 +18,8 @@ const IN_LIGHT: usize = 5;
 const LIGHT: f64 = 0.1;
 
 impl Session<'_> {
-    /// Reads ten directions of the block of `planned` at rest, less those that `progress` holds. `planned` is one of its
-    /// sweeps, `visits` are those of the plan.
+    /// Reads ten directions of the block of `planned` at rest, less those that `progress` holds. `planned` is one of
+    /// its sweeps, `visits` are those of the plan.
     pub(super) async fn read_at_rest(
         &mut self,
         planned: &Visit,
@@ -90,8 +90,8 @@ impl Session<'_> {
     }
 }
 
-/// Directions out of `cells`, (C, γ) in degrees with the light there, drawn by `seed`; half of them where there is light.
-/// By half-plane and γ, there and back.
+/// Directions out of `cells`, (C, γ) in degrees with the light there, drawn by `seed`; half of them where there is
+/// light. By half-plane and γ, there and back.
 fn directions(seed: &str, cells: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
     let largest = cells.iter().map(|cell| cell.2).fold(0.0, f64::max);
     let lit: Vec<usize> = (0..cells.len())

@@ -84,7 +84,8 @@ impl Coverage {
         }
     }
 
-    /// C, γ in degrees and roughly the light in lx, of every direction of `block` that has any, in the order of the plan.
+    /// C, γ in degrees and roughly the light in lx, of every direction of `block` that has any, in the order of the
+    /// plan.
     pub fn light(&self, block: &Block) -> Vec<(f64, f64, f64)> {
         let of_plane = |c_deg: &f64| {
             let plane = self.planes.get(&(block.name.clone(), c_deg.to_bits()))?;
@@ -132,7 +133,8 @@ impl Coverage {
     }
 }
 
-/// γ at the middle of each conversion with a number, rising, and that number; those of an axis that stood still are none.
+/// γ at the middle of each conversion with a number, rising, and that number; those of an axis that stood still are
+/// none.
 fn conversions(sweep: &SweepRecord) -> Vec<(f64, f64)> {
     let positions = &sweep.positions;
     let at = |time_s: f64| {
