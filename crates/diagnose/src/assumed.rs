@@ -187,6 +187,7 @@ impl AssumedModel {
         let recipe = &self.recipes[hypothesis.effect];
         let nulls = || recipe.spec.parameters.iter().map(|parameter| parameter.null).collect();
         let mut values: Vec<f64> = recipe.known.as_ref().map_or_else(nulls, |(_, values)| values.clone());
+        let before = values.clone();
         if let Some((key, period)) = recipe.phase {
             // What is known already is a vector of its own; the change adds to it.
             let amplitude = recipe.amplitudes[0];
@@ -211,6 +212,14 @@ impl AssumedModel {
             let value = if inverse { 1.0 / shape } else { shape };
             values[key] = match recipe.spec.parameters[key].role {
                 Role::Azimuth { .. } => value.rem_euclid(360.0),
+                Role::Origin { .. } => {
+                    // Two straight lines are one: a·(t − t₁) + b·(t − t₂).
+                    let amplitude = recipe.amplitudes[0];
+                    let null = recipe.spec.parameters[amplitude].null;
+                    let (first, both) = (before[amplitude] - null, values[amplitude] - null);
+                    let moved = (first * before[key] + (both - first) * value) / both;
+                    if moved.is_finite() { moved } else { before[key] }
+                }
                 _ => value,
             };
         }

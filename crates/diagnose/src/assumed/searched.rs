@@ -86,10 +86,13 @@ impl AssumedModel {
         };
         let with_leds = matches!(self.model.luminaire().emitter(), Emitter::Leds { .. });
         let has_meaning = |k: usize| !(with_leds && spec.parameters[k].without_leds);
-        // What has changed keeps its shape.
-        let keys: Vec<usize> = keys
-            .filter(|&k| active(k) && !changed && of_shape(k) && has_meaning(k))
-            .collect();
+        // What has changed keeps its shape, but counts from a time of its own.
+        let there = known.is_some();
+        let free = |k: usize| match spec.parameters[k].role {
+            Role::Origin { .. } => there,
+            _ => !changed && of_shape(k) && has_meaning(k),
+        };
+        let keys: Vec<usize> = keys.filter(|&k| active(k) && free(k)).collect();
         let shapes: Vec<Shape> = keys.iter().map(|&k| self.shape(&spec.parameters[k])).collect();
         if shapes.iter().any(|shape| shape.grid.is_empty()) {
             return None;
@@ -234,6 +237,12 @@ impl AssumedModel {
                 } else {
                     1e-3 * (high - low)
                 },
+                assumed: Spread::over(low, high),
+            },
+            Role::Origin { within: (low, high) } => Shape {
+                grid: vec![low, high],
+                bounds: (low, high),
+                step: 1e-2 * (high - low),
                 assumed: Spread::over(low, high),
             },
             // The number of a range: the others are no shapes.

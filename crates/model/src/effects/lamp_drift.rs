@@ -1,7 +1,8 @@
-//! The lamp or its supply drifts evenly. Where the time is not known it stands at the reference time.
+//! The lamp or its supply drifts evenly. Where the time is not known it stands at the reference time. A lamp that drifts
+//! otherwise than it did is as bright as the file says at some time since it was switched on, not at the file's.
 
 use super::act::{Act, Values};
-use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude, constant};
+use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude, origin};
 
 pub(super) static SPEC: EffectSpec = EffectSpec {
     name: "lamp_drift",
@@ -14,7 +15,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     source: "linear drift; LM-79, stability",
     parameters: &[
         amplitude("rate_per_h", "1/h", (-0.02, 0.02), 0.002),
-        constant("reference_s", "s", 0.0, (0.0, 360_000.0)),
+        origin("reference_s", "s", (0.0, 360_000.0), (0.0, 7200.0)),
     ],
     shows_in: "time_s",
     look_alikes: &[

@@ -71,6 +71,12 @@ pub enum Role {
     RangeId,
     /// Stays at its default unless the file says otherwise.
     Constant,
+    /// Where the amplitude counts from, as a time in s: what the file says. A change of an amplitude that the file has
+    /// counts from a time of its own.
+    Origin {
+        /// Ends of the range in which that time is sought.
+        within: (f64, f64),
+    },
 }
 
 /// What samples a period.
@@ -289,6 +295,20 @@ pub(super) const fn constant(key: &'static str, unit: &'static str, null: f64, p
         null,
         role,
         ..amplitude(key, unit, plausible, step)
+    }
+}
+
+/// The time from which an amplitude counts.
+pub(super) const fn origin(
+    key: &'static str,
+    unit: &'static str,
+    plausible: (f64, f64),
+    within: (f64, f64),
+) -> ParameterSpec {
+    let role = Role::Origin { within };
+    ParameterSpec {
+        role,
+        ..constant(key, unit, 0.0, plausible)
     }
 }
 
