@@ -61,6 +61,21 @@ impl Sequence {
         self.steps.iter().any(|step| *step < 1.5)
     }
 
+    /// How far every value is from its neighbours in time and from zero, whichever is nearest. A reading that failed
+    /// stands alone; a shadow lies on several readings in a row.
+    fn isolated(&self, values: &DVector<f64>) -> DVector<f64> {
+        let mut isolated = values.map(f64::abs);
+        for (place, pair) in self.order.windows(2).enumerate() {
+            if self.steps[place + 1] <= PAUSE {
+                let apart = (values[pair[1]] - values[pair[0]]).abs();
+                for &row in pair {
+                    isolated[row] = isolated[row].min(apart);
+                }
+            }
+        }
+        isolated
+    }
+
     fn correlation(&self, place: usize, rho: f64) -> f64 {
         let step = self.steps[place];
         if rho == 0.0 || step > PAUSE {
@@ -177,9 +192,10 @@ pub struct Correlation {
 
 /// Outlier weights of a Student-t likelihood: 1 for all where the residuals are no heavier than a normal law's.
 ///
-/// `residual` in units of its scale. The degrees of freedom follow from the sample kurtosis (excess 6/(ν−4)); an excess
+/// `residual` in units of its scale, in the rows of `sequence`. Only what a reading does not share with its neighbours
+/// can make it an outlier, and less than `least` times its scale is none. The degrees of freedom follow from the sample kurtosis (excess 6/(ν−4)); an excess
 /// below four of its own standard errors counts as none, so clean data keep their full weight.
-pub fn heavy_tail_weights(residual: &DVector<f64>) -> Vec<f64> {
+pub fn heavy_tail_weights(residual: &DVector<f64>, sequence: &Sequence, least: f64) -> Vec<f64> {
     let n = residual.len() as f64;
     let second = residual.iter().map(|z| z * z).sum::<f64>() / n;
     let fourth = residual.iter().map(|z| z.powi(4)).sum::<f64>() / n;
@@ -191,9 +207,10 @@ pub fn heavy_tail_weights(residual: &DVector<f64>) -> Vec<f64> {
     // Scale by the median so that the outliers themselves do not set it (median of |z| of a normal law: 0.6745).
     let mut magnitudes: Vec<f64> = residual.iter().map(|z| z.abs()).collect();
     magnitudes.sort_by(f64::total_cmp);
-    // More than half of them may be equal to rounding: a third of their rms is the least that counts.
-    let scale = (magnitudes[magnitudes.len() / 2] / 0.6745).max(second.sqrt() / 3.0);
-    residual
+    // More than half of them may be equal to rounding.
+    let scale = (magnitudes[magnitudes.len() / 2] / 0.6745).max(least);
+    let isolated = sequence.isolated(residual);
+    isolated
         .iter()
         .map(|z| ((nu + 1.0) / (nu + (z / scale).powi(2))).min(1.0))
         .collect()
@@ -234,12 +251,17 @@ mod tests {
 
     #[test]
     fn outliers_lose_weight_and_normal_noise_keeps_it() {
+        let time: Vec<f64> = (0..500).map(f64::from).collect();
+        let sequence = Sequence::by_time(&[0; 500], &time);
         let mut residual = correlated(500, 0.0, 7);
-        assert!(heavy_tail_weights(&residual).iter().all(|w| *w == 1.0));
+        assert!(heavy_tail_weights(&residual, &sequence, 1.0).iter().all(|w| *w == 1.0));
         residual[17] = 9.0;
         residual[170] = -8.0;
-        let weights = heavy_tail_weights(&residual);
+        // A shadow on three readings in a row.
+        residual.rows_mut(300, 3).copy_from_slice(&[-8.0, -10.0, -7.0]);
+        let weights = heavy_tail_weights(&residual, &sequence, 1.0);
         assert!(weights[17] < 0.15 && weights[170] < 0.15);
+        assert!(weights[300..303].iter().all(|weight| *weight > 0.5), "{weights:?}");
         assert!(weights.iter().sum::<f64>() > 400.0);
     }
 }

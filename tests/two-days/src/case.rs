@@ -9,10 +9,13 @@ use isolux_app::diagnosis::diagnose::{self, Answer};
 use isolux_app::files::Overwrite;
 use isolux_app::front_end::progress::Silent;
 use isolux_darkroom::Darkroom;
+use isolux_diagnose::assumed::Part;
 use isolux_diagnose::document::Document;
+use isolux_diagnose::observe::observed;
+use isolux_diagnose::table::{Row, Source};
 use isolux_hidden_effects::random::Draws;
 use isolux_model::Model;
-use isolux_record::observation::{Need, Observations, Readings, open};
+use isolux_record::observation::{MapSet, Need, Observations, open};
 use nalgebra::DVector;
 
 use crate::days::{self, DayError, Days};
@@ -104,7 +107,7 @@ impl Said {
 /// What the second day looks at and how well it sees.
 struct Look {
     places: Places,
-    u: Vec<f64>,
+    rows: Vec<Row>,
 }
 
 /// Plays the second day of an order below `folder`, and diagnoses the first day's model against it.
@@ -140,25 +143,36 @@ fn look(days: &Days, order: &Order) -> Result<Look, DayError> {
     Ok(match order.kind {
         Kind::Readings => {
             let hasty = order.fault.is_some_and(|(fault, _)| fault.hasty());
-            seen(days.readings(order.lamp, order.grid, hasty)?.as_ref())
+            of_readings(days.readings(order.lamp, order.grid, hasty)?.as_ref())
         }
-        Kind::Maps => {
-            let maps = days.maps(order.lamp, order.seed)?;
-            let u = maps.values().map_or_else(Vec::new, |(_, u)| u.to_vec());
-            Look {
-                places: Places::Maps(maps.as_ref().clone()),
-                u,
-            }
-        }
+        Kind::Maps => of_maps(days.maps(order.lamp, order.seed)?.as_ref().clone()),
     })
 }
 
-fn seen(readings: &Readings) -> Look {
-    let rows = readings.rows().iter().filter_map(|row| Some((row.at, row.u_lx?)));
-    let (at, u) = rows.unzip();
+fn of_readings(readings: &Observations) -> Look {
+    let (seen, _) = observed(readings, 0);
+    let Part::Readings(at) = seen.part else {
+        return Look {
+            places: Places::Readings(Vec::new()),
+            rows: Vec::new(),
+        };
+    };
     Look {
         places: Places::Readings(at),
-        u,
+        rows: seen.rows,
+    }
+}
+
+fn of_maps(maps: MapSet) -> Look {
+    let (signal, u) = maps.values().unwrap_or_default();
+    let rows = signal
+        .iter()
+        .zip(u)
+        .map(|(signal, u)| Row::bare(Source::Bin, *signal, *u))
+        .collect();
+    Look {
+        places: Places::Maps(maps),
+        rows,
     }
 }
 
@@ -178,15 +192,14 @@ fn strength(
 ) -> Result<Option<f64>, DayError> {
     let look = look(days, order)?;
     let (_, model) = model_of(days, order)?;
-    let Some(known) = Known::new(&model, &look.places, &look.u) else {
+    let Some(known) = Known::new(&model, &look.places, &look.rows) else {
         return Err(DayError("the first day's model predicts no second day".to_owned()));
     };
-    let whitener = known.whitener();
     let plain = look.places.truth(without);
     let room = order.lamp.room(order.seed, order.day);
     let sigma = |strength: f64| {
         let with = look.places.truth(&drawn.within(room.clone(), strength));
-        whitener.vector(&change(&with, &plain)).norm()
+        known.sigma(&change(&with, &plain))
     };
     Ok(reaching(wanted, drawn.fault.plausible, sigma))
 }
@@ -249,22 +262,18 @@ fn judge(
     (with, without): (&Darkroom, &Darkroom),
 ) -> Result<(), DayError> {
     let look = match open(observations, Need::Values).map_err(|error| DayError(error.to_string()))? {
-        Observations::Readings(readings) => seen(&readings),
-        Observations::Maps(maps) => Look {
-            u: maps.values().map_or_else(Vec::new, |(_, u)| u.to_vec()),
-            places: Places::Maps(maps),
-        },
+        Observations::Maps(maps) => of_maps(maps),
+        readings @ Observations::Readings(_) => of_readings(&readings),
         Observations::Spectra(_) => return Ok(()),
     };
-    let Some(known) = Known::new(given, &look.places, &look.u) else {
+    let Some(known) = Known::new(given, &look.places, &look.rows) else {
         return Err(DayError("the first day's model predicts no second day".to_owned()));
     };
     let (with_fault, plain) = (look.places.truth(with), look.places.truth(without));
     let change = change(&with_fault, &plain);
-    case.sigma = known.whitener().vector(&change).norm();
+    case.sigma = known.sigma(&change);
     if case.order.fault.is_some_and(|(_, wanted)| wanted >= 10.0) {
-        let rows = oracle::bare_rows(&known, &look.u);
-        case.look_alike = oracle::nearest(&known, &rows, &change, drawn.fault.effect);
+        case.look_alike = oracle::nearest(&known, &look.rows, &change, drawn.fault.effect);
     }
     case.removed = removed(&look.places.kept_back(), (given, after), (with, without));
     Ok(())

@@ -17,7 +17,7 @@ use isolux_app::scan::{Place, ScanJob, Target};
 use isolux_app::{Failure, init};
 use isolux_darkroom::{Darkroom, Room};
 use isolux_record::Plan;
-use isolux_record::observation::{MapSet, Need, Observations, Readings, open};
+use isolux_record::observation::{MapSet, Need, Observations, open};
 use isolux_virtual::station::{calibration, in_memory, station};
 use isolux_virtual::twins::Choice;
 
@@ -34,7 +34,7 @@ const OTHER_DAY: u64 = 1_000_000;
 pub struct Days {
     root: Utf8PathBuf,
     first: Made<(Lamp, u64), Utf8PathBuf>,
-    readings: Made<(Lamp, Grid, bool), Readings>,
+    readings: Made<(Lamp, Grid, bool), Observations>,
     maps: Made<(Lamp, u64), MapSet>,
 }
 
@@ -81,16 +81,13 @@ impl Days {
     ///
     /// # Errors
     /// As the scan.
-    pub fn readings(&self, lamp: Lamp, grid: Grid, hasty: bool) -> Result<Arc<Readings>, DayError> {
+    pub fn readings(&self, lamp: Lamp, grid: Grid, hasty: bool) -> Result<Arc<Observations>, DayError> {
         made(&self.readings, (lamp, grid, hasty), || {
             let name = format!("second-{}-{}-{hasty}", lamp.name(), grid.name());
             let folder = self.root.join(name);
             let room = lamp.room(1, OTHER_DAY);
             second_scan(&room, &room, grid, hasty, &folder)?;
-            match open(&folder, Need::Values).map_err(Failure::bad_input)? {
-                Observations::Readings(readings) => Ok(readings),
-                _ => Err(Failure::bad_input(format!("{folder} holds no readings"))),
-            }
+            open(&folder, Need::Values).map_err(Failure::bad_input)
         })
     }
 

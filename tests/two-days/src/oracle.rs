@@ -10,7 +10,7 @@ use isolux_diagnose::dictionary::Dictionary;
 use isolux_diagnose::fit::{Fit, fit};
 use isolux_diagnose::forward::{Forward, Hypothesis, Searchable};
 use isolux_diagnose::scan::Who;
-use isolux_diagnose::table::{Row, Source};
+use isolux_diagnose::table::Row;
 use nalgebra::{DMatrix, DVector};
 
 use crate::strength::Known;
@@ -118,10 +118,4 @@ pub fn nearest(known: &Known, rows: &[Row], change: &DVector<f64>, truth: Option
             name: forward.effects()[best.hypotheses[0].effect].name,
             left: best.chi2.sqrt(),
         })
-}
-
-/// Rows of values that nobody has read yet, with their places alone.
-pub fn bare_rows(known: &Known, u: &[f64]) -> Vec<Row> {
-    let row = |(level, u): (&f64, &f64)| Row::bare(Source::Reading, *level, *u);
-    known.level.iter().zip(u).map(row).collect()
 }

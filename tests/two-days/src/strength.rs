@@ -2,12 +2,15 @@
 //!
 //! The strength is the length of what the room shows with the fault less what it shows without, whitened by the
 //! covariance of the stated noise and of what the model's file states of its own uncertainty: that of single directions
-//! (`common_errors`) and that of level, shape, interpolation and emitter (`known`).
+//! (`common_errors`) and that of level, shape, interpolation and emitter (`known`). A meter rounds readings at the same
+//! light alike, so that a hundred of them do not see a change below one digit; readings at different light it rounds
+//! independently. The strength is the smaller of the two lengths.
 
 use isolux_diagnose::assumed::{AssumedModel, Part};
 use isolux_diagnose::forward::Forward;
 use isolux_diagnose::reference::{Errors, joined};
 use isolux_diagnose::rounding::Rounding;
+use isolux_diagnose::table::Row;
 use isolux_diagnose::whitener::Whitener;
 use isolux_diagnose::whitening::Sequence;
 use isolux_model::Model;
@@ -26,19 +29,20 @@ pub struct Known {
     row_scale: DVector<f64>,
     errors: Errors,
     sequence: Sequence,
-    alone: Rounding,
+    independent: Rounding,
+    alike: Rounding,
 }
 
 impl Known {
-    /// By `model`, for values with the standard uncertainties `u`. None where the model cannot predict them.
-    pub fn new(model: &Model, places: &Places, u: &[f64]) -> Option<Self> {
+    /// By `model`, for the values of `rows` at `places`. None where the model cannot predict them.
+    pub fn new(model: &Model, places: &Places, rows: &[Row]) -> Option<Self> {
         let (part, relative) = match places {
             Places::Readings(readings) => (Part::Readings(readings.clone()), false),
             Places::Maps(maps) => (Part::Maps(maps.clone()), maps.unit() == MapUnit::Relative),
         };
         let assumed = AssumedModel::new(model.clone(), vec![part]);
         let level = assumed.predict(&vec![0.0; assumed.nuisances()], &[])?;
-        let row_scale = DVector::from_iterator(u.len(), u.iter().map(|u| 1.0 / u));
+        let row_scale = DVector::from_iterator(rows.len(), rows.iter().map(|row| 1.0 / row.u));
         let mut errors = joined(assumed.common_errors(), &row_scale);
         let known = Forward::known(&assumed);
         errors.extend(known.iter().map(|one| one.column.iter().copied().enumerate().collect()));
@@ -46,19 +50,31 @@ impl Known {
             // The signal that one lux gives is in no file.
             errors.push(level.iter().copied().enumerate().collect());
         }
+        let alike = Rounding::new(rows, level.as_slice());
         Some(Self {
             assumed,
             level,
             row_scale,
             errors,
-            sequence: Sequence::by_time(&vec![0; u.len()], &vec![f64::NAN; u.len()]),
-            alone: Rounding::default(),
+            sequence: Sequence::by_time(&vec![0; rows.len()], &vec![f64::NAN; rows.len()]),
+            independent: Rounding::default(),
+            alike,
         })
     }
 
     /// What makes the values independent and of unit variance.
     pub fn whitener(&self) -> Whitener<'_> {
-        Whitener::new(&self.sequence, &self.alone, self.row_scale.clone(), 0.0, &self.errors)
+        self.with(&self.independent)
+    }
+
+    /// What `change` is above noise and the model's own uncertainty, in σ.
+    pub fn sigma(&self, change: &DVector<f64>) -> f64 {
+        let length = |rounding| self.with(rounding).vector(change).norm();
+        length(&self.independent).min(length(&self.alike))
+    }
+
+    fn with<'a>(&'a self, rounding: &'a Rounding) -> Whitener<'a> {
+        Whitener::new(&self.sequence, rounding, self.row_scale.clone(), 0.0, &self.errors)
     }
 }
 

@@ -97,7 +97,10 @@ impl<'p, 'a, F: Forward + ?Sized> Estimate<'p, 'a, F> {
         let rms = (residual.norm_squared() / freedom).sqrt().max(f64::MIN_POSITIVE);
         let Correlation { rho, u: u_rho } = sequence.autocorrelation(&residual, basis.directions());
         drop(basis);
-        let weights = heavy_tail_weights(&(&residual / rms));
+        // A third of the rms is the least that counts where the noise is not known.
+        let stated = if problem.settings.fit_scale { 0.0 } else { 1.0 / rms };
+        let least = stated.max(1.0 / 3.0);
+        let weights = heavy_tail_weights(&(&residual / rms), sequence, least);
         // White noise has a correlation of this size by chance.
         let (rho, u_rho) = if rho > CORRELATED_U * u_rho {
             (rho, u_rho)
