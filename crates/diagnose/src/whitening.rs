@@ -61,19 +61,18 @@ impl Sequence {
         self.steps.iter().any(|step| *step < 1.5)
     }
 
-    /// How far every value is from its neighbours in time and from zero, whichever is nearest. A reading that failed
+    /// What every value has beyond twice its neighbours' in time, where they have the same sign: a reading that failed
     /// stands alone; a shadow lies on several readings in a row.
     fn isolated(&self, values: &DVector<f64>) -> DVector<f64> {
-        let mut isolated = values.map(f64::abs);
+        let mut shared = DVector::zeros(values.len());
         for (place, pair) in self.order.windows(2).enumerate() {
-            if self.steps[place + 1] <= PAUSE {
-                let apart = (values[pair[1]] - values[pair[0]]).abs();
-                for &row in pair {
-                    isolated[row] = isolated[row].min(apart);
-                }
+            let [before, after] = [values[pair[0]], values[pair[1]]];
+            if self.steps[place + 1] <= PAUSE && before * after > 0.0 {
+                shared[pair[0]] = after.abs().max(shared[pair[0]]);
+                shared[pair[1]] = before.abs().max(shared[pair[1]]);
             }
         }
-        isolated
+        values.zip_map(&shared, |value, shared: f64| (value.abs() - 2.0 * shared).max(0.0))
     }
 
     fn correlation(&self, place: usize, rho: f64) -> f64 {
@@ -193,8 +192,9 @@ pub struct Correlation {
 /// Outlier weights of a Student-t likelihood: 1 for all where the residuals are no heavier than a normal law's.
 ///
 /// `residual` in units of its scale, in the rows of `sequence`. Only what a reading does not share with its neighbours
-/// can make it an outlier, and less than `least` times its scale is none. The degrees of freedom follow from the sample kurtosis (excess 6/(ν−4)); an excess
-/// below four of its own standard errors counts as none, so clean data keep their full weight.
+/// can make it an outlier, and less than `least` times its scale is none. The degrees of freedom follow from the sample
+/// kurtosis (excess 6/(ν−4)); an excess below four of its own standard errors counts as none, so clean data keep their
+/// full weight.
 pub fn heavy_tail_weights(residual: &DVector<f64>, sequence: &Sequence, least: f64) -> Vec<f64> {
     let n = residual.len() as f64;
     let second = residual.iter().map(|z| z * z).sum::<f64>() / n;

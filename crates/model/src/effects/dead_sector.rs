@@ -17,7 +17,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     parameters: &[
         amplitude("depth_rel", "1", (0.0, 0.3), 0.05).share(),
         azimuth_of(AZIMUTHS_DEG),
-        shape("width_deg", "°", 120.0, (20.0, 240.0), &[60.0, 140.0]).above_zero(),
+        shape("width_deg", "°", 120.0, (20.0, 240.0), &[30.0, 60.0, 140.0]).above_zero(),
         shape("aim_deg", "°", 6.0, (-10.0, 20.0), &[0.0, 4.0])
             .optional(1.0)
             .without_leds(),
