@@ -193,8 +193,8 @@ pub struct Correlation {
 ///
 /// `residual` in units of its scale, in the rows of `sequence`. Only what a reading does not share with its neighbours
 /// can make it an outlier, and less than `least` times its scale is none. The degrees of freedom follow from the sample
-/// kurtosis (excess 6/(ν−4)); an excess below four of its own standard errors counts as none, so clean data keep their
-/// full weight.
+/// kurtosis (excess 6/(ν−4)); an excess below four of its own standard errors counts as none, so clean data keep
+/// their full weight.
 pub fn heavy_tail_weights(residual: &DVector<f64>, sequence: &Sequence, least: f64) -> Vec<f64> {
     let n = residual.len() as f64;
     let second = residual.iter().map(|z| z * z).sum::<f64>() / n;

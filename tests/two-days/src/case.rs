@@ -143,24 +143,21 @@ fn look(days: &Days, order: &Order) -> Result<Look, DayError> {
     Ok(match order.kind {
         Kind::Readings => {
             let hasty = order.fault.is_some_and(|(fault, _)| fault.hasty());
-            of_readings(days.readings(order.lamp, order.grid, hasty)?.as_ref())
+            of_readings(days.readings(order.lamp, order.grid, hasty)?.as_ref())?
         }
         Kind::Maps => of_maps(days.maps(order.lamp, order.seed)?.as_ref().clone()),
     })
 }
 
-fn of_readings(readings: &Observations) -> Look {
+fn of_readings(readings: &Observations) -> Result<Look, DayError> {
     let (seen, _) = observed(readings, 0);
     let Part::Readings(at) = seen.part else {
-        return Look {
-            places: Places::Readings(Vec::new()),
-            rows: Vec::new(),
-        };
+        return Err(DayError("the second scan holds no readings".to_owned()));
     };
-    Look {
+    Ok(Look {
         places: Places::Readings(at),
         rows: seen.rows,
-    }
+    })
 }
 
 fn of_maps(maps: MapSet) -> Look {
@@ -263,7 +260,7 @@ fn judge(
 ) -> Result<(), DayError> {
     let look = match open(observations, Need::Values).map_err(|error| DayError(error.to_string()))? {
         Observations::Maps(maps) => of_maps(maps),
-        readings @ Observations::Readings(_) => of_readings(&readings),
+        readings @ Observations::Readings(_) => of_readings(&readings)?,
         Observations::Spectra(_) => return Ok(()),
     };
     let Some(known) = Known::new(given, &look.places, &look.rows) else {

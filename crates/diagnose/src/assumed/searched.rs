@@ -87,9 +87,8 @@ impl AssumedModel {
         let with_leds = matches!(self.model.luminaire().emitter(), Emitter::Leds { .. });
         let has_meaning = |k: usize| !(with_leds && spec.parameters[k].without_leds);
         // What has changed keeps its shape, but counts from a time of its own.
-        let there = known.is_some();
         let free = |k: usize| match spec.parameters[k].role {
-            Role::Origin { .. } => there,
+            Role::Origin { .. } => known.is_some(),
             _ => !changed && of_shape(k) && has_meaning(k),
         };
         let keys: Vec<usize> = keys.filter(|&k| active(k) && free(k)).collect();

@@ -1,5 +1,5 @@
-//! The lamp or its supply drifts evenly. Where the time is not known it stands at the reference time. A lamp that drifts
-//! otherwise than it did is as bright as the file says at some time since it was switched on, not at the file's.
+//! The lamp or its supply drifts evenly. Where the time is not known it stands at the reference time. A lamp that
+//! drifts otherwise than it did is as bright as the file says at some time since it was switched on, not at the file's.
 
 use super::act::{Act, Values};
 use super::spec::{BelongsTo, EffectSpec, READINGS_AND_MAPS, amplitude, origin};

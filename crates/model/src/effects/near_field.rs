@@ -16,7 +16,7 @@ pub(super) static SPEC: EffectSpec = EffectSpec {
     formula: "Σ wᵢ I(ψ, θᵢ) cos εᵢ / rᵢ² over a ring of LEDs, εᵢ the incidence at the detector",
     source: "CIE 121, limiting photometric distance; exact sum over a ring",
     parameters: &[
-        amplitude("radius_mm", "mm", (2.0, 60.0), 20.0),
+        amplitude("radius_mm", "mm", (10.0, 60.0), 20.0),
         shape("aim_deg", "°", 0.0, (0.0, 10.0), &[0.0, 2.5, 5.0, 7.5, 10.0]).optional(1.0),
     ],
     amplitude_power: 2,
